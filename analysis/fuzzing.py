@@ -2,10 +2,10 @@
 
     python -m analysis.fuzzing .obj --minutes 60
 
-Files are read in a process beside this one, each with 2 GB of memory and ten seconds; the next process goes on where
-one has died. The seeds are small files that the package and its libraries write; what fails is kept in
-``output/fuzzing``. A run goes on where the last one stopped.
-Animations, takes, landmarks, sessions and specs have names of their own: ``clip.glb``, ``take.csv`` and so on.
+Files are read in a process beside this one, with 2 GB of memory, each within ten seconds; one that fails is read once
+more in a process of its own before it counts. The seeds are small files that the package and its libraries write;
+what fails is kept in ``output/fuzzing``. A run goes on where the last one stopped. Animations, takes, landmarks,
+sessions and specs have names of their own: ``clip.glb``, ``take.csv`` and so on.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 
@@ -250,14 +251,24 @@ def outcomes(paths: Iterable[Path]) -> Iterator[str]:
                     child.end()
                 child = _Child()
             said = child.read(path)
+            if said not in ("read", "refused") and child.files > 1:  # what was read before may be the cause
+                child.end()
+                child = _Child()
+                said = child.read(path)
             if said is None:
-                number = os.WTERMSIG(child.end())
-                child = None
-                said = "took too long" if number in (signal.SIGPROF, signal.SIGALRM) else f"died of signal {number}"
+                said, child = _fate(child.end()), None
             yield said
     finally:
         if child is not None:
             child.end()
+
+
+def _fate(status: int) -> str:
+    """Return what became of a process, by its status."""
+    if not os.WIFSIGNALED(status):
+        return f"exited with {os.waitstatus_to_exitcode(status)}"
+    number = os.WTERMSIG(status)
+    return "took too long" if number in (signal.SIGPROF, signal.SIGALRM) else f"died of signal {number}"
 
 
 class _Child:
@@ -280,13 +291,17 @@ class _Child:
     def read(self, path: Path) -> str | None:
         """Return what came of a file, None if the process died of it."""
         self.files += 1
-        print(path, file=self.asked, flush=True)
+        try:
+            print(path, file=self.asked, flush=True)
+        except BrokenPipeError:
+            return None
         answer = self.answers.readline()
         return json.loads(answer) if answer.endswith("\n") else None
 
     def end(self) -> int:
         """Let the process end, and return its status."""
-        self.asked.close()
+        with suppress(BrokenPipeError):
+            self.asked.close()
         self.answers.close()
         return os.waitpid(self.number, 0)[1]
 

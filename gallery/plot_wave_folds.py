@@ -47,8 +47,7 @@ print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in
 
 # %%
 # Heights alone make open furrows. With ``pinch`` skin slides into them as well: crests become round and wide, furrows
-# narrow, with walls that draw together and never cross (:ref:`folds_in_contact`). Without it above, with all of it
-# below.
+# narrow, with walls that draw together (:ref:`folds_in_contact`). Without it above, with all of it below.
 
 near = {"surprise": forehead, "happiness": Style((330, 300), "left_eye"), "anger": Style((330, 300), "glabella")}
 frames = {

@@ -202,8 +202,11 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
         add_seams(rest, corners)
     positions = []
     for frame in frames:
+        unit = float(frame.field_data[UNIT][0])
         shown = np.asarray(frame.points, dtype=np.float64)[:n]
-        height = np.asarray(frame["W"])[:n, None] / float(frame.field_data[UNIT][0])
+        if "slide" in frame.point_data:
+            shown = shown - np.asarray(frame["slide"])[:n] / unit
+        height = np.asarray(frame["W"])[:n, None] / unit
         bare = shown
         for _ in range(ITERATIONS if height.any() else 0):
             before, bare = bare, shown - height * vertex_normals(bare, triangles)

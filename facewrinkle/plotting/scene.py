@@ -333,7 +333,8 @@ class Scene:
         self.drawn_parts[name] = frozenset(parts)
         if not parts:
             return
-        joined = self._joined[name] if name in self._joined else self._joined.setdefault(name, Joined())
+        if (joined := self._joined.get(name)) is None:
+            joined = self._joined[name] = Joined()
         joined.show(list(parts.values()))
         if name not in self._actors:
             self._add(joined.mesh, name, material, scalars="paint", rgb=True, **options)

@@ -250,6 +250,11 @@ def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData
     covered = texels.covered & below.covered
     triangles, base = np.asarray(fine.regular_faces, np.int64), np.asarray(smooth.regular_faces, np.int64)
     height = np.where(covered, texels.of(triangles, np.asarray(fine["W"], np.float64)), 0.0)
+    if "slide" in fine.point_data and np.any(fine["slide"]):
+        warn(
+            "pinched folds slide along the skin, which a map of heights cannot hold: displacement by it lacks up to "
+            f"{float(np.linalg.norm(fine['slide'], axis=1).max()):.1f} mm, normals do not. Without pinch they agree."
+        )
     normal = in_tangent_space(
         texels.of(triangles, np.asarray(fine.point_data["Normals"], np.float64)), below, skin_model(smooth, None)
     )

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from ..arguments import checked, finite
+from ..arguments import LARGEST, checked, finite
 from ..errors import ParameterError, check_range, warn
 from ..mesh.files import reading, text_of
 from ..mesh.formats.reading import check_file
@@ -225,23 +225,27 @@ def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) ->
         return np.arange(n) / (fps or FPS)
     codes = [_CODE.fullmatch(text) for text in given]
     if all(codes):
-        parts = np.array([[float(x) for x in code.groups()] for code in codes if code])
+        parts = np.array([[_bounded(x, file) for x in code.groups()] for code in codes if code])
         rate = fps or (PHONE_FPS if parts[0, 2] == parts[-1, 2] else _counted(parts[:, 3]))
         seconds = parts[:, :3] @ [3600.0, 60.0, 1.0] + parts[:, 3] / rate
         seconds += 86400.0 * np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43200.0)  # past midnight
     else:
-        wrong = [text for text in given if not is_number(text) or not np.isfinite(float(text.replace(",", ".")))]
-        if wrong:
-            raise ParameterError(
-                f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {wrong[0][:40]!r}."
-            )
-        seconds = np.array([float(text.replace(",", ".")) for text in given])
+        seconds = np.array([_bounded(text.replace(",", "."), file) for text in given])
         while len(seconds) > 1 and np.median(np.diff(seconds)) > 1.0:  # thousandths, or millionths
             seconds = seconds / 1000.0
     back = np.flatnonzero(~(np.diff(seconds) >= 0.0))
     if len(back):
         raise ParameterError(f"{file}: times must increase, and row {int(back[0]) + 3} comes before the one above it.")
     return np.asarray(seconds - seconds[0])
+
+
+def _bounded(text: str, file: str) -> float:
+    """Return a number of a time; an error for what is none, or too large to count with."""
+    if not is_number(text) or not abs(float(text)) < LARGEST:
+        raise ParameterError(
+            f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
+        )
+    return float(text)
 
 
 def _counted(frames: Array) -> float:

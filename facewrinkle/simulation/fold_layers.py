@@ -31,7 +31,7 @@ def fold_layers(
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is.
     pinch : float
-        In [0, 1]: how far the skin slides into the furrows of waves and of anatomical folds; none of the papers' does.
+        In [0, 1]: how far skin slides into the furrows of waves and of anatomical folds; the papers' have none.
     **waves
         Further parameters of :class:`facewrinkle.WaveFolds`.
 
@@ -39,6 +39,8 @@ def fold_layers(
     ------
     UnknownNameError
         For folds of another name.
+    ParameterError
+        For a pinch of the papers' folds, which a face without landmarks has, too.
 
     Examples
     --------
@@ -51,6 +53,6 @@ def fold_layers(
     if not face.muscles:
         return []
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
-        return [MuscleWrinkles(depth=depth, inextensible=inextensible)]
+        return [MuscleWrinkles(depth=depth, inextensible=inextensible, pinch=pinch)]
     common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, "pinch": pinch}
     return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, **waves)]

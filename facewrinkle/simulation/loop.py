@@ -28,7 +28,7 @@ from ..geometry.orientation import unfolded_shares, unfolded_slides
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.rows import Room
 from ..geometry.smoothstep import smoothstep
-from ..layers.base import Layer, SurfacePoints, SurfaceState
+from ..layers.base import Layer, SurfacePoints, SurfaceState, displacement_of
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.wave_folds import WaveFolds
@@ -556,7 +556,7 @@ class Simulation:
             state = SurfaceState(
                 self.motion.rates, vertices, triangles, base, bare, self.time, lambda: self._strain_field, smooth
             )
-            added = [layer.displacement(state) for layer in self.layers]
+            added = [displacement_of(layer, state) for layer in self.layers]
             height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
             offsets = [own.shading_offset for own in added if own.shading_offset is not None]
             offset = sum(offsets[1:], offsets[0]) if offsets else None

@@ -89,7 +89,7 @@ def test_a_crest_beside_a_furrow_without_net_volume(alpha):
 
 @pytest.mark.parametrize("alpha", [0.9, 1.3, 2.0])
 @pytest.mark.parametrize("epsilon", [0.05, 0.2, 0.5])
-def test_its_crest_leans_over_the_furrow_up_to_touching_and_within_the_freed_length(alpha, epsilon):
+def test_its_crest_leans_over_the_furrow_and_stays_within_the_freed_length(alpha, epsilon):
     """The bound skin beyond the furrow stays; the slide is steepest at the furrow, where walls would touch first."""
     crease, half, x = STRAIGHT.replaced(alpha=alpha), 3.0, ACROSS
     lean = crease.lean(SECTION)

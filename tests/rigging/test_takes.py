@@ -139,6 +139,8 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "time,jawOpen\n0.2,1\n0.1,1\n", "row 3 comes before the one above"),
         ("a.csv", "time,jawOpen\nnoon,1\n", "time codes such as .*received 'noon'"),
         ("a.csv", "time,jawOpen\n0,1\n1e309,1\n", "times must be seconds.*received '1e309'"),
+        ("a.csv", "time,jawOpen\n-1e308,1\n1e308,1\n", "times must be seconds"),
+        ("a.csv", f"Timecode,jawOpen\n{'9' * 400}:00:00:00,1\n{'9' * 400}:00:00:01,1\n", "times must be seconds"),
         ("a.csv", "jawOpen,mouthPucker\n,1\n1,\n", "no frame with a weight for each"),
         ("a.json", "{", "no JSON"),
         ("a.json", "3", "has no frames"),

@@ -146,9 +146,7 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place.
     """
-    count, weight, square, right = kernels.alignment_sums(
-        depth, base.depth, base.weight, COARSE.x, COARSE.y, tolerance
-    )  # fmt: skip
+    count, weight, square, right = kernels.alignment_sums(depth, base.depth, base.weight, COARSE.x, COARSE.y, tolerance)
     if count < FEWEST_NODES:
         return None
     stiff = weight * np.array([*[1e-3] * 7, *[stiffness] * 2])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.compilation import njit
-from ...geometry.profile import first_harmonic as harmonic_of
 from .._kernels import STEEPEST_SLIDE
 
 ONSET, SOFT = 0.025, 0.02
@@ -57,11 +56,8 @@ TOLERANCE = 0.2
 NARROWEST = 0.6
 """Least spacing asked for, in wavelengths."""
 
-_ALPHAS = np.linspace(BLUNT_ALPHA, SHARP_ALPHA, 16)
-HARMONIC = tuple(
-    float(c) for c in np.polynomial.Polynomial.fit(_ALPHAS, [harmonic_of(a) for a in _ALPHAS], 3).convert().coef
-)
-"""Coefficients of a polynomial in alpha."""
+HARMONIC = (0.406917, -0.017478, -0.0071246, 0.0010962)
+"""Of the polynomial in alpha that :func:`facewrinkle.geometry.profile.first_harmonic` is fitted by."""
 
 
 @njit(cache=True, inline="always")

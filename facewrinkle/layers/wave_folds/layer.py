@@ -62,10 +62,9 @@ class WaveFolds:
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is. If False, a `depth` above 1
         exaggerates the folds beyond that.
-
     pinch : float
         In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so
-        that crests are round and wide, and furrows narrow with steep walls, which never cross.
+        that crests are round and wide, and furrows narrow, with steep walls that do not cross on open skin.
 
     Examples
     --------
@@ -207,8 +206,8 @@ class WaveFolds:
         if self._aged is not None:
             self._count = len(self._aged)
             self._folding[: self._count] = self._aged
-        depth = self._depth / self._beyond
         beyond = self._beyond
+        depth = self._depth / beyond
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
             waves.tangents, self._epsilon, self._excess, waves.old, depth, self._age, beyond * self.pinch,
@@ -260,9 +259,8 @@ class WaveFolds:
         A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
         compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
         high at the phase theta = pi s, where b keeps the volume; with pinch all lies lower by what the wider crests
-        hold more, "lower". `share` is what the length of the skin leaves to all
-        families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
-        is a number.
+        hold more, "lower". `share` is what the length of the skin leaves to all families together. Without the lines
+        of old skin, and before heights are levelled. Lengths are in mm, "family" is a number.
         """
         waves, found = self._waves, []
         first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
