@@ -67,8 +67,9 @@ class MuscleWrinkles:
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
-        A crease is as deep as the skin of its whole width is compressed. All together hold no net volume: their bulges,
-        or their furrows, are lowered by up to a fifth.
+        They lie on the skin that is seen: the lining of the mouth and of the sockets has none. A crease is as deep as
+        the skin of its whole width is compressed. All together hold no net volume: their bulges, or their furrows, are
+        lowered by up to a fifth, and where that is not enough the others get up to 7 % higher.
     pinch : float
         In [0, 1]: how far crests of anatomical folds lean over their furrows; see :class:`facewrinkle.WaveFolds`. At 0
         all folds are heights.
