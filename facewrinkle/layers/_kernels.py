@@ -20,6 +20,11 @@ LARGE = 100_000
 LEVELLED = 0.8
 """Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
 
+RAISED = 1.07
+"""The other side becomes this much higher at most: a furrow is up to three times as deep as its crest is high, so that
+from bulge to furrow no fold becomes deeper than it was.
+"""
+
 STEPS = 512
 """Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
 
@@ -298,8 +303,8 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
 
 @njit(cache=True)
 def level(height, shown, areas, swept):
-    """Lower the bulges of heights (n,), or raise the furrows, until both hold as much volume over areas (n,), with what
-    is swept besides.
+    """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,), with what
+    is swept besides; where a fifth is not enough, the other side grows a little.
     """
     above, below = 0.0, 0.0
     for i in range(len(height)):
@@ -307,9 +312,19 @@ def level(height, shown, areas, swept):
             above += areas[i] * height[i]
         else:
             below -= areas[i] * height[i]
-    more = above + swept - below
-    bulges = max(np.rint((below - swept) / above * STEPS) / STEPS, LEVELLED) if above > 0.0 and more > 0.0 else 1.0
-    furrows = max(np.rint((above + swept) / below * STEPS) / STEPS, LEVELLED) if below > 0.0 and more < 0.0 else 1.0
+    bulges = furrows = 1.0
+    if above > 0.0 and above + swept > below:
+        bulges = np.rint((below - swept) / above * STEPS) / STEPS
+        if bulges < LEVELLED:
+            bulges = LEVELLED
+            if below > 0.0:
+                furrows = min(np.rint((bulges * above + swept) / below * STEPS) / STEPS, RAISED)
+    elif below > 0.0 and above + swept < below:
+        furrows = np.rint((above + swept) / below * STEPS) / STEPS
+        if furrows < LEVELLED:
+            furrows = LEVELLED
+            if above > 0.0:
+                bulges = min(np.rint((furrows * below - swept) / above * STEPS) / STEPS, RAISED)
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

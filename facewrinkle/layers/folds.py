@@ -98,6 +98,7 @@ class Folds:
         metric: Array,
         unit: float,
         alike: Sequence[int] | None = None,
+        shares: Array | None = None,
     ) -> Self:
         """Evaluate the muscles at vertices.
 
@@ -114,6 +115,8 @@ class Folds:
             Millimetres per unit of the vertices.
         alike : sequence of int, optional
             See :func:`alike`: of muscles that share their folds, one is evaluated.
+        shares : ndarray, shape (n0,), optional
+            Share of their depth that folds have at the base vertices; without them, all of it.
         """
         touched, near = np.nonzero(zones[:, vertices.host])
         found: dict[int, tuple[npt.NDArray[Any], ...]] = {}
@@ -129,6 +132,9 @@ class Folds:
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
         order = np.argsort(columns[0], kind="stable")
         where, muscle_of, height, blunt, swing, lean, cycle, coordinates, direction = (c[order] for c in columns)
+        if shares is not None:
+            part = (vertices.barycentric[where] * shares[vertices.corners[where]]).sum(axis=1)
+            height, blunt, swing = part * height, part * blunt, part * swing
         normal = vertices.normals[where]
         direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)

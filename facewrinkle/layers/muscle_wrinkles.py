@@ -7,9 +7,11 @@ from typing import Literal
 
 import numpy as np
 
+from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..arguments import checked
 from ..errors import ParameterError, check_range, check_whole
+from ..geometry.normals import vertex_normals
 from ..geometry.orientation import unfolded_shares
 from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
@@ -65,8 +67,9 @@ class MuscleWrinkles:
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
-        A crease is as deep as the skin of its whole width is compressed. All together hold no net volume: their bulges,
-        or their furrows, are lowered by up to a fifth.
+        They lie on the skin that is seen: the lining of the mouth and of the sockets has none. A crease is as deep as
+        the skin of its whole width is compressed. All together hold no net volume: their bulges, or their furrows, are
+        lowered by up to a fifth, and where that is not enough the others get up to 7 % higher.
     pinch : float
         In [0, 1]: how far crests of anatomical folds lean over their furrows; see :class:`facewrinkle.WaveFolds`. At 0
         all folds are heights.
@@ -127,7 +130,10 @@ class MuscleWrinkles:
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         drawn = np.array([not (self.anatomical and muscle.wrinkles.waves) for muscle in self._muscles], bool)
+        self._outer = outer_skin(face) if self.anatomical else None
         self._zones = face.zones & drawn[:, None]
+        if self._outer is not None:
+            self._zones &= self._outer[face.triangles].any(axis=1)
         self._alike = alike(self._muscles, self._zones)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
@@ -148,7 +154,7 @@ class MuscleWrinkles:
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._alike)
+        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._alike, self._outer)
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
@@ -325,6 +331,28 @@ class MuscleWrinkles:
             self._steps, self._last = self._steps + 1, time
             return self._height + height / self.accumulate
         return self._height
+
+
+def outer_skin(face: Face) -> Array:
+    """Return 1 (n0,) for the base vertices of the skin that is seen, 0 for those behind lips and lids.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> outer, nose = outer_skin(face), np.linalg.norm(face.points - face.landmarks["nose_tip"], axis=1).argmin()
+    >>> float(outer[nose]), bool((outer == 0.0).any())
+    (1.0, True)
+    """
+    if not face.landmarks:
+        return np.ones(len(face.points))
+    lined, normals = face.lining.vertices.copy(), vertex_normals(face.points, face.triangles)
+    for eye in face.eyes:
+        if eye.side in face.eyelid_openings and eye.side not in face.lid_rims:
+            offset = face.points - eye.centre
+            near = np.linalg.norm(offset, axis=1) < SHELL * eye.radius
+            lined |= near & ((offset * normals).sum(axis=1) < 0.0)
+    return np.where(lined, 0.0, 1.0)
 
 
 def _scattered(where: BoolArray, values: np.ndarray, fill: float) -> np.ndarray:
