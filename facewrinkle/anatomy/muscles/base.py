@@ -173,6 +173,15 @@ class Muscle:
         """Centre (3,) and radius of a ball that holds the wrinkling region; infinite if none is known."""
         return np.zeros(3), np.inf
 
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """Centre (3,) and radius of a ball beyond which :meth:`force` and :meth:`bunched` are 0; infinite if none is
+        known.
+        """
+        kind = type(self)
+        pulls = kind.force is not Muscle.force or kind.bunched is not Muscle.bunched
+        return np.zeros(3), np.inf if pulls else 0.0
+
     def envelope(self, points: npt.ArrayLike) -> Array:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
         return np.zeros(len(checked_points(points)))
