@@ -30,6 +30,9 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     x, y, z = np.ascontiguousarray(centres.T)
     out = []
     for muscle in muscles:
+        if type(muscle).wrinkling_region is Muscle.wrinkling_region:  # it folds nothing
+            out.append(np.zeros(len(triangles), bool))
+            continue
         middle, reach = muscle.reach
         away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2
         near = np.flatnonzero(away <= (1.0 + 1e-9) * (reach + sizes) ** 2)
@@ -39,7 +42,8 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
         inside[candidates] = muscle.wrinkling_region(points[candidates])
         touched = _any_corner(inside, triangles[near])
         for places in between:
-            touched |= muscle.wrinkling_region(places[near])
+            others = np.flatnonzero(~touched)
+            touched[others] = muscle.wrinkling_region(places[near[others]])
         ring = np.zeros(len(points), bool)
         ring[triangles[near[touched]]] = True
         out.append(_any_corner(ring, triangles))
