@@ -105,6 +105,6 @@ class VertexInterpolation:
         rows = csr_array((np.maximum(shares, 0.0), nodes.astype(np.int64), starts), shape=(self._n, self._nodes))
         columns = rows.T.tocsr()
         columns.data *= np.asarray(weights, dtype=np.float64)[columns.indices]
-        total = np.asarray(columns.sum(axis=1)).ravel()
+        total = columns @ np.ones(self._n)
         columns.data *= np.repeat(1.0 / np.where(total > 0.0, total, 1.0), np.diff(columns.indptr))
         return csr_array(columns)

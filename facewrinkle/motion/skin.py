@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
-from ..anatomy.muscles import Muscle, SphincterMuscle
+from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
@@ -214,7 +214,7 @@ class Skin:
             if around is None:
                 force = self._pulled(muscle, whole.points, normals)
             else:
-                near = _within(whole.points, *muscle.pull_reach)
+                near = within(whole.points, *muscle.pull_reach)
                 force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
             pull[k] = force * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
@@ -434,9 +434,3 @@ class Skin:
             u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
         )
         return float(energy)
-
-
-def _within(points: Array, centre: Array, radius: float) -> IntArray:
-    """Numbers of the points in a ball, with those next to its border."""
-    square = sum((points[:, k] - centre[k]) ** 2 for k in range(3))
-    return np.flatnonzero(square <= ((1.0 + 1e-6) * radius) ** 2)

@@ -30,9 +30,6 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     x, y, z = np.ascontiguousarray(centres.T)
     out = []
     for muscle in muscles:
-        if type(muscle).wrinkling_region is Muscle.wrinkling_region:  # it folds nothing
-            out.append(np.zeros(len(triangles), bool))
-            continue
         middle, reach = muscle.reach
         away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2
         near = np.flatnonzero(away <= (1.0 + 1e-9) * (reach + sizes) ** 2)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
 from ...anatomy.landmarks import of_side
-from ...anatomy.muscles import LidMuscle, SheetMuscle
+from ...anatomy.muscles import LidMuscle, SheetMuscle, within
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
 from ..base import Array
@@ -265,8 +265,10 @@ def anatomical(face: Face) -> Array:
         pattern = muscle.fold_pattern
         if pattern.wrinkles.waves:
             continue
-        share = pattern.cover(face.points)
-        better = np.flatnonzero(share > total[:, :3].sum(axis=1))
+        near = within(face.points, *pattern.reach)
+        share = pattern.cover(face.points[near])
+        some = np.flatnonzero(share > total[near, :3].sum(axis=1))
+        better = near[some]
         across = pattern.fold_direction(face.points[better])
-        total[better] = share[better, None] * products(across) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+        total[better] = share[some, None] * products(across) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
     return total
