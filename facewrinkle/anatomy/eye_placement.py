@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from ..geometry.topology import boundary_loops
 from .eyeball import RADIUS, Eyeball
 from .eyelid_opening import eyelid_opening
 from .landmarks import FaceFrame
@@ -53,11 +54,11 @@ def place_eyeballs(
     >>> [(eye.side, round(eye.radius)) for eye in eyes]
     [('l', 12), ('r', 12)]
     """
-    eyes = []
+    eyes, loops = [], boundary_loops(triangles)
     for side in "lr":
         name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
         eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])
-        opening = eyelid_opening(eye, points, triangles, landmarks)
+        opening = eyelid_opening(eye, points, triangles, loops, landmarks)
         if opening is None:
             eyes.append(_behind(eye, points))
             continue

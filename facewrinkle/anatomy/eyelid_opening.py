@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from ..geometry.smoothstep import smoothstep
-from ..geometry.topology import boundary_loops, unique_edges
+from ..geometry.topology import unique_edges
 from .eyeball import Eyeball
 
 Array = npt.NDArray[np.float64]
@@ -170,9 +170,9 @@ class EyelidOpening:
 
 
 def eyelid_opening(
-    eye: Eyeball, points: Array, triangles: IntArray, landmarks: Mapping[str, Array]
+    eye: Eyeball, points: Array, triangles: IntArray, loops: Sequence[IntArray], landmarks: Mapping[str, Array]
 ) -> EyelidOpening | None:
-    """Return the opening before an eye; None if the lids are closed.
+    """Return the opening before an eye, by the boundary loops of the mesh; None if the lids are closed.
 
     Examples
     --------
@@ -180,7 +180,8 @@ def eyelid_opening(
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> top, bottom = eyelid_opening(face.eyes[0], face.points, face.triangles, face.landmarks).lines(np.array([0.5]))
+    >>> mesh = face.points, face.triangles, face.boundary_loops
+    >>> top, bottom = eyelid_opening(face.eyes[0], *mesh, face.landmarks).lines(np.array([0.5]))
     >>> np.degrees(top - bottom).round()
     array([55.])
     """
@@ -195,7 +196,7 @@ def eyelid_opening(
     lids = _lid_sections(local[_near(local, triangles)])
     if len(lids) < len(MERIDIANS) // 2:
         return None
-    hole = _hole(lid_rim(eye, points, triangles), *polar[:2])
+    hole = _hole(lid_rim(eye, points, loops), *polar[:2])
     thick = hole is None or not _is_seen(hole, local, lids)
     upper, lower = _margins(lids, local, triangles) if hole is None or thick else hole
     canthi = _polar(np.stack([inner, outer]), eye.centre, inner, axes, width)[1]
@@ -207,9 +208,9 @@ def eyelid_opening(
     return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, rims, over[:, np.argsort(over[0])])
 
 
-def lid_rim(eye: Eyeball, points: Array, triangles: IntArray) -> IntArray | None:
-    """Vertices around the hole in the mesh before an eye, in order; None if the mesh goes on behind the lids."""
-    for loop in boundary_loops(triangles):
+def lid_rim(eye: Eyeball, points: Array, loops: Sequence[IntArray]) -> IntArray | None:
+    """Vertices around the hole before an eye, of the boundary loops of a mesh; None if it goes on behind the lids."""
+    for loop in loops:
         far = np.linalg.norm(points[loop] - eye.centre, axis=1).max()
         if len(loop) >= RIM_VERTICES and far < RIM_REACH * eye.radius:
             return np.asarray(loop, np.int32)
@@ -267,7 +268,8 @@ def _back_edges(local: Array, triangles: IntArray) -> Array:
 
 def _near(local: Array, triangles: IntArray) -> IntArray:
     """The triangles around an eye."""
-    return triangles[(np.abs(local[triangles] - [0.5, 0.0, 0.0]) < SURROUNDINGS).all(axis=(1, 2))]
+    inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < SURROUNDINGS).all(axis=1))
+    return triangles[inside[triangles[:, 0]] & inside[triangles[:, 1]] & inside[triangles[:, 2]]]
 
 
 def _lid_sections(corners: Array) -> LidSections:

@@ -191,13 +191,14 @@ class Face:
     @cached_property
     def eyelid_openings(self) -> dict[str, EyelidOpening]:
         """The opening between the lids of each eye, by side; eyes whose lids are closed have none."""
-        found = {eye.side: eyelid_opening(eye, self.points, self.triangles, self.landmarks) for eye in self.eyes}
+        mesh = self.points, self.triangles, self.boundary_loops
+        found = {eye.side: eyelid_opening(eye, *mesh, self.landmarks) for eye in self.eyes}
         return {side: opening for side, opening in found.items() if opening is not None}
 
     @cached_property
     def lid_rims(self) -> dict[str, npt.NDArray[np.int32]]:
         """Vertices around the hole before each eye, in order, by side; none where the skin goes on behind the lids."""
-        found = {eye.side: lid_rim(eye, self.points, self.triangles) for eye in self.eyes}
+        found = {eye.side: lid_rim(eye, self.points, self.boundary_loops) for eye in self.eyes}
         return {side: rim for side, rim in found.items() if rim is not None}
 
     @cached_property

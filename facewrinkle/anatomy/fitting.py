@@ -458,7 +458,9 @@ def _closest(surface: CleanSurface, point: Array) -> Array:
 
 def _used_points(source: pv.PolyData) -> Array:
     """Points of a mesh that its triangles use."""
-    return np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
+    used = np.zeros(source.n_points, bool)
+    used[source.regular_faces] = True
+    return np.asarray(source.points, dtype=np.float64)[used]
 
 
 def _check_both_sides(local: Array) -> None:

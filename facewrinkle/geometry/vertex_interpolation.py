@@ -103,6 +103,8 @@ class VertexInterpolation:
         """
         starts, nodes, shares = self._rows
         rows = csr_array((np.maximum(shares, 0.0), nodes.astype(np.int64), starts), shape=(self._n, self._nodes))
-        columns = rows.T.tocsr() * np.asarray(weights, dtype=np.float64)
-        total = np.asarray(columns.sum(axis=1)).ravel()
-        return csr_array(columns * (1.0 / np.where(total > 0.0, total, 1.0))[:, None])
+        columns = rows.T.tocsr()
+        columns.data *= np.asarray(weights, dtype=np.float64)[columns.indices]
+        total = columns @ np.ones(self._n)
+        columns.data *= np.repeat(1.0 / np.where(total > 0.0, total, 1.0), np.diff(columns.indptr))
+        return csr_array(columns)

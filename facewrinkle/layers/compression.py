@@ -217,7 +217,9 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
     return np.asarray(1.0 - np.sqrt(np.maximum(1.0 + share, 0.0)))
 
 
-def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
+def principal_compression(
+    strain: Array, metric: Array, normals: Array, basis: tuple[Array, Array] | None = None
+) -> tuple[Array, Array]:
     """Return the largest compression over all tangents, and the tangent that has it.
 
     The stretch ``|F m|`` is smallest where ``m^T S m / m^T G m`` is, with S the change of the metric and G the rest
@@ -229,6 +231,8 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
         As a :class:`StrainField` gives them.
     normals : ndarray, shape (n, 3)
         Unit normals at rest.
+    basis : tuple of ndarray, optional
+        What :func:`orthonormal_tangents` returns for the same metric and normals, if that is known.
 
     Returns
     -------
@@ -246,7 +250,7 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     >>> most.round(12).tolist(), np.abs(where[0]).round(12).tolist()
     ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
     """
-    first, second = _tangents(metric, normals)
+    first, second = basis or orthonormal_tangents(metric, normals)
     a, b, c = along(strain, first), along(strain, second), mixed(strain, first, second)
     least = 0.5 * (a + b) - np.hypot(0.5 * (a - b), c)
     angle = 0.5 * np.arctan2(2.0 * c, a - b) + 0.5 * np.pi
@@ -273,7 +277,7 @@ class Principal:
     """
 
     def __init__(self, metric: Array, normals: Array) -> None:
-        first, second = _tangents(metric, normals)
+        first, second = orthonormal_tangents(metric, normals)
         self._first, self._second, self._both = products(first), products(second), _both(first, second)
 
     def compression(self, strain: Array) -> Array:
@@ -283,8 +287,17 @@ class Principal:
         return out
 
 
-def _tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
-    """Return two tangents (n, 3) at each point that are orthonormal in the rest metric, by Gram-Schmidt."""
+def orthonormal_tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
+    """Return two tangents (n, 3) at each point that are orthonormal in the rest metric, by Gram-Schmidt.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]])
+    >>> metric = StrainField(points, [[0, 1, 2]]).metric
+    >>> first, second = orthonormal_tangents(metric, np.tile([0.0, 0, 1], (3, 1)))
+    >>> np.einsum("nk,nk->n", first, second).round(12).tolist()
+    [0.0, 0.0, 0.0]
+    """
     first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     first -= (first * normals).sum(axis=1, keepdims=True) * normals
     second = np.cross(normals, first)

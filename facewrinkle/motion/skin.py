@@ -16,7 +16,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
-from ..anatomy.muscles import Muscle, SphincterMuscle
+from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..arguments import checked
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
@@ -211,9 +211,11 @@ class Skin:
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
         around, normals = self.mesh.around, self._normals if whole is face else lip_tethers(whole)[1]
         for k, muscle in enumerate(face.muscles.values()):
-            force = self._pulled(muscle, whole.points, normals)
-            if around is not None:
-                force = around @ force
+            if around is None:
+                force = self._pulled(muscle, whole.points, normals)
+            else:
+                near = within(whole.points, *muscle.pull_reach)
+                force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
             pull[k] = force * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
@@ -323,7 +325,12 @@ class Skin:
         self.contacts.place(self._joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:
-        """Advance by one time step and return the positions (n, 3) in mm.
+        """Advance by one time step and return the positions (n, 3) in mm."""
+        self.advance()
+        return self.points + self.displacement
+
+    def advance(self) -> None:
+        """Advance by one time step.
 
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
         lips that are flung at each other meet, and the skin settles on the way.
@@ -340,7 +347,6 @@ class Skin:
                 self._displacement = self._joints.carried(x, riding, self._placed) - self._rest_points
                 self._advance(self.time_step)
         self._come_to_rest()
-        return self.points + self.displacement
 
     def cleared(self, displacement: Array) -> Array:
         """Return a displacement (n, 3), mm, near a given one, in which the skin is out of eyes, teeth, lips and lids.

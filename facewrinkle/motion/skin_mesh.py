@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
+from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
@@ -118,13 +118,13 @@ class SkinMesh:
         return displacement if self._interpolation is None else self._interpolation.at(displacement)
 
     @cached_property
-    def around(self) -> csr_array | None:
+    def around(self) -> csc_array | None:
         """The matrix (k, n) that averages what is given per area at the face's vertices around each vertex of the mesh.
 
         None if the face is its own mesh. Forces that change within a triangle of the mesh are averaged, as their values
         at its corners need not be theirs between them.
         """
-        return None if self._interpolation is None else self._interpolation.averages(self._areas)
+        return None if self._interpolation is None else csc_array(self._interpolation.averages(self._areas))
 
     def untangled(self, displacement: Array) -> Array:
         """Return a displacement (n, 3) of the given face's vertices, mm, with triangles turned back that it turns over.

@@ -12,8 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from ..arguments import LARGEST, checked, finite
-from ..errors import ParameterError, check_range, warn
+from ..arguments import checked, finite
+from ..errors import LARGEST, ParameterError, check_range, warn
 from ..mesh.files import reading, text_of
 from ..mesh.formats.reading import check_file
 from ..motion.action_units import named_shapes

@@ -144,8 +144,8 @@ class Pulled:
         self._skin.reset()
         self._skin.contract(rates)
         for _ in range(STEPS):
-            moved = self._skin.step()
-        return moved.copy()
+            self._skin.advance()
+        return self._skin.points + self._skin.displacement
 
 
 def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array]:

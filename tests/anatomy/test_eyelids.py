@@ -13,6 +13,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
 from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.eyelids import OVERLAP, lid_weights
+from facewrinkle.geometry.topology import boundary_loops
 
 
 def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
@@ -41,7 +42,8 @@ def test_lids_before_a_socket_are_those_before_a_hole(face):
     for eye, other in zip(face.eyes, eyes, strict=True):
         assert other.radius == pytest.approx(eye.radius, rel=0.03)
         first = lid_weights(face.eyelid_openings[eye.side], face.points, face.triangles)
-        second = lid_weights(eyelid_opening(other, points, triangles, face.landmarks), points, triangles)
+        opening = eyelid_opening(other, points, triangles, boundary_loops(triangles), face.landmarks)
+        second = lid_weights(opening, points, triangles)
         turns = np.zeros((2, len(points)))
         for angles, lids in zip(turns, (first, second), strict=True):
             angles[lids.close.vertices] = lids.close.angles

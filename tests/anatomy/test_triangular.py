@@ -74,6 +74,15 @@ def test_a_fan_moves_with_the_face():
         assert (np.linalg.norm(y[moved.wrinkling_region(y)] - centre, axis=1) <= radius * (1 + 1e-12)).all()
 
 
+@pytest.mark.parametrize("ends", [(-10, 10), (-2, 2)], ids=["wider", "narrower"])
+def test_a_fan_with_recoil_pulls_nothing_beyond_its_reach(ends):
+    fan = TriangularMuscle(LINES[0], [(x, 0, 0) for x in ends], recoil=0.5)
+    centre, radius = fan.pull_reach
+    points = centre + 2.0 * radius * np.random.default_rng(2).uniform(-1.0, 1.0, (100_000, 3))
+    pulled = np.linalg.norm(points[fan.force(points).any(axis=1)] - centre, axis=1)
+    assert 0.5 * radius < pulled.max() <= radius
+
+
 @pytest.mark.parametrize("kind", [SheetMuscle, TriangularMuscle])
 def test_recoil_is_the_pull_mirrored_at_the_attachment(kind):
     lines = LINES if kind is SheetMuscle else (LINES[0], [(-10, 0, 0), (10, 0, 0)])

@@ -4,7 +4,7 @@ Everything here is a function of rest positions, in the unit of the mesh that th
 once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).
 """
 
-from .base import FRONTS, Fronts, Muscle, Wrinkles
+from .base import FRONTS, Fronts, Muscle, Wrinkles, within
 from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
@@ -25,5 +25,6 @@ __all__ = [
     "SphincterMuscle",
     "TriangularMuscle",
     "Wrinkles",
+    "within",
     "zones",
 ]

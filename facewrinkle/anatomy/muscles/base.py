@@ -47,6 +47,13 @@ def unit(vectors: Array) -> Array:
     return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
+def within(points: Array, centre: Array, radius: float) -> npt.NDArray[np.int64]:
+    """Return the numbers of the points (n, 3) in a ball, with those next to its border."""
+    x, y, z = points.T
+    square = (x - centre[0]) ** 2 + (y - centre[1]) ** 2 + (z - centre[2]) ** 2
+    return np.flatnonzero(square <= ((1.0 + 1e-6) * radius) ** 2)
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class Wrinkles:
@@ -171,7 +178,17 @@ class Muscle:
     @property
     def reach(self) -> tuple[Array, float]:
         """Centre (3,) and radius of a ball that holds the wrinkling region; infinite if none is known."""
-        return np.zeros(3), np.inf
+        folds = type(self).wrinkling_region is not Muscle.wrinkling_region
+        return np.zeros(3), np.inf if folds else 0.0
+
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """Centre (3,) and radius of a ball beyond which :meth:`force` and :meth:`bunched` are 0; infinite if none is
+        known.
+        """
+        kind = type(self)
+        pulls = kind.force is not Muscle.force or kind.bunched is not Muscle.bunched
+        return np.zeros(3), np.inf if pulls else 0.0
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""

@@ -117,6 +117,11 @@ class LinearMuscle(Muscle):
         """About the attachment, up to the farthest corner of the cone."""
         return self.attachment, self.radius / float(np.cos(self.max_angle))
 
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """As for `reach`, and at least to the end of the belly."""
+        return self.attachment, max(self.reach[1], sum(BELLY) * self.radius)
+
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 11)."""
         along, angle, offset = self._polar(points)
@@ -266,6 +271,12 @@ class SheetMuscle(Muscle):
         origin, fibre, _, _ = self._axes
         half = 0.5 * self.length, 0.5 * self.width, self.thickness
         return origin + half[0] * fibre, float(np.linalg.norm(half))
+
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """As for `reach`; with recoil as far behind the attachment line."""
+        centre, radius = self.reach
+        return centre, radius + (self.length if self.recoil else 0.0)
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
@@ -417,6 +428,11 @@ class SphincterMuscle(Muscle):
     def reach(self) -> tuple[Array, float]:
         """About the centre, up to the rims of the cylinder."""
         return self.centre, float(np.hypot(max(self.semi_major, self.semi_minor), self.thickness))
+
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """That of the wrinkling region, which reaches to the border of the area of influence."""
+        return self.reach
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At on the inner and outer band (Eqs. 17-18)."""

@@ -87,6 +87,12 @@ class TriangularMuscle(SheetMuscle):
         half = 0.5 * self.length, 0.5 * widest, self.thickness
         return origin + half[0] * fibre, float(np.linalg.norm(half))
 
+    @property
+    def pull_reach(self) -> tuple[Array, float]:
+        """As for a sheet as wide as the wider end; behind the attachment line it may be wider still."""
+        centre, radius = super().pull_reach
+        return centre, radius + (0.5 * abs(self._widening) * self.length if self.recoil else 0.0)
+
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """The direction of the fibre through each point, towards the attachment line."""
         origin, fibre, across, _ = self._axes

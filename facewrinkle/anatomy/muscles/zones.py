@@ -39,7 +39,8 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
         inside[candidates] = muscle.wrinkling_region(points[candidates])
         touched = _any_corner(inside, triangles[near])
         for places in between:
-            touched |= muscle.wrinkling_region(places[near])
+            others = np.flatnonzero(~touched)
+            touched[others] = muscle.wrinkling_region(places[near[others]])
         ring = np.zeros(len(points), bool)
         ring[triangles[near[touched]]] = True
         out.append(_any_corner(ring, triangles))

@@ -16,7 +16,7 @@ from ...errors import ParameterError
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
 from ..base import Array
-from ..compression import StrainField, principal_compression, products
+from ..compression import StrainField, orthonormal_tangents, principal_compression, products
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -80,7 +80,9 @@ class FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
         strain = StrainField(face.points * face.unit, face.triangles)
         area = vertex_areas(face.points, face.triangles)
-        found = [_compressions(face, strain, shape) for shape in shapes]
+        normals = vertex_normals(face.points, face.triangles)
+        basis = orthonormal_tangents(strain.metric, normals)
+        found = [_compressions(strain, normals, basis, shape) for shape in shapes]
         power = [float((area * squared).sum()) for squared, _ in found]
         families: list[list[int]] = []
         for k in sorted(range(len(shapes)), key=lambda k: -power[k]):
@@ -94,10 +96,12 @@ class FoldShapes:
         return cls({f"motion {i + 1}": [shapes[k] for k in family] for i, family in enumerate(families)})
 
 
-def _compressions(face: Face, strain: StrainField, positions: Array) -> tuple[Array, Array]:
+def _compressions(
+    strain: StrainField, normals: Array, basis: tuple[Array, Array], positions: Array
+) -> tuple[Array, Array]:
     """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3)."""
-    normals = vertex_normals(face.points, face.triangles)
-    most, where = principal_compression(strain.strain(np.ascontiguousarray(positions)), strain.metric, normals)
+    moved = strain.strain(np.ascontiguousarray(positions))
+    most, where = principal_compression(moved, strain.metric, normals, basis)
     return np.maximum(most - FIRST, 0.0) ** 2, where
 
 
@@ -122,7 +126,8 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
         If a shape does not have the vertices of the face.
     """
     strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
-    found = {}
+    normals = vertex_normals(face.points, face.triangles)
+    basis, found = orthonormal_tangents(strain.metric, normals), {}
     for name, positions in shapes.families.items():
         total = np.zeros_like(strain.metric)
         for moved in positions:
@@ -134,8 +139,9 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
                 )
             if not np.isfinite(array).all():
                 raise ParameterError(f"a shape of the family {name!r} has positions that are not finite.")
-            squared, where = _compressions(face, strain, array)
-            total += squared[:, None] * products(where) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+            squared, where = _compressions(strain, normals, basis, array)
+            some = np.flatnonzero(squared)
+            total[some] += squared[some, None] * products(where[some]) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
         total = _evened(total, around)
         if window_of(total).any():
             found[name] = total

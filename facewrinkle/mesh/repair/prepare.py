@@ -144,8 +144,9 @@ def prepare(
 
 def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None) -> CleanSurface:
     """Return the repaired triangles with the data of the source at their points and corners."""
-    used, renumbered = np.unique(skin.triangles, return_inverse=True)
-    triangles = renumbered.reshape(-1, 3)
+    marked = np.zeros(len(skin.points), bool)
+    marked[skin.triangles] = True
+    used, triangles = np.flatnonzero(marked), (np.cumsum(marked) - 1)[skin.triangles]
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept)
     clean.points = skin.points[used]
