@@ -121,7 +121,9 @@ class Oracle:
         return out
 
 
-def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int], Array] | None = None) -> Array:
+def off_the_way(
+    path: Array, before: Array | None = None, resting: Callable[[int], Array | None] | None = None
+) -> Array:
     """Return how far (f,) a transition goes beyond its way in each frame, mm, and the vertex (f,) that does so, (f, 2).
 
     The way of a vertex is the ball between its displacements at the start of the transition and at its end, from pole
@@ -129,9 +131,9 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
     1.2 times where it goes; but it may go along an arc with the jaw, or come back faster along the normal than along
     the surface. A vertex that moves as the transition starts may coast on for five frames more.
 
-    A transition need not lead straight to its end: in each frame the skin makes for where it would come to rest if the
-    present rates were held. So in a frame that is off the way to the end, the way to this state of rest counts as well,
-    and so it does in later frames.
+    A transition need not lead straight to its end: in each frame the skin makes for a state of rest at the present
+    rates. So in a frame that is off the way to the end, the way to this state counts as well, and so it does in later
+    frames. The state must not depend on the path, or what is wrong with the path would explain itself.
 
     Parameters
     ----------
@@ -140,7 +142,8 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
     before : ndarray, shape (n, 3), optional
         Displacements another frame before. Default: at rest at the start.
     resting : callable, optional
-        Returns the displacements (n, 3) at rest at the rates of a frame, by its number. Default: the end of the path.
+        Returns the displacements (n, 3) at rest at the rates of a frame, by its number; or None if none is known, which
+        explains nothing. Default: only the end of the path counts.
 
     Examples
     --------
@@ -152,7 +155,7 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
     array([[1.5, 1. ],
            [0. , 0. ]])
 
-    It does not if the rates of that frame, held on, would take it to 14 mm:
+    It does not if the rates of that frame take skin to 14 mm:
 
     >>> off_the_way(path, resting=lambda frame: path[1])
     array([[0., 1.],
@@ -168,8 +171,8 @@ def off_the_way(path: Array, before: Array | None = None, resting: Callable[[int
             if beyond.max() <= 0.0:
                 break
         else:
-            if resting is not None:
-                ends.append(resting(f))
+            if resting is not None and (rest := resting(f)) is not None:
+                ends.append(rest)
                 kernels.beyond_way(place, start, ends[-1], coasting, beyond)
         worst = int(beyond.argmax())
         out[f] = max(beyond[worst], 0.0), worst

@@ -13,7 +13,7 @@ import hashlib
 import json
 import multiprocessing
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from facewrinkle.plotting import Scene, Style, save_picture
 from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
 from .sequences import sequence
 from .subjects import names, subject
-from .trials import EVERY_SIMULATED, LIMITS, Player, can_wrinkle
+from .trials import EVERY_SIMULATED, LIMITS, RECORDED, Player, can_wrinkle
 
 Record = dict[str, Any]
 
@@ -62,6 +62,7 @@ def play(name: str, seed: int, index: int) -> Record:
     return {
         "face": name, "index": index, "seed": seed, "frames": len(trial.largest), "simulated": simulated,
         "failed": {kind: count for kind, count in trial.failed().items() if count}, "worst": trial.worst(),
+        "recorded": {kind: count for kind, count in trial.recorded().items() if count},
         "seconds": time.process_time() - begin,
     }  # fmt: skip
 
@@ -137,15 +138,8 @@ def report(records: Sequence[Record]) -> Report:
         (name, len(some), sum(r["frames"] for r in some), *(sum(r["failed"].get(k, 0) for r in some) for k in kinds))
         for name, some in groups.items()
     ]
-    worst = []
-    for kind in kinds:
-        most = max(records, key=lambda r: r["worst"][kind][0], default=None)
-        if most is not None and most["worst"][kind][0] > LIMITS[kind]:
-            value, frame = most["worst"][kind]
-            sequences = sum(kind in r["failed"] for r in records)
-            worst.append(
-                (kind, sequences, failures[-1][3 + kinds.index(kind)], value, most["face"], most["index"], frame)
-            )
+    worst = _largest(records, "failed", LIMITS)
+    beside = _largest(records, "recorded", dict.fromkeys(RECORDED, 0.0))
     frames = sum(r["frames"] for r in records)
     sound = sum(not r["failed"] for r in records)
     seconds = sum(r["seconds"] for r in records)
@@ -160,10 +154,23 @@ def report(records: Sequence[Record]) -> Report:
         [
             Table("Frames with faults", ("face", "sequences", "frames", *kinds), failures),
             Table("The worst", ("fault", "sequences", "frames", "largest", "face", "index", "frame"), worst),
+            Table("Not judged", ("value", "sequences", "frames", "largest", "face", "index", "frame"), beside),
         ],
         [Plot("faults", _figure(records), "Sequences with each kind of fault, and the largest depths in them.")],
         {"sequences": len(records), "sound": sound, "frames": frames, "seconds": seconds},
     )  # fmt: skip
+
+
+def _largest(records: Sequence[Record], counted: str, limits: Mapping[str, float]) -> list[tuple[Any, ...]]:
+    """Rows of the largest values above their limits: sequences and frames `counted`, value, face, index, frame."""
+    rows: list[tuple[Any, ...]] = []
+    for kind, limit in limits.items():
+        most = max(records, key=lambda r: r["worst"][kind][0], default=None)
+        if most is not None and most["worst"][kind][0] > limit:
+            value, frame = most["worst"][kind]
+            counts = [r[counted][kind] for r in records if kind in r[counted]]
+            rows.append((kind, len(counts), sum(counts), value, most["face"], most["index"], frame))
+    return rows
 
 
 def _figure(records: Sequence[Record]) -> Figure:
@@ -187,18 +194,18 @@ def replay(name: str, index: int, seed: int, out: Path) -> None:
     played = sequence(on.face, seed, name, index)
     simulated = wrinkles and index % EVERY_SIMULATED == EVERY_SIMULATED - 1
     worst = on.play(played, simulated)
-    kinds = list(LIMITS)
+    limits = LIMITS | dict.fromkeys(RECORDED, np.inf)
     print(f"{name}, sequence {index} of seed {seed}" + (", with wrinkles" if simulated else ""))
-    print("frame  muscles  rates  largest  " + "  ".join(kinds))
+    print("frame  muscles  rates  largest  " + "  ".join(limits))
     for f, largest in enumerate(worst.largest):
         rates = played.rates[f]
         change = "change" if f == 0 or not np.array_equal(rates, played.rates[f - 1]) else "held  "
         cells = "  ".join(
-            f"{worst.values[kind][f]:{len(kind)}.3g}" + ("!" if worst.values[kind][f] > LIMITS[kind] else "")
-            for kind in kinds
+            f"{worst.values[kind][f]:{len(kind)}.3g}" + ("!" if worst.values[kind][f] > limit else "")
+            for kind, limit in limits.items()
         )
         print(f"{f:5d}  {int((rates > 0.0).sum()):7d}  {change} {largest:7.2f}  {cells}")
-    frames = {frame: kind for kind, (value, frame) in worst.worst().items() if value > LIMITS[kind]}
+    frames = {frame: kind for kind, (value, frame) in worst.worst().items() if value > limits[kind]}
     for f, _ in enumerate(on.frames(played, simulated)):
         if f not in frames:
             continue

@@ -35,11 +35,17 @@ relative to the largest of the sequence; triangles turned over; depths in mm; di
 allowed, mm; largest displacement after a release, mm; refined triangles that wrinkles turn over.
 """
 
+RECORDED = ("off the way to the end",)
+"""Kinds of values that are recorded beside the faults, and not judged: the distance off the way if only the end of the
+transition counts, mm.
+"""
+
 AT_REST = 10
 """A release is over after so many frames exactly at rest."""
 
-SETTLING_STEP, SETTLED_AFTER, SETTLED = 0.2, 60, 1e-4
-"""Time step in which skin is let settle at held rates, s, the most steps, and how far the last one moves it, mm.
+SETTLING_STEP, RAMPED_IN, SETTLED_AFTER, SETTLED = 0.2, 5, 100, 1e-4
+"""Time step in which skin goes from rest to where it settles at held rates, s; steps in which the rates grow; the most
+steps after that; and how far the last one may move it, mm.
 """
 
 EVERY_SIMULATED = 8
@@ -65,7 +71,7 @@ class Trial:
     Attributes
     ----------
     values : dict of str to ndarray, shape (f,)
-        By the names in :data:`LIMITS`.
+        By the names in :data:`LIMITS` and :data:`RECORDED`.
     largest : ndarray, shape (f,)
         Largest displacement of a vertex, mm.
     """
@@ -75,7 +81,11 @@ class Trial:
 
     def failed(self) -> dict[str, int]:
         """Return the number of frames with each kind of fault."""
-        return {kind: int((value > LIMITS[kind]).sum()) for kind, value in self.values.items()}
+        return {kind: int((self.values[kind] > limit).sum()) for kind, limit in LIMITS.items()}
+
+    def recorded(self) -> dict[str, int]:
+        """Return the number of frames in which each kind of value that is not judged is above 0."""
+        return {kind: int((self.values[kind] > 0.0).sum()) for kind in RECORDED}
 
     def worst(self) -> dict[str, tuple[float, int]]:
         """Return the largest value of each kind, and its frame."""
@@ -109,13 +119,13 @@ class Player:
 
     def play(self, sequence: Sequence, simulated: bool = False) -> Trial:
         """Play a sequence, with wrinkles if `simulated`, and return its faults."""
-        values = {kind: np.zeros(len(sequence.rates)) for kind in LIMITS}
+        values = {kind: np.zeros(len(sequence.rates)) for kind in (*LIMITS, *RECORDED)}
         largest = np.zeros(len(sequence.rates))
         for f, found in enumerate(self.frames(sequence, simulated)):
             for kind, value in found.items():
                 if kind == "largest":
                     largest[f] = value
-                elif kind == "off the way":
+                elif isinstance(value, np.ndarray):
                     values[kind][f + 1 - len(value) : f + 1] = value
                 else:
                     values[kind][f] = value
@@ -150,8 +160,9 @@ class Player:
             last = f == len(sequence.rates) - 1 or (released and held and still >= AT_REST)
             path.append(u)
             if f in ends or last:
-                resting = self._resting(sequence.rates[f + 2 - len(path) : f + 1], path[1:])
-                found["off the way"] = off_the_way(np.array(path), before, resting)[:, 0]
+                way, resting = np.array(path), self._resting(sequence.rates[f + 2 - len(path) : f + 1])
+                found["off the way to the end"] = off = off_the_way(way, before)[:, 0]
+                found["off the way"] = off_the_way(way, before, resting)[:, 0] if resting and off.any() else off
                 before, path = path[-2], path[-1:]
             if released and last:
                 found["not at rest"] = float(found["largest"])
@@ -159,34 +170,39 @@ class Player:
             if last:
                 return
 
-    def _resting(self, rates: Array, shapes: list[Array]) -> Callable[[int], Array] | None:
-        """Return what tells where a skin of some shapes (f, n, 3) would come to rest at held rates (f, k); or None."""
+    def _resting(self, rates: Array) -> Callable[[int], Array | None] | None:
+        """Return what tells where the skin comes to rest at held rates (f, k); or None for a skin that is given."""
         if not self._settles:
             return None
-        found: dict[bytes, Array] = {}
+        found: dict[bytes, Array | None] = {}
 
-        def resting(frame: int) -> Array:
+        def resting(frame: int) -> Array | None:
             key = rates[frame].tobytes()
             if key not in found:
-                found[key] = self._settled(rates[frame], shapes[frame])
+                found[key] = self._settled(rates[frame])
             return found[key]
 
         return resting
 
-    def _settled(self, rates: Array, displacement: Array) -> Array:
-        """Return where a skin that is displaced (n, 3) and does not move comes to rest at held rates (k,)."""
+    def _settled(self, rates: Array) -> Array | None:
+        """Return where skin at rest goes (n, 3) as muscles contract to rates (k,) that are then held; or None.
+
+        None means that it did not settle. No shape of the sequence has a part in it: skin that hangs where it should
+        not be must not be its own excuse.
+        """
         if self._settling is None:
             self._settling = fw.Skin(self.face, SETTLING_STEP)
         skin = self._settling
-        skin.set_rates(rates)
-        before = skin.cleared(displacement)
-        for _ in range(SETTLED_AFTER):
+        skin.reset()
+        for step in range(1, RAMPED_IN + 1):
+            skin.set_rates(rates * (step / RAMPED_IN))
             skin.step()
-            after = skin.displacement
-            if np.abs(after - before).max() < SETTLED:
-                break
-            before = after
-        return after
+        for _ in range(SETTLED_AFTER):
+            before = skin.displacement.copy()
+            skin.step()
+            if np.abs(skin.displacement - before).max() < SETTLED:
+                return skin.displacement.copy()
+        return None
 
     def _jaw_angle(self, rates: Array) -> float | None:
         return self.face.jaw_angle(dict(zip(self.face.muscles, rates.tolist(), strict=True)))

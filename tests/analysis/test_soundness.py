@@ -22,7 +22,7 @@ from analysis.oracle import Findings, Oracle, off_the_way
 from analysis.orientation import Normals, Orientation
 from analysis.penetration import Ball, Samples, Sheets
 from analysis.sequences import RELEASED, Sequence, sequence
-from analysis.trials import LIMITS, Player, area_shares
+from analysis.trials import LIMITS, RECORDED, Player, area_shares
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.geometry.rigid_alignment import closest_rotations
 from facewrinkle.geometry.topology import vertex_rings
@@ -297,13 +297,21 @@ def test_what_states_of_rest_explain_is_not_off_the_way_and_what_lies_beyond_is(
     assert asked == [1, 3]  # where no earlier one explains it
 
 
+def test_a_state_of_rest_that_is_not_known_explains_nothing():
+    path = np.zeros((4, 1, 3))
+    path[1:, 0, 1] = [4.0, 9.0, 0.0]
+    rest = {0: np.array([[0.0, 6.0, 0.0]]), 1: None}
+    np.testing.assert_array_equal(off_the_way(path, None, rest.get)[:, 0], [0.0, 9.0 - 7.7, 0.0])
+    np.testing.assert_array_equal(off_the_way(path, None, lambda frame: None), off_the_way(path))
+
+
 def test_skin_settles_where_it_comes_to_rest_by_itself(face):
     player = Player(face)
     rates = np.array([0.7 * (name in ("zygomaticus_major_l", "jaw")) for name in face.muscles])
-    settled = player._settled(rates, np.zeros_like(face.points))
+    settled = player._settled(rates)
     assert np.abs(settled).max() > 5.0
-    again = player._settled(rates, 0.5 * settled)
-    np.testing.assert_allclose(again, settled, rtol=0.0, atol=0.005)
+    player._settling.displacement = 2.0 * settled
+    np.testing.assert_array_equal(player._settled(rates), settled)  # nothing of what was before is left
     player.skin.set_rates(rates)
     for _ in range(60):
         player.skin.step()
@@ -373,6 +381,49 @@ def test_a_transition_that_shoots_too_far_is_found_in_its_frame(face):
     shapes[2][50, 1] = 8.0
     trial = Player(face, Made(face, shapes)).play(held(face, 6))
     assert np.flatnonzero(trial.values["off the way"]).tolist() == [2]
+    np.testing.assert_array_equal(trial.values["off the way to the end"], trial.values["off the way"])
+
+
+class Hanging(Made):
+    """A skin with two states of rest: where it hangs once it was farther out than 10 mm, and where rates lead, 5 mm.
+
+    It may also never settle.
+    """
+
+    def __init__(self, face, restless=False):
+        self.restless, self.steps = restless, 0
+        super().__init__(face, [])
+
+    def cleared(self, displacement):
+        self.displacement = displacement.copy()
+        return displacement
+
+    def step(self):
+        y = np.where(self.displacement[:, 1] > 10.0, self.displacement[:, 1], 5.0 * self.rates.max())
+        self.displacement = np.column_stack([0.0 * y, y, 0.0 * y])
+        self.steps += 1
+        self.displacement[:, 2] = 0.01 * (-1) ** self.steps * self.restless
+        return self._rest + self.displacement
+
+
+@pytest.mark.parametrize("restless", [False, True])
+def test_skin_that_hangs_where_no_rest_leads_is_not_its_own_excuse(face, restless):
+    """A ramp to 2 mm, over rates at which skin rests 5 mm out: one vertex hangs 27 mm out while these are held."""
+    rates, shapes = held(face, 6), [np.zeros_like(face.points) for _ in range(6)]
+    rates.rates[:] = np.array([0.5, 1.0, 1.0, 1.0, 0.4, 0.4])[:, None]
+    for shape, y in zip(shapes, (2.5, 5.0, 5.0, 5.0, 2.0, 2.0), strict=True):
+        shape[:, 1] = y
+    for shape in shapes[2:4]:
+        shape[50, 1] = 27.0
+    player = Player(face, Made(face, shapes))
+    player._settles, player._settling = True, Hanging(face, restless)
+    trial = player.play(rates)
+    to_the_end = [0.0, 5.0 - 2.9, 27.0 - 2.9, 27.0 - 2.9, 0.0, 0.0]
+    judged = to_the_end if restless else [0.0, 0.0, 27.0 - 6.5, 27.0 - 6.5, 0.0, 0.0]
+    np.testing.assert_allclose(trial.values["off the way to the end"], to_the_end, atol=1e-12)
+    np.testing.assert_allclose(trial.values["off the way"], judged, atol=0.01)
+    assert trial.failed()["off the way"] == (3 if restless else 2)
+    assert trial.recorded() == {"off the way to the end": 3}
 
 
 def test_refined_triangles_that_wrinkles_turn_over_are_counted():
@@ -432,10 +483,12 @@ def quick(monkeypatch):
 
     def play(name, seed, index):
         asked.append((name, index))
-        worst = {kind: (0.5 if kind == "lips" and index == 1 else 0.0, 3) for kind in LIMITS}
+        worst = {kind: (0.5 if kind == "lips" and index == 1 else 0.0, 3) for kind in (*LIMITS, *RECORDED)}
         failed = {"lips": 7} if index == 1 else {}
+        recorded = {RECORDED[0]: 4} if index == 0 else {}
+        worst[RECORDED[0]] = (0.25 if recorded else 0.0, 2)
         return {"face": name, "index": index, "seed": seed, "frames": 50, "simulated": False, "failed": failed,
-                "worst": worst, "seconds": 1.0}  # fmt: skip
+                "recorded": recorded, "worst": worst, "seconds": 1.0}  # fmt: skip
 
     monkeypatch.setattr(soundness, "play", play)
     return asked
@@ -462,12 +515,13 @@ def test_a_run_goes_on_where_it_was(quick, tmp_path, monkeypatch):
 
 def test_the_report_tells_what_failed_and_where(quick, tmp_path):
     made = soundness.report(soundness.play_all(tmp_path / "soundness.jsonl", ["a", "b"], 2))
-    faults, worst = made.tables
+    faults, worst, beside = made.tables
     lips = faults.columns.index("lips")
     assert [row[0] for row in faults.rows] == ["a", "b", "all"]
     assert [row[lips] for row in faults.rows] == [7, 7, 14]
     assert sum(sum(row[3:]) for row in faults.rows) == 28
     assert worst.rows == [("lips", 2, 14, 0.5, "a", 1, 3)]
+    assert beside.rows == [("off the way to the end", 2, 8, 0.25, "a", 0, 2)]
     assert made.numbers == {"sequences": 4, "sound": 2, "frames": 200, "seconds": 4.0}
 
 
