@@ -20,7 +20,7 @@ from ..mesh.keeping import digest
 T = TypeVar("T")
 
 LARGEST = 100_000_000
-"""Bytes of the largest part that is kept: the factors of a whole scan take gigabytes, which a face would hold on to long
+"""Bytes of the largest part that is kept: the factors of a whole scan take gigabytes, and a face would hold them long
 after its skins are gone.
 """
 

@@ -88,7 +88,8 @@ def arrays(thing, seen):
 
 
 def test_what_skins_share_cannot_be_written(face):
-    skin, contacts = (whole := Skin(face)), whole.contacts
+    skin = Skin(face)
+    contacts = skin.contacts
     shared = [skin._bending, skin._pull, skin._minimiser.factors]
     shared += [contacts.solids, contacts.lips, contacts.lids, contacts.flesh]
     found = list(arrays(shared, set()))
