@@ -22,6 +22,7 @@ from ..anatomy.teeth import OVERJET
 from ..geometry.normals import vertex_normals
 from . import _plane_kernels as kernels
 from .constraints import from_lips
+from .kept_parts import read_only
 from .solids import SLACK, samples_of
 
 Array = npt.NDArray[np.float64]
@@ -75,10 +76,14 @@ class FacingSkin:
     allowed: Array
     stiffness: Array
 
+    def __post_init__(self) -> None:
+        read_only(list(vars(self).values()))  # here, as loops are compiled apart for arrays that can be written
+
     def gaps(self, x: Array) -> Array:
         """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
-        out, none = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
-        kernels.plane_energy(x, self.corners, self.shares, self.triangles, none, none, none, out, np.empty((0, 3)))
+        out, full = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
+        none = read_only(full.copy())
+        kernels.plane_energy(x, self.corners, self.shares, self.triangles, full, none, none, out, np.empty((0, 3)))
         return out
 
     def touching_from(self, allowed: Array) -> FacingSkin:

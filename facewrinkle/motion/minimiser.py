@@ -14,6 +14,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from ..geometry.nested_dissection import nested_dissection
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
+from .kept_parts import read_only
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.integer]
@@ -233,6 +234,7 @@ class Factors:
         for k, matrix in enumerate(matrices):  # one by one: on fine meshes factors take gigabytes
             ordered = matrix[order][:, order].tocsc()
             self._keep(k, order, splu(ordered, permc_spec=ordering, diag_pivot_thresh=0.0, options=options))
+        read_only(list(vars(self).values()))
 
     def _keep(self, k: int, order: IntArray, factor: SuperLU) -> None:
         """Keep what solving for coordinate k needs of its factors."""

@@ -18,6 +18,7 @@ from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
+from .kept_parts import content
 from .lid_surfaces import lid_ridges
 
 Array = npt.NDArray[np.float64]
@@ -103,11 +104,14 @@ class SkinMesh:
 
     @staticmethod
     def of(face: Face, vertices: int | None = SKIN_VERTICES) -> SkinMesh:
-        """Return the mesh of a face: the one of another skin of this face, as long as there is one."""
+        """Return the mesh of a face: that of another skin of it, as long as there is one and the face is the same."""
+        if vertices is None or face.mesh.n_points <= WORTHWHILE * check_whole("vertices", vertices, 100, 1e9):
+            return SkinMesh(face, vertices)
         made = _MADE.setdefault(face, WeakValueDictionary())
-        mesh = made.get(vertices)
+        key = vertices, content(face)
+        mesh = made.get(key) if key[1] is not None else None
         if mesh is None:
-            mesh = made[vertices] = SkinMesh(face, vertices)
+            mesh = made[key] = SkinMesh(face, vertices)
         return mesh
 
     def follow(self, displacement: Array) -> Array:
@@ -139,8 +143,8 @@ class SkinMesh:
         return displacement if after is before else displacement + (after - before)
 
 
-_MADE: WeakKeyDictionary[Face, WeakValueDictionary[int | None, SkinMesh]] = WeakKeyDictionary()
-"""Meshes that skins have, by their faces and wanted numbers of vertices."""
+_MADE: WeakKeyDictionary[Face, WeakValueDictionary[tuple[int, str | None], SkinMesh]] = WeakKeyDictionary()
+"""Meshes that skins have, by their faces, wanted numbers of vertices, and what the faces were then."""
 
 
 def edge_lengths(face: Face, count: int) -> Array:

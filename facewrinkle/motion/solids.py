@@ -22,6 +22,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
 from .constraints import from_lips
+from .kept_parts import read_only
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -90,6 +91,9 @@ class Solids:
     stiffness: Array
     angles: Array
 
+    def __post_init__(self) -> None:
+        read_only(list(vars(self).values()))  # here, as loops are compiled apart for arrays that can be written
+
     def gaps(self, points: Array) -> Array:
         """Return the distances (k,) of all samples from their solids at rest, for positions (n, 3)."""
         gaps, normal = np.empty(len(self.corners)), np.empty(3)
@@ -106,7 +110,7 @@ class Solids:
         kernels.turn(origins, joint.centre, joint.axis, angles)
         for k in range(3):
             kernels.turn(axes[:, k], np.zeros(3), joint.axis, angles)
-        return origins, axes
+        return read_only((origins, axes))
 
 
 def joined(solids: Sequence[Solids]) -> Solids:
