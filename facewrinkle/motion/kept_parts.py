@@ -32,7 +32,7 @@ def kept(face: Face, what: str, key: object, make: Callable[[], T]) -> T:
 
     It lives as long as the face, which it must not hold. Several skins share it: its arrays are made read-only. It is
     made anew for a face that has changed; see :func:`content`. Muscles and weights of joints never change themselves,
-    but others may have taken their place.
+    but others may have taken their place. What a face finds once, as those weights, is as it was found.
 
     Examples
     --------

@@ -112,6 +112,11 @@ class Skin:
             raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
         if not iterations >= 1:
             raise ParameterError(f"iterations must be at least 1, received {iterations!r}.")
+        if lost := face.joint_weights.keys() - face.muscles.keys():
+            raise ParameterError(
+                f"face.muscles has lost {min(lost)!r}, by which skin turns with a lid or the jaw. Make a face without "
+                "it: dataclasses.replace(face, muscles={...}) with all muscles that it is to have."
+            )
         m = self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)

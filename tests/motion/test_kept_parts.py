@@ -67,6 +67,15 @@ def test_a_face_that_is_changed_in_place_is_that_of_its_next_skin(change):
     assert (np.abs(after - before).max() > 1e-3) != same
 
 
+def test_muscles_of_lids_and_jaw_are_not_taken_out_in_place():
+    face = fw.default_face()
+    Skin(face)
+    face.muscles.pop("jaw")
+    with pytest.raises(fw.errors.ParameterError, match=r"has lost 'jaw'.*dataclasses\.replace"):
+        Skin(face)
+    assert "jaw" not in Skin(dataclasses.replace(face, muscles=face.muscles)).names
+
+
 def test_the_mesh_of_a_fine_face_is_made_anew_once_it_has_changed():
     face = fw.default_face()
     one, other = (Skin(face, vertices=600) for _ in range(2))
