@@ -194,7 +194,8 @@ def examples(tmp_path):
         "x": line.copy(), "y": line[::-1].copy(), "t": 1.0, "alpha": 1.0, "beta": 2.0, "gamma": 2, "s": line.copy(),
         "sharpness": 2.0, "sharpest": 0.1, "strength": 0.5, "functions": np.hypot, "w": line.copy(), "u": 1.0,
         "k0": np.full(7, 0.5), "length": 3.0, "lambda_w": 0.2, "n": 3, "l": line.copy(), "start": 0.1, "inner": 0.2,
-        "outer": 0.8, "blunt": 0.25, "epsilon": 0.3, "wavelength": line + 1.0, "degree": 1,
+        "outer": 0.8, "blunt": 0.25, "centre": np.array([1.0, 2.0, 0.0]), "radius": 8.0,
+        "epsilon": 0.3, "wavelength": line + 1.0, "degree": 1,
         # faces
         "face": face(), "frame": frame(), "landmarks": {k: np.array(v) for k, v in face().landmarks.items()},
         "unit": 1.0, "units": "mm", "rates": {"corrugator_l": 0.4}, "muscle": "frontalis_l", "what": {"AU12": 0.7},
