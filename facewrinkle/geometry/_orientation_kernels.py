@@ -9,6 +9,14 @@ from ._mesh_kernels import area_vector
 from .compilation import njit
 
 
+@njit(cache=True, inline="always")
+def growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz):
+    """Linear and quadratic part, along n, of the area vector of sides a and b that become a + t u and b + t v."""
+    linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
+    linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
+    return linear, nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+
+
 @njit(cache=True)
 def limit(points, heights, directions, triangles, demanded, aim, factors):
     """Lower `factors` of the heights at the corners of triangles of which less than the share `demanded` would be left.
@@ -29,9 +37,7 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
         dx, dy, dz = hi * directions[i, 0], hi * directions[i, 1], hi * directions[i, 2]
         ux, uy, uz = hj * directions[j, 0] - dx, hj * directions[j, 1] - dy, hj * directions[j, 2] - dz
         vx, vy, vz = hk * directions[k, 0] - dx, hk * directions[k, 1] - dy, hk * directions[k, 2] - dz
-        linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
-        linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
-        square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+        linear, square = growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz)
         area = nx * nx + ny * ny + nz * nz
         if (1.0 - demanded) * area + linear + square >= 0.0:
             continue
@@ -63,9 +69,7 @@ def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
         ax, ay, az = lifted[j, 0] - lifted[i, 0], lifted[j, 1] - lifted[i, 1], lifted[j, 2] - lifted[i, 2]
         bx, by, bz = lifted[k, 0] - lifted[i, 0], lifted[k, 1] - lifted[i, 1], lifted[k, 2] - lifted[i, 2]
         before = nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx)
-        linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
-        linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
-        square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+        linear, square = growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz)
         if before + linear + square >= demanded * area:
             continue
         found += 1

@@ -301,6 +301,18 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
                 out[i, c] *= STEEPEST_SLIDE / steepness
 
 
+@njit(cache=True, inline="always")
+def evened(more, less, swept):
+    """Shares of the heights of the side that holds `more`, with what is swept besides, and of the other one."""
+    lowered = np.rint((less - swept) / more * STEPS) / STEPS
+    raised = 1.0
+    if lowered < LEVELLED:
+        lowered = LEVELLED
+        if less > 0.0:
+            raised = min(np.rint((lowered * more + swept) / less * STEPS) / STEPS, RAISED)
+    return lowered, raised
+
+
 @njit(cache=True)
 def level(height, shown, areas, swept):
     """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,), with what
@@ -314,17 +326,9 @@ def level(height, shown, areas, swept):
             below -= areas[i] * height[i]
     bulges = furrows = 1.0
     if above > 0.0 and above + swept > below:
-        bulges = np.rint((below - swept) / above * STEPS) / STEPS
-        if bulges < LEVELLED:
-            bulges = LEVELLED
-            if below > 0.0:
-                furrows = min(np.rint((bulges * above + swept) / below * STEPS) / STEPS, RAISED)
+        bulges, furrows = evened(above, below, swept)
     elif below > 0.0 and above + swept < below:
-        furrows = np.rint((above + swept) / below * STEPS) / STEPS
-        if furrows < LEVELLED:
-            furrows = LEVELLED
-            if above > 0.0:
-                bulges = min(np.rint((furrows * below - swept) / above * STEPS) / STEPS, RAISED)
+        furrows, bulges = evened(below, above, -swept)
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..geometry._mesh_kernels import area_vector
 from ..geometry.compilation import njit
 
 
@@ -18,11 +19,8 @@ def plane_gap(x, corners, shares, triangle, bary, normal):
     Writes the normal (3,), and the barycentric coordinates (3,) of the point of the plane below the sample.
     """
     i, j, l = triangle[0], triangle[1], triangle[2]
-    square = 0.0
-    for k in range(3):
-        e, f = (k + 1) % 3, (k + 2) % 3
-        normal[k] = (x[j, e] - x[i, e]) * (x[l, f] - x[i, f]) - (x[j, f] - x[i, f]) * (x[l, e] - x[i, e])
-        square += normal[k] ** 2
+    normal[0], normal[1], normal[2] = area_vector(x, i, j, l)
+    square = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
     if square == 0.0:
         return np.inf
     gap = 0.0
@@ -52,15 +50,9 @@ def firmness(x, triangle, full, slopes):
     plane of a triangle that collapses turns with the least motion of its corners: without this, forces on them have no
     bound.
     """
-    i, j, l = triangle[0], triangle[1], triangle[2]
-    normal = np.empty(3)
-    square = 0.0
-    for k in range(3):
-        e, f = (k + 1) % 3, (k + 2) % 3
-        normal[k] = (x[j, e] - x[i, e]) * (x[l, f] - x[i, f]) - (x[j, f] - x[i, f]) * (x[l, e] - x[i, e])
-        square += normal[k] ** 2
+    normal = area_vector(x, triangle[0], triangle[1], triangle[2])
     slopes[:] = 0.0
-    length = np.sqrt(square)
+    length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
     if length >= full or length == 0.0:
         return 1.0
     share = length / full

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
+from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from . import _plane_kernels
 from .flat_triangles import LEAST_AREA, flat_triangles
@@ -93,7 +94,7 @@ class Contacts:
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
         rest = np.concatenate([self._points, self._eyes])
-        self._full = [LEAST_AREA * _double_areas(rest[skin.triangles]) for skin in (self.lips, self.lids, self.flesh)]
+        self._full = [LEAST_AREA * areas_doubled(rest, skin.triangles) for skin in (self.lips, self.lids, self.flesh)]
         samples = [len(skin.corners) for skin in (self.lips, self.lids, self.flesh)]
         self._gaps = [np.empty(k) for k in samples]
         most = len(self.solids.corners) + sum(samples) + len(face.triangles)
@@ -177,11 +178,6 @@ class Contacts:
                 f.stiffness, rows, m,
             )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
-
-
-def _double_areas(corners: Array) -> Array:
-    """Twice the areas (k,) of triangles with corners (k, 3, 3)."""
-    return np.asarray(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1))
 
 
 class Compliance:

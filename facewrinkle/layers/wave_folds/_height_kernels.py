@@ -67,6 +67,18 @@ def first_harmonic(alpha):
 
 
 @njit(cache=True, inline="always")
+def drawn_in(pinch, steepness):
+    """Pinch that is left where slides would be steeper together than they may be."""
+    return pinch * STEEPEST_SLIDE / max(steepness, STEEPEST_SLIDE)
+
+
+@njit(cache=True, inline="always")
+def lowered(pinch, deep, length, alpha):
+    """Height by which a fold lies lower for the wider crests that pinch makes."""
+    return pinch * 0.5 * np.pi * deep / length * deep * first_harmonic(alpha)
+
+
+@njit(cache=True, inline="always")
 def risen(s, alpha, full):
     """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2, over which it is full.
 
@@ -165,7 +177,7 @@ def heights(
             if deep[p] > deep[leading[i]]:
                 leading[i] = p
         allowed = 1.0 / np.sqrt(max(asked, 1.0))
-        drawn = pinch * STEEPEST_SLIDE / max(allowed * steepness, STEEPEST_SLIDE)
+        drawn = drawn_in(pinch, allowed * steepness)
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
         if pinch > 0.0:
             slide[i, 0], slide[i, 1], slide[i, 2] = 0.0, 0.0, 0.0
@@ -186,7 +198,7 @@ def heights(
                 mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
                 mild += big * (bulge - mean) / top
                 if pinch > 0.0:
-                    lower = drawn * 0.5 * np.pi * big / length[p] * big * first_harmonic(alpha)
+                    lower = lowered(drawn, big, length[p], alpha)
                     total -= lower
                     mild -= lower
                     for c in range(3):

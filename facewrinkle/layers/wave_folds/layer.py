@@ -267,7 +267,7 @@ class WaveFolds:
         here, beyond = slice(first, last), self._beyond
         asked, steepness = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
         share = 1.0 / max(float(asked.sum()), 1.0) ** 0.5
-        slid = beyond * self.pinch * STEEPEST_SLIDE / max(share * float(steepness.sum()), STEEPEST_SLIDE)
+        pinch = kernels.drawn_in(beyond * self.pinch, share * float(steepness.sum()))
         for p in range(first, last):
             length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
             own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
@@ -276,7 +276,7 @@ class WaveFolds:
             alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
             bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
             height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
-            lower = slid * 0.5 * np.pi * depth**2 / length * kernels.first_harmonic(alpha)
+            lower = kernels.lowered(pinch, depth, length, alpha)
             found.append({
                 "family": int(waves.family[p]), "W": beyond * (height - lower), "D": beyond * depth,
                 "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
