@@ -108,25 +108,33 @@ def doubtful(points, triangles, rest, least, marked, chosen):
 def correlations(points, at_rest, triangles, chosen, offsets, ring, out):
     """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen triangles.
 
-    Each offset, from a corner to a vertex, weighs as the inverse square of its length at rest.
+    Each offset, from a corner to a vertex, counts once, and weighs as the inverse square of its length at rest.
     """
     out[:] = 0.0
+    counted = np.full(len(points), -1)  # by which corner each vertex was counted last
     for i in range(len(chosen)):
         for c in range(3):
-            v = triangles[chosen[i], c]
+            v, corner = triangles[chosen[i], c], 3 * i + c
+            counted[v] = corner
             for e in range(offsets[v], offsets[v + 1]):
+                _add_offset(points, at_rest, v, ring[e], corner, counted, out[i])
                 for f in range(offsets[ring[e]], offsets[ring[e] + 1]):
-                    w, square = ring[f], 0.0
-                    if w == v:  # in place of itself, the neighbour on the way
-                        w = ring[e]
-                    for k in range(3):
-                        square += (at_rest[w, k] - at_rest[v, k]) ** 2
-                    if square == 0.0:
-                        continue
-                    for k in range(3):
-                        for j in range(3):
-                            product = (at_rest[w, k] - at_rest[v, k]) * (points[w, j] - points[v, j])
-                            out[i, k, j] += product / square
+                    _add_offset(points, at_rest, v, ring[f], corner, counted, out[i])
+
+
+@njit(cache=True)
+def _add_offset(points, at_rest, v, w, corner, counted, out):
+    """Add the product of the offsets from v to w at rest and now, over its square at rest, unless it was counted."""
+    if counted[w] == corner:
+        return
+    counted[w] = corner
+    square = 0.0
+    for k in range(3):
+        square += (at_rest[w, k] - at_rest[v, k]) ** 2
+    if square > 0.0:
+        for k in range(3):
+            for j in range(3):
+                out[k, j] += (at_rest[w, k] - at_rest[v, k]) * (points[w, j] - points[v, j]) / square
 
 
 @njit(cache=True)

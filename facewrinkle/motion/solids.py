@@ -160,11 +160,16 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     if jaw == "lower":
         down, back = down - OVERBITE, back + OVERJET
     middle = np.array([0.0, -down * scale, -half[1] - back * scale])
-    flat = (local - middle)[:, [0, 2]]
-    before = half[1] * (np.hypot(*(flat / half).T) - 1.0) > -BEHIND_TEETH * scale
-    close = (np.linalg.norm(local, axis=1) < 50.0 * scale) & (np.abs(local[:, 1]) < 25.0 * scale)
-    near = close & before & (flat[:, 1] > 0.3 * half[1])
-    corners, shares, stiffness = samples_of(face, near, area, half[0] ** 2 / half[1])
+
+    def before(places: Array) -> npt.NDArray[np.bool_]:
+        flat = (places - middle)[:, [0, 2]]
+        outside = half[1] * (np.hypot(*(flat / half).T) - 1.0) > -BEHIND_TEETH * scale
+        close = (np.linalg.norm(places, axis=1) < 50.0 * scale) & (np.abs(places[:, 1]) < 25.0 * scale)
+        return np.asarray(close & outside & (flat[:, 1] > 0.3 * half[1]))
+
+    edges, _ = unique_edges(face.triangles)
+    edges = edges[before(local[edges].mean(axis=1))]  # also of those that end in the lining of the mouth
+    corners, shares, stiffness = samples_of(face, before(local), area, half[0] ** 2 / half[1], edges)
     stiffness *= TEETH_STIFFNESS / STIFFNESS
     k = len(corners)
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
@@ -216,9 +221,12 @@ def _curvature(anchors: Array, normals: Array, triangles: npt.NDArray[np.int32],
     return np.asarray(out)
 
 
-def samples_of(face: Face, near: npt.NDArray[np.bool_], area: Array, radius: float) -> tuple[IntArray, Array, Array]:
-    """Return corners (k, 3), shares (k, 3) and stiffness (k,) of samples: the `near` vertices, and the middles of the
-    edges between them that are so long that they would cut a surface of a given radius, mm, by more than `CUT`.
+def samples_of(
+    face: Face, near: npt.NDArray[np.bool_], area: Array, radius: float, edges: npt.NDArray[np.integer] | None = None
+) -> tuple[IntArray, Array, Array]:
+    """Return corners (k, 3), shares (k, 3) and stiffness (k,) of samples: the `near` vertices, and the middles of edges
+    (m, 2) that are so long that they would cut a surface of a given radius, mm, by more than `CUT`. Default: of those
+    between two near vertices.
 
     Examples
     --------
@@ -230,8 +238,10 @@ def samples_of(face: Face, near: npt.NDArray[np.bool_], area: Array, radius: flo
     True
     """
     vertices = np.flatnonzero(near)
-    edges, _ = unique_edges(face.triangles)
-    edges = edges[near[edges].all(axis=1)].astype(np.int64)
+    if edges is None:
+        edges, _ = unique_edges(face.triangles)
+        edges = edges[near[edges].all(axis=1)]
+    edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit
     edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
     corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
