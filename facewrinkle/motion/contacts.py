@@ -18,7 +18,7 @@ from ..anatomy.joint_weights import JointWeights
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from . import _plane_kernels
-from .flat_triangles import LEAST_AREA, flat_triangles
+from .flat_triangles import FIRMER, FIRMEST, LAST_AREA, LEAST_AREA, flat_triangles
 from .kept_parts import kept
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, facing_lips
@@ -92,6 +92,8 @@ class Contacts:
         )
         self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
         self.flats = flat_triangles(face, resistance)
+        firmest = self.flats.stiffness * (FIRMEST / FIRMER)
+        self._flat_levels = [(LEAST_AREA, self.flats.stiffness), (LAST_AREA, firmest)]
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
         rest = np.concatenate([self._points, self._eyes])
         self._full = [LEAST_AREA * areas_doubled(rest, skin.triangles) for skin in (self.lips, self.lids, self.flesh)]
@@ -154,11 +156,15 @@ class Contacts:
             )
         f = self.flats
         kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
-        if not self._shares.min(initial=1.0) >= LEAST_AREA:  # nothing is compiled for what hardly ever happens
+        for least, stiffness in self._flat_levels_above(self._shares.min(initial=1.0)):
             energy += kernels.flat_energy(
-                x, self._shares, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights, f.stiffness, gradient
+                x, self._shares, least, f.triangles, self._facing, f.double_area, f.heights, stiffness, gradient
             )
         return float(energy)
+
+    def _flat_levels_above(self, lowest: float) -> list[tuple[float, Array]]:
+        """Return the shares of area that are above the lowest, and the stiffness there; mostly none."""
+        return [level for level in self._flat_levels if not lowest >= level[0]]
 
     def rows(self, ahead: Array) -> Rows:
         """Return the contacts that press at the displacements of the last `energy`, or would after a further
@@ -172,10 +178,11 @@ class Contacts:
             )
         f = self.flats
         kernels.shares_of_area(x[: len(ahead)] + ahead, f.triangles, self._facing, f.double_area, self._ahead)
-        if not min(self._shares.min(initial=1.0), self._ahead.min(initial=1.0)) >= LEAST_AREA:
+        lowest = min(self._shares.min(initial=1.0), self._ahead.min(initial=1.0))
+        for least, stiffness in self._flat_levels_above(lowest):
             m = kernels.flat_rows(
-                x, ahead, self._shares, self._ahead, LEAST_AREA, f.triangles, self._facing, f.double_area, f.heights,
-                f.stiffness, rows, m,
+                x, ahead, self._shares, self._ahead, least, f.triangles, self._facing, f.double_area, f.heights,
+                stiffness, rows, m,
             )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
 

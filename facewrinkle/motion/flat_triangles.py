@@ -18,6 +18,11 @@ LEAST_AREA = 0.2
 FIRMER = 100.0
 """Stiffness of this contact, relative to the resistance of the skin when one vertex alone is moved."""
 
+LAST_AREA, FIRMEST = 0.1, 1000.0
+"""Share of their area below which as much stiffness comes on top: muscles that jump press many times as hard as they
+hold. Poses that are held hardly get there, and settle as fast as without.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class FlatTriangles:
