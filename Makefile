@@ -9,6 +9,9 @@ VTK_DEFAULT_OPENGL_WINDOW ?= vtkEGLRenderWindow
 export VTK_DEFAULT_OPENGL_WINDOW
 endif
 
+# Many tests start processes, each of which would compile every module anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help demo test coverage pictures mutants bench analysis docs lint clean
 
