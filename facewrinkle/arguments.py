@@ -139,7 +139,7 @@ def _takes(function: Callable[..., Any], kinds: Any) -> bool:
 
 def _holds(things: object, hint: Any) -> bool:
     """Return True if things are of a type, as far as they can be looked at without being used up."""
-    if isinstance(things, str | bytes):
+    if isinstance(things, str | bytes) or (isinstance(things, np.ndarray) and things.ndim == 0):
         return False
     if hint in (float, int) or not isinstance(things, list | tuple | np.ndarray):  # numbers may be many
         return True

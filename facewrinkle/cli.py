@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import signal
 import sys
 import traceback
@@ -20,6 +21,7 @@ from cyclopts import App, CycloptsError
 from . import __version__
 from .commands import loading
 from .errors import FaceWrinkleError, FaceWrinkleWarning
+from .input_files import inputs_kept
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
@@ -29,6 +31,9 @@ VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
 
 NEGATIVE = re.compile(r"-\.?\d")
 """The beginning of a negative number."""
+
+NARROWEST = 20
+"""Columns of the narrowest terminal that tables are laid out for."""
 
 QUIET = {"--quiet", "--help", "-h", "--version"}
 """Words with which nothing is shown but what was asked for."""
@@ -92,6 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if sys.platform.startswith("linux"):  # else VTK would look for a display
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    _widen()
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     verbose = VERBOSE in tokens
     outside: AbstractContextManager[None] = nullcontext()
@@ -100,7 +106,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         outside = outside_allowed()
     tokens = [token for token in tokens if token not in (VERBOSE, ALLOW_OUTSIDE)]
-    with warnings.catch_warnings(), outside:
+    with warnings.catch_warnings(), outside, inputs_kept():
         if not verbose:
             warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)
@@ -111,7 +117,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             app(_joined(tokens), exit_on_error=False, print_error=False, result_action="return_value")
         except CycloptsError as error:
             hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
-            return _complain(f"{_one_line(error)} Try: {hint} --help", USAGE)
+            after = " What follows -- is no option: put options before it." if "--" in tokens else ""
+            return _complain(f"{_one_line(error)}{after} Try: {hint} --help", USAGE)
         except KeyboardInterrupt:
             return _complain("interrupted.", 128 + signal.SIGINT)
         except BrokenPipeError:  # the reader, such as head, has gone
@@ -125,6 +132,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         finally:
             loading.end()
     return 0
+
+
+def _widen() -> None:
+    """Have what is printed laid out at a width that it can be laid out at, however narrow the terminal is."""
+    columns = shutil.get_terminal_size().columns
+    if columns < NARROWEST or os.environ.get("COLUMNS") == "0":
+        os.environ["COLUMNS"] = str(max(columns, NARROWEST))
 
 
 def _joined(tokens: Sequence[str]) -> list[str]:

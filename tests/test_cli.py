@@ -136,6 +136,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, caps
         (["express", "surprise", "--framez", "3"], "--framez"),
         (["express", "surprise", "--frames", "many"], "many"),
         (["express", "surprise", "--compression", "none"], '"gradient", "edges"'),
+        (["express", "--", "surprise", "--frames", "3"], "What follows -- is no option: put options before it."),
     ],
 )
 def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
@@ -153,6 +154,16 @@ def test_help_and_version(arguments, capsys):
     out, err = capsys.readouterr()
     assert err == ""
     assert (fw.__version__ if arguments == ["--version"] else "Usage: facewrinkle") in out
+
+
+@pytest.mark.parametrize("columns", ["0", "1", "2"])
+def test_help_on_the_narrowest_terminals(columns, monkeypatch, capsys):
+    """They had it end in an error, or never."""
+    monkeypatch.setenv("COLUMNS", columns)
+    assert main(["express", "--help"]) == 0
+    shown = "".join(capsys.readouterr().out.split())
+    assert shown.startswith("Usage:facewrinkleexpress")
+    assert "--compression" in shown
 
 
 def test_help_loads_no_heavy_package():

@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("errors",),
-    ("arguments",),
+    ("arguments", "input_files"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

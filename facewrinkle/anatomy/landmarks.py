@@ -6,7 +6,6 @@ Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` aft
 from __future__ import annotations
 
 import json
-import os
 import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import LARGEST, LandmarkError, unknown_name, warn
+from ..input_files import settings_of
 from ..mesh.files import written
 
 Array = npt.NDArray[np.float64]
@@ -403,7 +403,8 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     content: Any = source
     if isinstance(source, str | Path):
         try:
-            content = json.loads(Path(os.path.expanduser(source)).read_text(encoding="utf-8-sig"))
+            text = settings_of(source, encoding="utf-8-sig", kept=False)  # it is edited, and written again
+            content = json.loads(text)
         except OSError as error:
             raise LandmarkError(f"cannot read the landmarks {str(source)!r}: {error.strerror or error}.") from None
         except (ValueError, RecursionError) as error:

@@ -54,6 +54,8 @@ def dataset(
         Print nothing.
     """
     report = Report(quiet)
+    if folder is not None and what != "check":
+        raise ParameterError(f"a folder is named with check only, or by --out; received {str(folder)!r}.")
     if what == "spec":
         loading.end()
         sys.stdout.write(DEFAULT.read_text(encoding="utf-8"))
@@ -61,11 +63,11 @@ def dataset(
     if what == "check":
         _check(folder, report)
         return
-    if folder is not None:
-        raise ParameterError(f"a folder is named with check only, or by --out; received {str(folder)!r}.")
     spec = Spec.of() if what is None else Spec.read(what)
     where = Path("dataset") if out is None else out
     if preview:
+        if where.name in ("", ".."):
+            raise ParameterError(f"--out must name the folder of the set, received {str(where)!r}.")
         report.say(f"{_preview(spec, where.with_name(where.name + '.png'), report)}")
         return
     with report.counting("Making samples", count) as done:

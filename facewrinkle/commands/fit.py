@@ -20,6 +20,7 @@ from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..export import output_folder
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
+from ..mesh.files import output_target
 from ..plotting import Image, Scene, save_picture, side_by_side, stacked
 from ..plotting.views import Style
 from .parsing import parse_units
@@ -82,6 +83,8 @@ def fit(
         texture=texture,
         resolve_self_intersections=resolve_self_intersections,
     )
+    for ending in (SUFFIX, ".png"):
+        output_target(folder / f"{stem}{ending}")  # before anything is written
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
     write_face(face, folder / f"{stem}{SUFFIX}")
     with report.waiting("Drawing"):

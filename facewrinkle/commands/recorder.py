@@ -18,7 +18,7 @@ from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
-from ..mesh.files import output_file
+from ..mesh.files import output_file, output_target
 from ..plotting import Image, Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
@@ -88,6 +88,9 @@ class Recorder:
         self.files: list[Path] = []
         if output.save_animation is not None:
             output_file(output.save_animation, SUFFIXES)  # refuses other formats before anything is played
+        asked = {"png": True, "mp4": output.movie, "vtkhdf": output.series, output.save_mesh: output.save_mesh}
+        for ending in (ending for ending, wanted in asked.items() if wanted):
+            output_target(self._path(f".{ending}"))  # nor must any be what was read
 
     def record(
         self, clip: Clip, draw: Callable[[pv.PolyData], Drawing], watch: Callable[[int, pv.PolyData], None]

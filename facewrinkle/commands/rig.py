@@ -10,7 +10,7 @@ from typing import Literal
 
 from ..errors import ParameterError
 from ..export import output_folder
-from ..mesh.files import written
+from ..mesh.files import output_target, written
 from ..plotting import save_picture
 from ..rigging import bake_layers, write_layers
 from ..rigging import rig as make_rig
@@ -99,7 +99,8 @@ def rig(
         raise ParameterError("--level splits triangles, and maps are for the mesh as it is: leave out --level.")
     size_of_maps = check_layer_size(MAP_SIZE if map_size is None else map_size)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
-    loaded = source.load(report)
+    loaded, stem = source.load(report), source.label or "head"
+    output_target(folder / f"{stem}.{format}")  # an error before the shapes are made, which takes a while
     made = make_rig(
         loaded,
         shapes,
@@ -109,7 +110,6 @@ def rig(
         halfway,
         progress=lambda items, what, n: report.progress(iter(items), what, n),
     )
-    stem = source.label or "head"
     files = write_rig_files(made, folder / f"{stem}.{format}", dense=dense)
     if wrinkles == "maps":
         baked = bake_layers(made, size_of_maps, progress=lambda items, what, n: report.progress(iter(items), what, n))

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import MeshError
+from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
 
@@ -103,7 +103,11 @@ def part_model(part: pv.PolyData, texture: Image | None = None) -> Model:
 
 def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
     """Return all tears as one mesh; None if there are none."""
-    surfaces = [tear for tear in tears if tear.n_cells]
+    surfaces = []
+    for tear in tears:
+        if not isinstance(tear, pv.PolyData):
+            raise ParameterError(f"tears must be surfaces (pyvista.PolyData), received {tear!r} among them.")
+        surfaces += [tear] if tear.n_cells else []
     if not surfaces:
         return None
     merged = pv.merge(surfaces) if len(surfaces) > 1 else surfaces[0]

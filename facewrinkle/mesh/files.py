@@ -9,12 +9,14 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
-from stat import S_ISDIR
+from stat import S_ISDIR, S_ISREG
 from tempfile import TemporaryFile
 
 from ..arguments import checked
 from ..errors import FaceWrinkleError, MeshError, OutputError
+from ..input_files import is_input
 
 NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """Errors of a disk, or of a share of it, that is full."""
@@ -24,6 +26,9 @@ SCARCE = 2**20
 
 _made: set[Path] = set()
 """Folders made by `replaced`, which are removed again if they stay empty."""
+
+_number = count()
+"""So that two threads may write files of the same name."""
 
 _unfinished: set[Path] = set()
 """Files that `replaced` has not put into their place yet."""
@@ -63,16 +68,17 @@ def reading(path: Path) -> Iterator[None]:
 def replaced(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path in the same folder, with the same ending; at the end that file replaces `path`.
 
-    After an error or an interrupt, the old file is untouched, and nothing else is left; folders that were made and
-    stayed empty are removed.
+    Where `path` is a link, what it leads to is replaced. After an error or an interrupt, the old file is untouched, and
+    nothing else is left; folders that were made and stayed empty are removed.
     """
-    path = Path(os.path.expanduser(path)).absolute()
+    name = Path(os.path.expanduser(path)).name
+    path = output_target(path)
     _made.update(folder for folder in path.parents if not folder.exists())
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as problem:
         raise not_written(path, problem) from None
-    temporary = path.with_name(f".{os.getpid()}.{path.name[-100:]}")
+    temporary = path.with_name(f".{os.getpid()}.{next(_number)}.{name[-100:]}")
     _unfinished.add(temporary)
     try:
         yield temporary
@@ -221,17 +227,50 @@ def output_folder(path: str | Path, make: bool = True) -> Path:
 
 
 def output_file(path: str | Path, endings: Sequence[str]) -> Path:
-    """Return the path of a file with one of these endings, after checking that it can be written."""
+    """Return the path of a file with one of these endings, after checking that it can be written.
+
+    Raises
+    ------
+    OutputError
+        For another ending, a folder, what is no ordinary file, or one that a command has read; or if the folder cannot
+        be written.
+    """
     path = Path(os.path.expanduser(path))
     if path.suffix.lower() not in endings:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
     output_folder(path.parent, make=False)
+    output_target(path)
+    return path
+
+
+def output_target(path: str | Path) -> Path:
+    """Return the path that a file is to be written to, with links followed.
+
+    Raises
+    ------
+    OutputError
+        If a folder or no ordinary file stands there, or one that a command has read.
+
+    Examples
+    --------
+    >>> output_target("/dev/null")
+    Traceback (most recent call last):
+    facewrinkle.errors.OutputError: '/dev/null' is no ordinary file, and is not written to. Name another file.
+    """
+    path = Path(os.path.expanduser(path))
     try:
-        is_folder = S_ISDIR(path.stat().st_mode)
+        target = Path(os.path.realpath(path))
+        status = target.stat()
     except FileNotFoundError:
-        is_folder = False
+        return target
     except (OSError, ValueError) as problem:
         raise OutputError(f"{str(path)!r} cannot be written: {problem}. Name another file.") from None
-    if is_folder:
+    if S_ISDIR(status.st_mode):
         raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
-    return path
+    if not S_ISREG(status.st_mode):  # it would become one
+        raise OutputError(f"{str(path)!r} is no ordinary file, and is not written to. Name another file.")
+    if is_input(status):
+        raise OutputError(
+            f"{str(path)!r} was read, and would be replaced by what is made of it. Write to another folder: --out."
+        )
+    return target

@@ -82,6 +82,9 @@ def test_the_default_is_printed_as_a_file_to_edit(tmp_path, capsys):
         (["check", "nowhere"], "holds no data set"),
         (["nothing.toml"], "cannot be read"),
         (["spec.toml", "folder"], "a folder is named with check only"),
+        (["spec", "folder"], "a folder is named with check only"),
+        (["--preview", "--out", "."], "--out must name the folder of the set, received '.'"),
+        (["--preview", "--out", ".."], "--out must name the folder of the set, received '..'"),
     ],
 )
 def test_what_makes_no_sense_is_told_in_a_line(arguments, message, capsys):

@@ -173,6 +173,15 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
     )  # a frame knows its unit
 
 
+@pytest.mark.parametrize(
+    "tears", [{"a": 1}, range(3), (1 for _ in "a"), pv.MultiBlock([None]), np.array(0.5), np.ma.masked], ids=str
+)
+def test_tears_are_surfaces(moment, tmp_path, tears):
+    with pytest.raises(ParameterError, match=r"tears must be (surfaces|an Iterable)"):
+        fw.write_mesh(moment.frame, tmp_path / "a.obj", moment.face, tears=tears)
+    assert not list(tmp_path.iterdir())
+
+
 def test_gltf_and_glb_hold_the_same(moment, tmp_path):
     tears = [fw.SheddingTear(moment.face, start="l").surface(1.0, moment.frame)]
     written = [
@@ -260,7 +269,7 @@ def test_what_cannot_be_written_says_so(moment, tmp_path):
     with pytest.raises(OutputError, match="a file stands there"):
         fw.write_mesh(frame, tmp_path / "file" / "a.obj", face)
     (tmp_path / "a_texture.png").mkdir()  # where the photo would be
-    with pytest.raises(OutputError, match="a_texture.png' cannot be written"):
+    with pytest.raises(OutputError, match="a_texture.png' is a folder, and a file is to be written"):
         fw.write_mesh(frame, tmp_path / "a.obj", face)
     bare = to_polydata(frame.points, frame.regular_faces)
     with pytest.raises(MeshError, match="no texture coordinates.*Is it a frame of this face"):

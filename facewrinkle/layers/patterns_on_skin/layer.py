@@ -95,6 +95,8 @@ class PatternLayer:
         name: str | None = None,
         **parameters: Any,
     ) -> None:
+        if not isinstance(name, str | None):
+            raise ParameterError(f"name must be text, received a {type(name).__name__}.")
         parts: list[Any] = list(pattern) if isinstance(pattern, list | tuple) else [pattern]
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")

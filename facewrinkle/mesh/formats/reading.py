@@ -18,6 +18,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ...errors import MeshError
+from ...input_files import note_input
 from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
 from ..files import reading, text_of
 from ..outside import is_outside, refused
@@ -150,6 +151,7 @@ def check_file(path: Path) -> None:
     if not S_ISREG(status.st_mode):
         what = "a folder" if S_ISDIR(status.st_mode) else "no ordinary file"
         raise MeshError(f"{str(path)!r} is {what}, and a mesh file is needed.")
+    note_input(status)
     if status.st_size == 0:
         raise MeshError(f"{path.name} is empty (0 bytes). Export it again.")
 

@@ -1,0 +1,138 @@
+"""What is read is an ordinary file, and no command replaces it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+
+import pytest
+
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import load_atlas, read_atlas
+from facewrinkle.anatomy.landmarks import read_landmarks
+from facewrinkle.cli import main
+from facewrinkle.dataset import Spec
+from facewrinkle.errors import FaceWrinkleError, OutputError
+from facewrinkle.input_files import LARGEST_TEXT, inputs_kept
+from facewrinkle.mesh import read_surface
+from facewrinkle.mesh.files import written
+
+SMALL = ("--size", "60", "--quiet")
+SHORT = ("--frames", "2", "--max-level", "0", "--no-movie", *SMALL)
+
+READERS = {"atlas": read_atlas, "landmarks": read_landmarks, "specification": Spec.read}
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """A scan with a photo and landmarks, a recording, and their bytes."""
+    folder = tmp_path_factory.mktemp("files")
+    head = fw.default_face()
+    fw.write_mesh(head.mesh, folder / "scan.obj", head)
+    shutil.move(folder / "scan_texture.png", folder / "scan.png")
+    places = {name: place.tolist() for name, place in head.landmarks.items()}
+    (folder / "marks.json").write_text(json.dumps(places))
+    metres = {name: [0.001 * value for value in place] for name, place in places.items()}
+    (folder / "metres.json").write_text(json.dumps(metres))
+    shutil.copy(folder / "scan.obj", folder / "surprise.obj")
+    fw.write_mesh(head.mesh, folder / "head.glb", head)
+    sim = fw.Simulation(head, refinement=None)
+    sim.express("surprise")
+    fw.export.write_series(sim.run(2), [0.1, 0.2], folder / "recording.vtkhdf")
+    return folder
+
+
+COMMANDS = {
+    "photo": ("fit scan.obj --texture scan.png --landmarks marks.json --out . --quiet", "scan.png"),
+    "scan, by its rig": ("rig head.glb --landmarks metres.json --shapes jawOpen --level 0 --out . --quiet", "head.glb"),
+    "scan, by a mesh": (
+        "express surprise --face surprise.obj --landmarks marks.json --save-mesh obj --no-series --out . "
+        + " ".join(SHORT),
+        "surprise.obj",
+    ),
+    "scan, by an animation": (
+        f"express AU12 --face head.glb --landmarks metres.json --save-animation head.glb --out new {' '.join(SHORT)}",
+        "head.glb",
+    ),
+    "recording": (f"play recording.vtkhdf --max-level 0 --no-movie --out . {' '.join(SMALL)}", "recording.vtkhdf"),
+}
+
+
+@pytest.mark.parametrize("what", COMMANDS)
+def test_a_command_does_not_replace_what_it_read(files, tmp_path, monkeypatch, capsys, what):
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    words, name = COMMANDS[what]
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert main(words.split()) == 1
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert f"{name}' was read, and would be replaced" in line
+    assert line.endswith("Write to another folder: --out.")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+
+
+def test_landmarks_that_were_edited_are_written_again(files, tmp_path, monkeypatch):
+    """They are kept in it; `fit` says so."""
+    shutil.copytree(files, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "marks.json").rename("scan.landmarks.json")
+    (tmp_path / "scan.png").unlink()
+    assert main(["fit", "scan.obj", "--landmarks", "scan.landmarks.json", "--out", ".", "--quiet"]) == 0
+    assert "landmarks" in json.loads((tmp_path / "scan.landmarks.json").read_text())
+
+
+def test_programs_name_their_files_themselves(files, tmp_path):
+    path = tmp_path / "head.glb"
+    shutil.copy(files / "head.glb", path)
+    mesh = read_surface(path)
+    assert fw.write_mesh(mesh, path) == path
+    with inputs_kept():
+        read_surface(path)
+        with pytest.raises(OutputError, match="was read, and would be replaced"):
+            fw.write_mesh(mesh, path)
+
+
+@pytest.mark.parametrize("what", READERS)
+def test_settings_are_ordinary_files(tmp_path, what):
+    pipe, large = tmp_path / "pipe", tmp_path / "large"
+    os.mkfifo(pipe)
+    with large.open("wb") as file:
+        file.truncate(LARGEST_TEXT + 1)
+    link = tmp_path / "link"
+    link.symlink_to("/dev/zero")
+    for path, problem in ((pipe, "no ordinary file"), (link, "no ordinary file"), (large, "larger than 256 MB")):
+        with pytest.raises(FaceWrinkleError, match=problem):
+            READERS[what](path)
+    with pytest.raises(FaceWrinkleError, match="directory"):
+        READERS[what](tmp_path)
+
+
+def test_devices_and_pipes_are_not_replaced(tmp_path):
+    pipe = tmp_path / "pipe.glb"
+    os.mkfifo(pipe)
+    head = fw.default_face()
+    for write in (lambda: fw.write_mesh(head.mesh, pipe), lambda: fw.write_atlas(head.atlas, pipe)):
+        with pytest.raises(OutputError, match="is no ordinary file, and is not written to"):
+            write()
+    assert pipe.is_fifo()
+
+
+def test_what_a_link_leads_to_is_replaced(tmp_path):
+    real = tmp_path / "files" / "atlas.toml"
+    for link in (tmp_path / "link.toml", tmp_path / "other.toml"):
+        link.symlink_to(real)
+        fw.write_atlas(load_atlas(), link)
+        assert link.is_symlink()
+        assert read_atlas(real).action_units == load_atlas().action_units
+    assert [path.name for path in real.parent.iterdir()] == ["atlas.toml"]
+
+
+def test_two_files_of_one_name_at_once(tmp_path):
+    path = tmp_path / "file.txt"
+    with written(path) as one:
+        with written(path) as other:
+            other.write_text("other")
+        one.write_text("one")
+    assert path.read_text() == "one"
+    assert list(tmp_path.iterdir()) == [path]
