@@ -28,9 +28,10 @@ from ..geometry.orientation import unfolded_shares, unfolded_slides
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.rows import Room
 from ..geometry.smoothstep import smoothstep
-from ..layers.base import Layer, SurfacePoints, SurfaceState, displacement_of
+from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.results import displacement_of, fields_of
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion
@@ -588,7 +589,7 @@ class Simulation:
     ) -> pv.PolyData:
         data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
-            fields = layer.fields()
+            fields = fields_of(layer, len(points))
             if "epsilon" in fields and "epsilon" in data:
                 fields["epsilon"] = np.where(fields["epsilon"] != 0.0, fields["epsilon"], data["epsilon"])
             data.update(fields)
