@@ -201,7 +201,7 @@ class Simulation:
                 own = self._prepared(layers)
                 for layer in own:
                     layer.attach(self.face)
-            except ParameterError:
+            except BaseException:
                 self._level, self.refinement = before
                 raise
             self.layers = own
@@ -348,7 +348,7 @@ class Simulation:
         >>> smooth.forest.n_points == wrinkled.forest.n_points
         True
         """
-        if len(other.face.points) != len(self.face.points):
+        if not np.array_equal(other.face.triangles, self.face.triangles):
             raise ParameterError("triangles can only be taken from a simulation of the same face.")
         self.reset()
         self.forest = other.forest.copy()
