@@ -44,7 +44,8 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
         found += 1
         spare, factor = (1.0 - aim) * area, 0.0
         if area > 0.0:  # from positive to negative a parabola has one root between 0 and 1
-            factor = 2.0 * spare / (np.sqrt(linear * linear - 4.0 * square * spare) - linear)
+            divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
+            factor = 2.0 * spare / divisor if divisor > 0.0 else 1.0  # 0 by rounding, far from the surface
         for v in (i, j, k):
             factors[v] = min(factors[v], factor)
     return found
@@ -75,7 +76,8 @@ def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
         found += 1
         spare, factor = before - aim * area, 0.0
         if spare > 0.0:  # from positive to negative a parabola has one root between 0 and 1
-            factor = 2.0 * spare / (np.sqrt(linear * linear - 4.0 * square * spare) - linear)
+            divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
+            factor = 2.0 * spare / divisor if divisor > 0.0 else 1.0  # 0 by rounding, far from the surface
         for v in (i, j, k):
             factors[v] = min(factors[v], factor)
     return found

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..arguments import finite
 from ..errors import ParameterError
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
@@ -241,38 +240,6 @@ class Displacement:
     shading_offset: Array | None = None
     bends: bool = True
     slide: Array | None = None
-
-
-def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
-    """Return the displacement by a layer; raise a ParameterError that names it for arrays of another shape or type.
-
-    Heights, shading offsets and slides must be finite.
-
-    Examples
-    --------
-    >>> class Broken:
-    ...     def displacement(self, state):
-    ...         return Displacement(np.zeros(2), np.ones(2), np.zeros((2, 3)), np.zeros(2, bool))
-    >>> place = SurfacePoints(*np.zeros((2, 1, 3)), np.zeros((1, 3), np.int32), np.ones((1, 3)), np.zeros(1, np.int32))
-    >>> displacement_of(Broken(), SurfaceState(np.empty(0), place, place.corners, place.points, place.points))
-    Traceback (most recent call last):
-    facewrinkle.errors.ParameterError: the height of a layer (Broken) must have the shape (1,), received (2,).
-    """
-    found, n = layer.displacement(state), len(state.bare)
-    changed: dict[str, Any] = {}
-    for name, shape in {"height": (n,), "shading_offset": (n,), "slide": (n, 3)}.items():
-        values = getattr(found, name)
-        if values is None and name != "height":
-            continue
-        right = isinstance(values, np.ndarray) and values.dtype == np.float64 and values.flags.c_contiguous
-        if not right or not np.isfinite(values).all():
-            values = np.ascontiguousarray(finite(f"the {name} of a layer ({type(layer).__name__})", values))
-            changed[name] = values
-        if values.shape != shape:
-            raise ParameterError(
-                f"the {name} of a layer ({type(layer).__name__}) must have the shape {shape}, received {values.shape}."
-            )
-    return replace(found, **changed) if changed else found
 
 
 class Layer(Protocol):

@@ -32,6 +32,7 @@ from .lip_pressure import closing_forces
 from .material import SkinMaterial
 from .minimiser import Factors, Minimiser
 from .skin_mesh import SKIN_VERTICES, SkinMesh
+from .threads import OneThread
 
 __all__ = ["Skin", "SkinMaterial"]
 
@@ -117,6 +118,7 @@ class Skin:
                 f"face.muscles has lost {min(lost)!r}, by which skin turns with a lid or the jaw. Make a face without "
                 "it: dataclasses.replace(face, muscles={...}) with all muscles that it is to have."
             )
+        self._alone = OneThread("this skin", "fw.Skin(face)")
         m = self.material = material or SkinMaterial()
         self.time_step = float(time_step)
         self.names = tuple(face.muscles)
@@ -279,11 +281,12 @@ class Skin:
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""
         shape = self._rest_points.shape
-        self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
-        self.rates = np.zeros(len(self.names))
-        self._place(self.rates)
-        self._minimiser.reset()
-        self.contacts.reset()
+        with self._alone:
+            self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
+            self.rates = np.zeros(len(self.names))
+            self._place(self.rates)
+            self._minimiser.reset()
+            self.contacts.reset()
 
     def contract(self, rates: Mapping[str, float]) -> None:
         """Set the contraction rates of all muscles; those not named relax.
@@ -340,6 +343,11 @@ class Skin:
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
         lips that are flung at each other meet, and the skin settles on the way.
         """
+        with self._alone:
+            self._advance_joints()
+
+    def _advance_joints(self) -> None:
+        """See :meth:`advance`."""
         before, after = self._placed, self.rates
         if np.array_equal(before, after):
             self._advance(self.time_step)
@@ -369,14 +377,15 @@ class Skin:
         >>> bool((skin.cleared(pushed)[:, 2] - pushed[:, 2]).max() > 0.5)
         True
         """
-        self.displacement = displacement
-        self._minimiser.reset()
-        self.contacts.reset()
-        self._place(self.rates)
-        for _ in range(CLEARED_IN):
-            self._velocity = np.zeros_like(self._rest_points)
-            self._advance(self.time_step)
-        return self.displacement
+        with self._alone:
+            self.displacement = displacement
+            self._minimiser.reset()
+            self.contacts.reset()
+            self._place(self.rates)
+            for _ in range(CLEARED_IN):
+                self._velocity = np.zeros_like(self._rest_points)
+                self._advance(self.time_step)
+            return self.displacement
 
     def _come_to_rest(self) -> None:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""

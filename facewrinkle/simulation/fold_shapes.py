@@ -35,10 +35,12 @@ _KNOWN: WeakKeyDictionary[Face, dict[SkinMaterial, FoldShapes]] = WeakKeyDiction
 
 
 def give_shapes(layers: Iterable[object], face: Face, motion: Motion) -> None:
-    """Give all wave folds among the layers, unless they have them, the motions from which they find their lines."""
+    """Give all wave folds among the layers the motions from which they find their lines, unless they have some of this
+    face, or some that were set.
+    """
     for layer in layers:
-        if isinstance(layer, WaveFolds) and layer.shapes is None:
-            layer.shapes = fold_shapes(face, motion, layer.families)
+        if isinstance(layer, WaveFolds) and layer.lacks_shapes(face):
+            layer.take_shapes(fold_shapes(face, motion, layer.families), face)
 
 
 def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -46,6 +47,7 @@ class FrameMaker:
         self._common.field_data[MUSCLES] = list(face.muscles)
         self._common.field_data[UNIT] = [face.unit]
         self._template: pv.PolyData | None = None
+        self._kinds: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {}
         self._turning = [
             k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)
         ]
@@ -63,9 +65,10 @@ class FrameMaker:
     def frame(
         self, points: Array, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest
     ) -> pv.PolyData:
-        """Return the frame with points (n, 3), in mm, and point data; always the same arrays for the same triangles."""
-        if self._template is None:
-            self._template = self._new_template(data, vertices, forest)
+        """Return the frame with points (n, 3), in mm, and point data."""
+        kinds = {name: (values.dtype, values.shape) for name, values in data.items()}
+        if self._template is None or kinds != self._kinds:  # layers of one's own may change their arrays at any time
+            self._template, self._kinds = self._new_template(data, vertices, forest), kinds
         if len(self._motion.names):
             self._update_joints()
         frame = refilled(self._template, points / self._face.unit, data)

@@ -28,9 +28,10 @@ from ..geometry.orientation import unfolded_shares, unfolded_slides
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.rows import Room
 from ..geometry.smoothstep import smoothstep
-from ..layers.base import Layer, SurfacePoints, SurfaceState, displacement_of
+from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.results import displacement_of, fields_of
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion
@@ -38,6 +39,7 @@ from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
+from ..motion.threads import OneThread
 from .fold_layers import Folds, fold_layers
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
@@ -99,6 +101,7 @@ class Simulation:
     ------
     ParameterError
         For a pattern that the mesh cannot carry at all, and for a motion that lacks members or is not of this face.
+        Later, for a simulation that is at work in another thread: each needs its own.
 
     Attributes
     ----------
@@ -135,6 +138,7 @@ class Simulation:
         motion: Motion | Recorded | None = None,
         folds: Folds = "wave",
     ) -> None:
+        self._alone = OneThread("this simulation", "fw.Simulation(face)")
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         self.face = face = face if isinstance(face, Face) else surface(face)
         self.refinement = refinement or Refinement()
@@ -194,13 +198,18 @@ class Simulation:
         >>> bool(wrinkled["W"].min() < -0.2), bool(smooth["W"].any())
         (True, False)
         """
+        with self._alone:
+            self._use_layers(layers)
+
+    def _use_layers(self, layers: Sequence[Layer]) -> None:
+        """See :meth:`use_layers`."""
         before = self._level, self.refinement
         with self._timed("precompute"):
             try:
                 own = self._prepared(layers)
                 for layer in own:
                     layer.attach(self.face)
-            except ParameterError:
+            except BaseException:
                 self._level, self.refinement = before
                 raise
             self.layers = own
@@ -312,10 +321,11 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the unrefined face at rest, all muscles relaxed."""
-        self._steps, self._changed = 0, False
-        self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
-        self.motion.reset()
-        self._begin_mesh()
+        with self._alone:
+            self._steps, self._changed = 0, False
+            self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
+            self.motion.reset()
+            self._begin_mesh()
 
     def _begin_mesh(self) -> None:
         """Go back to the triangles of the face, of which none is split."""
@@ -347,11 +357,12 @@ class Simulation:
         >>> smooth.forest.n_points == wrinkled.forest.n_points
         True
         """
-        if len(other.face.points) != len(self.face.points):
+        if not np.array_equal(other.face.triangles, self.face.triangles):
             raise ParameterError("triangles can only be taken from a simulation of the same face.")
-        self.reset()
-        self.forest = other.forest.copy()
-        self._follow(Change(slice(None), self.forest.n_points - len(self.face.points)))
+        with self._alone, other._alone:
+            self.reset()
+            self.forest = other.forest.copy()
+            self._follow(Change(slice(None), self.forest.n_points - len(self.face.points)))
 
     def step(self) -> pv.PolyData:
         """Advance by one time step with the muscles as asked for.
@@ -373,6 +384,11 @@ class Simulation:
             return self.motion.step()
 
     def _advanced(self, rates: Array) -> pv.PolyData:
+        with self._alone:
+            return self._stepped(rates)
+
+    def _stepped(self, rates: Array) -> pv.PolyData:
+        """Advance by one time step at contraction rates (k,)."""
         base, driven = self._moved(rates), bool(self.motion.names)
         self._steps += 1
         split = self.forest.n_points > len(self.face.points)
@@ -447,6 +463,11 @@ class Simulation:
         True
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
+        with self._alone:
+            return self._settled(within, most, afresh)
+
+    def _settled(self, within: float, most: int, afresh: bool) -> pv.PolyData:
+        """See :meth:`settle`."""
         if afresh:
             self._steps, self._changed = 0, False
             self.motion.reset()
@@ -588,7 +609,7 @@ class Simulation:
     ) -> pv.PolyData:
         data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
-            fields = layer.fields()
+            fields = fields_of(layer, len(points))
             if "epsilon" in fields and "epsilon" in data:
                 fields["epsilon"] = np.where(fields["epsilon"] != 0.0, fields["epsilon"], data["epsilon"])
             data.update(fields)

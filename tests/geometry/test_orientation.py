@@ -8,6 +8,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.orientation import LEAST, unfolded_shares, unfolded_slides
 
 
@@ -114,3 +115,31 @@ def test_slides_that_turn_nothing_over_stay(waved):
     shortened = unfolded_slides(points, lifted, 1.2 / 0.9 * slides, triangles)
     left = kept(points, lifted - points + shortened, triangles)
     assert 0.0 < left.min() <= LEAST + 1e-9
+
+
+@pytest.mark.parametrize("size", [1e9, 1e16, 1e20, 1e49])
+def test_heights_and_slides_far_beyond_a_surface_are_limited_all_the_same(face, waved, size):
+    """Rounding then tells which triangles are turned over; up to it, none is."""
+    points, triangles, directions = face.points, face.triangles, vertex_normals(face.points, face.triangles)
+    heights = size * np.random.default_rng(0).normal(size=len(points))
+    shares = unfolded_shares(points, heights, directions, triangles)
+    assert ((shares >= 0.0) & (shares <= 1.0)).all()
+    assert (shares[np.unique(triangles)] < 1.0).any()
+    points, lifted, triangles = waved
+    slides = size * np.random.default_rng(3).normal(size=points.shape) * [1.0, 1.0, 0.0]
+    found = unfolded_slides(points, lifted, slides, triangles)
+    assert (np.abs(found) <= np.abs(slides)).all()
+    assert np.isfinite(found).all()
+
+
+def test_a_triangle_that_rounding_turns_over_ends_the_search():
+    """Sides along one direction span no area; with heights of 1e20 mm rounding leaves some."""
+    rng, turned = np.random.default_rng(0), 0
+    for _ in range(300):
+        points, along = rng.normal(size=(3, 3)), rng.normal(size=3)
+        directions = np.tile(along / np.linalg.norm(along), (3, 1))
+        heights = 1e20 * rng.normal(size=3)
+        shares = unfolded_shares(points, heights, directions, np.array([[0, 1, 2]], np.int32))
+        turned += shares is not None
+        assert shares is None or ((shares >= 0.0) & (shares <= 1.0)).all()
+    assert turned > 30

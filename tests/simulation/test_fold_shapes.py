@@ -2,6 +2,7 @@
 
 layers    the kinds, by name; a surface without landmarks or muscles
 files     shapes that are kept
+faces     frames of layers that other faces have used, against those of new layers
 shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
 """
 
@@ -14,7 +15,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import SheetMuscle
-from facewrinkle.errors import UnknownNameError
+from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import Lines, found_lines
@@ -137,3 +138,76 @@ def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face, monk
     ours = Lines(face, shapes, 1.0, Style())
     np.testing.assert_array_equal(ours.packets[0].phase, found["phase 0"])
     assert all(other.packets[0].phase[:5].tolist() != found["phase 0"][:5].tolist() for other in others)
+
+
+@pytest.fixture(scope="module")
+def coarse(face):
+    """The built-in face with half its triangles."""
+    return fw.fit_face(face.mesh.decimate(0.5), face.landmarks)
+
+
+def frames_of(simulation, fingerprint):
+    simulation.express("surprise")
+    return [fingerprint(frame) for frame in simulation.run(5)]
+
+
+def test_layers_that_another_face_has_used_are_as_new(face, coarse, fingerprint):
+    new = {one: frames_of(fw.Simulation(one), fingerprint) for one in (face, coarse)}
+    for one, other in ((face, coarse), (coarse, face)):
+        used = fw.Simulation(other)
+        used.express("fear")
+        list(used.run(2))
+        assert frames_of(fw.Simulation(one, layers=used.layers), fingerprint) == new[one]
+        taking = fw.Simulation(one)
+        taking.use_layers(used.layers)
+        assert frames_of(taking, fingerprint) == new[one]
+
+
+def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_stay(face, coarse):
+    first = fw.Simulation(face)
+    again = fw.Simulation(face, layers=first.layers)
+    assert again.layers[1].shapes is first.layers[1].shapes
+    other = fw.Simulation(coarse, layers=first.layers)
+    assert other.layers[1].shapes.face is coarse
+    assert first.layers[1].shapes.face is not coarse
+    own = WaveFolds()
+    own.shapes = first.layers[1].shapes
+    with pytest.raises(ParameterError, match=r"given are of a face of 4517 triangles, and this one has \d+, or others"):
+        fw.Simulation(coarse, layers=[own])
+    before = other.layers[:]
+    with pytest.raises(ParameterError, match=r"Give a new WaveFolds\(\) to the simulation of each face"):
+        other.use_layers([own])
+    assert other.layers == before
+
+
+def test_positions_and_amounts_of_another_face_are_refused_wherever_layers_come_from(face, coarse):
+    pressed = WaveFolds(families={"all": [face.points * [1.0, 0.8, 1.0]]})
+    factors = WaveFolds(amount=np.ones(len(face.points)))
+    used, other = fw.Simulation(face, layers=[pressed, factors]), fw.Simulation(coarse)
+    level = other.refinement.max_level
+    for layer, message in zip(
+        used.layers, ("a motion of the family 'all' must be", "amount must have one"), strict=True
+    ):
+        with pytest.raises(ParameterError, match=message):
+            fw.Simulation(coarse, layers=[layer])
+        with pytest.raises(ParameterError, match=message):
+            other.use_layers([layer])
+        assert other.refinement.max_level == level
+    other.express("surprise")
+    assert other.step().n_points >= len(coarse.points)
+
+
+def test_lines_of_another_face_are_refused(face, coarse):
+    shapes = fold_shapes(face, fw.Skin(face))
+    layer = WaveFolds()
+    layer.shapes = FoldShapes({"all": [coarse.points * coarse.unit]}, lines=shapes.lines)
+    with pytest.raises(ParameterError, match=r"not of this face, which has \d+ vertices .* Give FoldShapes without"):
+        fw.Simulation(coarse, layers=[layer])
+
+
+def test_triangles_are_taken_from_the_same_face_alone(face, coarse):
+    turned = face.mesh.copy()
+    turned.regular_faces = np.roll(face.triangles, 1, axis=0)
+    for other in (coarse, fw.surface(turned)):
+        with pytest.raises(ParameterError, match="of the same face"):
+            fw.Simulation(face, layers=[]).take_triangles(fw.Simulation(other, layers=[]))

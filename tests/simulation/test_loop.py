@@ -12,7 +12,6 @@ bad input               the errors that name what is wrong
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -183,28 +182,6 @@ class Raised:
 
     def fields(self):
         return {}
-
-
-@pytest.mark.parametrize(
-    ("name", "values", "message"),
-    [
-        ("height", np.zeros(3), r"the height of a layer \(Returns\) must have the shape \(\d+,\), received \(3,\)"),
-        ("height", np.nan, r"the height of a layer \(Returns\) must be finite; entry \[0\] is nan"),
-        ("height", None, "must be numbers|must be finite"),
-        ("slide", np.zeros(5), r"the slide of a layer \(Returns\) must have the shape \(\d+, 3\), received \(5,\)"),
-        ("slide", np.inf, r"the slide of a layer \(Returns\) must be finite; entry \[0, 0\] is inf"),
-        ("shading_offset", "deep", "the shading_offset of a layer"),
-    ],
-)
-def test_what_is_no_displacement_is_refused(face, name, values, message):
-    class Returns(Raised):
-        def displacement(self, state):
-            found, n = super().displacement(state), len(state.bare)
-            given = np.full((n, 3) if name == "slide" else n, values) if isinstance(values, float) else values
-            return replace(found, **{name: given})
-
-    with pytest.raises(ParameterError, match=message):
-        fw.Simulation(face, layers=[Returns(0.0)]).step()
 
 
 def test_heights_of_layers_add_up(face):

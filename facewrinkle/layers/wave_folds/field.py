@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...anatomy.face import Face
+from ...errors import ParameterError
 from ...geometry import _mesh_kernels as mesh_kernels
 from ...geometry.interpolation import interpolated
 from ...geometry.normals import vertex_normals
@@ -57,6 +58,12 @@ class Lines:
         columns = [{name: arrays[f"{name} {k}"] for name in (*KEPT, COMPRESSION)} for k in range(len(self.names))]
         self.packets = [Packets.of_arrays(own) for own in columns]
         self.compression = [own[COMPRESSION] for own in columns]
+        sizes = {(len(packets.window), len(packets.zone)) for packets in self.packets}
+        if sizes - {(len(face.points), len(face.triangles))}:
+            raise ParameterError(
+                f"the lines that wave folds were given are not of this face, which has {len(face.points)} vertices and "
+                f"{len(face.triangles)} triangles. Give FoldShapes without lines, and they are found."
+            )
 
     @staticmethod
     def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
@@ -101,6 +108,11 @@ class WaveField:
     ----------
     lines : Lines
         Found on this face, or on the one that the shapes are of.
+
+    Raises
+    ------
+    ParameterError
+        For shapes of a face with other triangles.
     """
 
     def __init__(
@@ -112,6 +124,11 @@ class WaveField:
         amounts: Array | None = None,
     ) -> None:
         self._home = shapes.face or face
+        if self._home is not face and not np.array_equal(self._home.triangles, face.triangles):
+            raise ParameterError(
+                f"the shapes that wave folds were given are of a face of {len(self._home.triangles)} triangles, and "
+                f"this one has {len(face.triangles)}, or others. Give a new WaveFolds() to the simulation of each face."
+            )
         self.lines = Lines.of(self._home, shapes, density, style or Style())
         self._face, self._unit, self._amounts = face, face.unit, amounts
         self._length = wavelengths(face) / density

@@ -82,6 +82,9 @@ class WaveFolds:
     shapes: FoldShapes | None = None
     """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
 
+    _shapes_found: tuple[FoldShapes, Face] | None = None
+    """The shapes that a simulation found last, and the face that it found them for."""
+
     stateless = True
     """See :class:`facewrinkle.layers.base.Layer`."""
 
@@ -121,6 +124,16 @@ class WaveFolds:
         self.families = families
         self.inextensible = bool(inextensible)
         self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
+
+    def lacks_shapes(self, face: Face) -> bool:
+        """Tell whether there are no shapes, or those that a simulation found for another face."""
+        if self._shapes_found is None or self._shapes_found[0] is not self.shapes:  # those that were set are kept
+            return self.shapes is None
+        return self._shapes_found[1] is not face
+
+    def take_shapes(self, shapes: FoldShapes, face: Face) -> None:
+        """Take the shapes that a simulation found for its face."""
+        self.shapes, self._shapes_found = shapes, (shapes, face)
 
     @property
     def lines(self) -> dict[str, Packets]:
