@@ -15,7 +15,6 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkCollection, vtkCommand, vtkInformation
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkDemandDrivenPipeline, vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkCommonMisc import vtkErrorCode
 from vtkmodules.vtkIOHDF import vtkHDFReader, vtkHDFWriter
 
 from ..arguments import checked
@@ -92,24 +91,22 @@ def _problem(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> O
     """Write the file, and return what went wrong; None if it is whole.
 
     VTK works in a thread of its own and asks for the frames, which are made in the calling thread: an interrupt by the
-    user arrives here, and never inside VTK, which would drop it. While VTK writes a frame, the next one is made. Room
-    for each frame is reserved before VTK has it, as HDF5 does not get over a full disk.
+    user arrives here, and never inside VTK, which would drop it. Room for each frame is reserved before VTK has it, as
+    HDF5 does not get over a full disk.
     """
-    source, before, room = _FrameSource(times), None, _Room(path)
+    source, frame, room = _FrameSource(times), None, _Room(path)
     thread = threading.Thread(target=source.write, args=(path,), daemon=True)
     with pv.vtk_verbosity("off"):  # what goes wrong is raised, once
         thread.start()
         try:
-            made = next(frames, None)
             for number in iter(source.requests.get, None):
-                before = frame = _checked(made, before, number, len(times))
+                frame = _checked(next(frames, None), frame, number, len(times))
                 try:
                     room.reserve(frame)
                 except OSError as problem:
                     return problem
-                source.answers.put(frame.copy())  # its maker may fill it again
-                made = next(frames, None)
-            if source.taken == len(times) and made is not None:
+                source.answers.put(frame)
+            if source.taken == len(times) and next(frames, None) is not None:
                 raise ParameterError(f"every frame needs a time, received {len(times)} times and more frames.")
         finally:
             source.answers.put(None)  # whatever else the writer asks for
@@ -210,14 +207,10 @@ class _FrameSource(VTKPythonAlgorithmBase):
         self.writer.SetChunkSize(CHUNK)
 
     def write(self, path: Path) -> None:
-        """Write the file, with all frames that arrive.
-
-        `Update` lets other threads of Python run meanwhile; `Write`, which does the same, would not.
-        """
+        """Write the file, with all frames that arrive."""
         try:
             self.writer.SetFileName(str(path))
-            self.writer.Update()
-            self.written = self.writer.GetErrorCode() == vtkErrorCode.NoError
+            self.written = bool(self.writer.Write())
         finally:
             self.requests.put(None)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.export import write_movie, write_series
-from facewrinkle.export.series import _FrameSource
 from facewrinkle.mesh import ARRAYS, MUSCLES, to_polydata
 
 
@@ -94,39 +92,6 @@ def test_series_replaces_a_file(tmp_path):
 def test_a_single_frame(tmp_path):
     path = write_series([frame(3)], [5], tmp_path / "series.vtkhdf")
     np.testing.assert_array_equal(pv.read(path).points, frame(3).points)
-
-
-def test_a_frame_may_be_filled_again(tmp_path):
-    """The next frame is made while one is written."""
-
-    def filled():
-        ball = pv.Sphere(theta_resolution=60, phi_resolution=60)
-        for height in range(6):
-            ball.points[:, 2] = height
-            yield ball
-
-    _, meshes = read_series(write_series(filled(), range(6), tmp_path / "series.vtkhdf"))
-    assert [set(mesh.points[:, 2].tolist()) for mesh in meshes] == [{float(height)} for height in range(6)]
-
-
-def test_the_next_frame_is_made_while_one_is_written(tmp_path, monkeypatch):
-    begun, in_time = threading.Semaphore(0), []
-    request = _FrameSource.RequestData
-
-    def waiting(self, *arguments):
-        """Hand a frame to the writer only when the next one has been begun."""
-        result = request(self, *arguments)
-        in_time.append(begun.acquire(timeout=30.0))
-        return result
-
-    def frames():
-        for number in range(4):
-            yield frame(number)
-            begun.release()
-
-    monkeypatch.setattr(_FrameSource, "RequestData", waiting)
-    write_series(frames(), range(4), tmp_path / "series.vtkhdf")
-    assert in_time == [True] * 4
 
 
 def test_series_leaves_frames_as_they_are(tmp_path):
