@@ -91,8 +91,9 @@ def _problem(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> O
     """Write the file, and return what went wrong; None if it is whole.
 
     VTK works in a thread of its own and asks for the frames, which are made in the calling thread: an interrupt by the
-    user arrives here, and never inside VTK, which would drop it. Room for each frame is reserved before VTK has it, as
-    HDF5 does not get over a full disk.
+    user arrives here, and never inside VTK, which would drop it. The two take turns: VTK in one thread, while another
+    draws a frame, may wait for ever, each for a lock of the other. Room for each frame is reserved before VTK has it,
+    as HDF5 does not get over a full disk.
     """
     source, frame, room = _FrameSource(times), None, _Room(path)
     thread = threading.Thread(target=source.write, args=(path,), daemon=True)

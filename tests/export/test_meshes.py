@@ -174,7 +174,7 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "tears", [{"a": 1}, range(3), (1 for _ in "a"), pv.MultiBlock([None]), np.array(0.5), np.ma.masked], ids=str
+    "tears", [{"a": 1}, range(3), (1 for _ in "a"), pv.MultiBlock([None]), np.array(0.5), np.ma.masked], ids=type
 )
 def test_tears_are_surfaces(moment, tmp_path, tears):
     with pytest.raises(ParameterError, match=r"tears must be (surfaces|an Iterable)"):

@@ -94,6 +94,17 @@ def test_a_single_frame(tmp_path):
     np.testing.assert_array_equal(pv.read(path).points, frame(3).points)
 
 
+def test_a_frame_may_be_filled_again(tmp_path):
+    def filled():
+        ball = pv.Sphere(theta_resolution=60, phi_resolution=60)
+        for height in range(6):
+            ball.points[:, 2] = height
+            yield ball
+
+    _, meshes = read_series(write_series(filled(), range(6), tmp_path / "series.vtkhdf"))
+    assert [set(mesh.points[:, 2].tolist()) for mesh in meshes] == [{float(height)} for height in range(6)]
+
+
 def test_series_leaves_frames_as_they_are(tmp_path):
     mesh = frame(1)
     before = (mesh.points.tobytes(), mesh.faces.tobytes(), [mesh[name].tobytes() for name in mesh.point_data])
