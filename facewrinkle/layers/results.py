@@ -1,4 +1,4 @@
-"""What layers return, checked: they may be anyone's, and loops in machine code trust the lengths of arrays."""
+"""A check of what layers return: they may be anyone's, and loops in machine code trust the lengths of arrays."""
 
 from __future__ import annotations
 

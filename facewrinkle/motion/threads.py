@@ -1,4 +1,4 @@
-"""What only one thread may use at a time."""
+"""A guard of what only one thread may use at a time."""
 
 from __future__ import annotations
 
