@@ -17,13 +17,26 @@ def growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz):
     return linear, nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
 
 
+@njit(cache=True, inline="always")
+def root(square, linear, spare):
+    """Return the place between 0 and 1 at which a parabola that is `spare` at 0 becomes negative.
+
+    It is 0 if the parabola begins so, and 1 if only rounding, far from the surface, makes it so.
+    """
+    factor = 0.0
+    if spare > 0.0:  # from positive to negative it has one root
+        divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
+        factor = min(2.0 * spare / divisor, 1.0) if divisor > 0.0 else 1.0
+    return factor
+
+
 @njit(cache=True)
 def limit(points, heights, directions, triangles, demanded, aim, factors):
     """Lower `factors` of the heights at the corners of triangles of which less than the share `demanded` would be left.
 
     The area vector of a triangle is a quadratic function of a factor of all its heights; `factors` get the one for
     which its component along the bare triangle's normal is the share `aim`, at least `demanded`, of the bare area.
-    Returns the number of such triangles.
+    Returns the number of triangles that are lowered.
     """
     found = 0
     for f in range(len(triangles)):
@@ -41,11 +54,8 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
         area = nx * nx + ny * ny + nz * nz
         if (1.0 - demanded) * area + linear + square >= 0.0:
             continue
-        found += 1
-        spare, factor = (1.0 - aim) * area, 0.0
-        if area > 0.0:  # from positive to negative a parabola has one root between 0 and 1
-            divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
-            factor = 2.0 * spare / divisor if divisor > 0.0 else 1.0  # 0 by rounding, far from the surface
+        factor = root(square, linear, (1.0 - aim) * area)
+        found += factor < 1.0
         for v in (i, j, k):
             factors[v] = min(factors[v], factor)
     return found
@@ -73,11 +83,8 @@ def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
         linear, square = growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz)
         if before + linear + square >= demanded * area:
             continue
-        found += 1
-        spare, factor = before - aim * area, 0.0
-        if spare > 0.0:  # from positive to negative a parabola has one root between 0 and 1
-            divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
-            factor = 2.0 * spare / divisor if divisor > 0.0 else 1.0  # 0 by rounding, far from the surface
+        factor = root(square, linear, before - aim * area)
+        found += factor < 1.0
         for v in (i, j, k):
             factors[v] = min(factors[v], factor)
     return found

@@ -60,8 +60,6 @@ def unfolded_shares(points: Array, heights: Array, directions: Array, triangles:
         heights *= factors
         factors[:] = 1.0
     while kernels.limit(points, heights, directions, triangles, 0.0, LEAST, factors):
-        if not (factors < 1.0).any():  # turned over by rounding alone
-            break
         heights[factors < 1.0] = shares[factors < 1.0] = 0.0
         factors[:] = 1.0
     return shares
@@ -95,8 +93,6 @@ def unfolded_slides(points: Array, lifted: Array, slides: Array, triangles: npt.
         near = around(triangles, (factors < 1.0).astype(np.uint8))  # no others changed
         factors[:] = 1.0
     while kernels.limit_slides(points, lifted, slides, near, 0.0, LEAST, factors):
-        if not (factors < 1.0).any():  # turned over by rounding alone
-            break
         slides[factors < 1.0] = 0.0
         near = around(triangles, (factors < 1.0).astype(np.uint8))
         factors[:] = 1.0
