@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import shlex
+import threading
 from collections.abc import Callable
 from copy import deepcopy
 from pathlib import Path
@@ -62,6 +63,7 @@ class Answers:
         self._library, self._document, self._stage = library, document, stage
         self._folder, self._kept, self._source, self._changed = folder, kept, source, changed
         self._saving, self.process = False, SavingProcess()
+        self._meshes = threading.Lock()  # VTK that draws in one thread and reads in another may wait for ever
 
     # --- what a page is told -------------------------------------------------------------------
 
@@ -179,12 +181,15 @@ class Answers:
                 order = Order(what, camera, stage.face, self._document.data, clip)
                 name, content = await asyncio.to_thread(self.process.save, order, tell)
             else:
-                job = stage.ask(lambda: save(what, camera, stage, self._document))
-                name, content = await asyncio.wrap_future(job)
+                name, content = await asyncio.wrap_future(stage.ask(lambda: self._saved_by_stage(what, camera)))
         finally:
             self._saving = False
             tell("", 1.0)
         return self._saved(name, content)
+
+    def _saved_by_stage(self, what: str, camera: list[float]) -> tuple[str, bytes]:
+        with self._meshes:
+            return save(what, camera, self._stage, self._document)
 
     def _teller(self) -> Tell:
         """Return a function that tells all pages how far something is, in few messages."""
@@ -224,7 +229,8 @@ class Answers:
 
         tell = self._teller()
         try:
-            name, loaded = opened(folder, names, self._library[""].face.atlas, tell)
+            with self._meshes:
+                name, loaded = opened(folder, names, self._library[""].face.atlas, tell)
         finally:
             tell("", 1.0)
         name = self._library.add(name, loaded)

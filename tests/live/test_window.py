@@ -11,6 +11,9 @@ what cannot be done         | a sentence, and the document as it was
 from __future__ import annotations
 
 import asyncio
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -199,6 +202,36 @@ def test_pictures_meshes_and_sessions_are_saved_in_one_folder(studio, saved):
     assert all(path.parent == saved.resolve() for path in paths)
     assert pv.read(paths[0]).dimensions[:2] == (1200, 1200)
     assert paths[1].read_bytes()[:4] == b"glTF"
+
+
+def test_no_picture_is_drawn_while_a_file_is_read(studio, monkeypatch):
+    """VTK in two threads at once may wait for ever: here reading ends only once the picture was asked for."""
+    answers, events = studio._answers, []
+    reading, asked, drawing = threading.Event(), threading.Event(), threading.Event()
+
+    def opened(*_):
+        reading.set()
+        assert asked.wait(20.0)
+        drawing.wait(0.3)
+        events.append("read")
+        raise ParameterError("no face")
+
+    def save(*_):
+        drawing.set()
+        events.append("drawn")
+        return "a.png", b""
+
+    monkeypatch.setattr("facewrinkle.live.answers.opened", opened)
+    monkeypatch.setattr("facewrinkle.live.answers.save", save)
+    with ThreadPoolExecutor() as pool:
+        read = pool.submit(answers.opened, Path(), [])
+        assert reading.wait(20.0)
+        drawn = studio._stage.ask(lambda: answers._saved_by_stage("picture", CAMERA))
+        asked.set()
+        assert drawn.result(20.0) == ("a.png", b"")
+        with pytest.raises(ParameterError, match="no face"):
+            read.result(20.0)
+    assert events == ["read", "drawn"]
 
 
 @pytest.mark.parametrize("name", ["../x.png", "/etc/passwd", "a/b.png", "..", "X.png", "a.b.c"])
