@@ -201,15 +201,40 @@ def finite(name: str, values: object) -> npt.NDArray[np.float64]:
     array([0., 1.])
     """
     try:
-        array = np.array(values, dtype=np.float64)
         if np.iscomplexobj(np.asarray(values)):
             raise TypeError
+        array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ParameterError(f"{name} must be numbers in rows of one length, received {type_of(values)}.") from None
     if not (np.abs(array) < LARGEST).all():
         broken = np.argwhere(~(np.abs(array) < LARGEST))[0].tolist()
         raise ParameterError(f"{name} must be finite; entry {broken} is {array[tuple(broken)]}. Replace it.")
     return array
+
+
+def plain(values: object) -> bool:
+    """Tell whether values are as compiled loops take them: they would be compiled anew for other types, and for views.
+
+    Examples
+    --------
+    >>> plain(np.zeros((2, 3))), plain(np.zeros((2, 3)).T), plain([0.0])
+    (True, False, False)
+    """
+    return type(values) is np.ndarray and values.dtype == np.float64 and bool(values.flags.c_contiguous)
+
+
+def plain_and_finite(name: str, values: Any) -> npt.NDArray[np.float64]:
+    """Return values as :func:`plain` ones, the very same if they are; raise a ParameterError as :func:`finite` does.
+
+    Examples
+    --------
+    >>> rows = np.zeros((2, 3))
+    >>> plain_and_finite("rows", rows) is rows
+    True
+    """
+    if plain(values) and values.min(initial=0.0) > -LARGEST and values.max(initial=0.0) < LARGEST:
+        return np.asarray(values)
+    return finite(name, values).copy("C")
 
 
 def picture(image: object) -> npt.NDArray[np.uint8]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import finite
+from ..arguments import finite, plain, plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
 from ..mesh.arrays import ARRAYS
 from .base import Array, BoolArray, Displacement, Layer, SurfaceState
@@ -48,10 +48,11 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
         values = getattr(found, name)
         if values is None and name in ("shading_offset", "slide"):
             continue
-        if not (_plain(values) and values.min(initial=0.0) > -LARGEST and values.max(initial=0.0) < LARGEST):
-            values = changed[name] = finite(_called(name, layer), values).copy("C")
-        _check_shape(name, values.shape, shape, layer)
-    if not (_plain(found.spacing) and found.spacing.min(initial=np.inf) > 1.0 / LARGEST):
+        checked = plain_and_finite(_called(name, layer), values)
+        if checked is not values:
+            changed[name] = checked
+        _check_shape(name, checked.shape, shape, layer)
+    if not (plain(found.spacing) and found.spacing.min(initial=np.inf) > 1.0 / LARGEST):
         changed["spacing"] = _spacing(found.spacing, layer)
     _check_shape("spacing", changed.get("spacing", found.spacing).shape, (n,), layer)
     if type(found.active) is not np.ndarray or found.active.dtype != bool or not found.active.flags.c_contiguous:
@@ -107,11 +108,6 @@ def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
 
 def _called(name: str, layer: Layer) -> str:
     return f"the {name} of a layer ({type(layer).__name__})"
-
-
-def _plain(values: object) -> bool:
-    """Tell whether values are as the loops take them: other types, and views, would be compiled for anew."""
-    return type(values) is np.ndarray and values.dtype == np.float64 and bool(values.flags.c_contiguous)
 
 
 def _check_shape(name: str, received: tuple[int, ...], shape: tuple[int, ...], layer: Layer) -> None:

@@ -81,7 +81,7 @@ def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
     energy = 0.0
     for i in range(u.shape[0]):
         bx, by, bz = 0.0, 0.0, 0.0
-        for p in range(indptr[i], indptr[i + 1]):
+        for p in range(np.uint32(indptr[i]), np.uint32(indptr[i + 1])):
             j, b = indices[p], bending[p]
             bx += b * u[j, 0]
             by += b * u[j, 1]
@@ -175,17 +175,17 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
     n = inverse.shape[0]
     for i in range(n):
         for k in range(3):
-            scratch[row_order[i], k] = right[i, k]
+            scratch[np.uint32(row_order[i]), k] = right[i, k]
     for j in range(n):
         x, y, z = scratch[j, 0], scratch[j, 1], scratch[j, 2]
-        for p in range(indptr[j] + 1, indptr[j + 1]):
+        for p in range(np.uint32(indptr[j] + 1), np.uint32(indptr[j + 1])):
             i = indices[p]
             scratch[i, 0] -= lower[p, 0] * x
             scratch[i, 1] -= lower[p, 1] * y
             scratch[i, 2] -= lower[p, 2] * z
     for j in range(n - 1, -1, -1):
         x, y, z = scratch[j, 0] * inverse[j, 0], scratch[j, 1] * inverse[j, 1], scratch[j, 2] * inverse[j, 2]
-        for p in range(indptr[j] + 1, indptr[j + 1]):
+        for p in range(np.uint32(indptr[j] + 1), np.uint32(indptr[j + 1])):
             i = indices[p]
             x -= lower[p, 0] * scratch[i, 0]
             y -= lower[p, 1] * scratch[i, 1]
@@ -193,7 +193,7 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
         scratch[j, 0], scratch[j, 1], scratch[j, 2] = x, y, z
     for i in range(n):
         for k in range(3):
-            out[i, k] = scratch[column_order[i], k]
+            out[i, k] = scratch[np.uint32(column_order[i]), k]
 
 
 @njit(cache=True)

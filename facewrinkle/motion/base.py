@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..arguments import checked
+from ..arguments import checked, plain_and_finite
 from ..errors import ParameterError, check_range, type_of
 
 Array = npt.NDArray[np.float64]
@@ -123,6 +123,32 @@ def check_motion(motion: Motion, face: Face) -> None:
             f"the motion must be driven by all {len(face.muscles)} muscles of the face, in their order, or by none; "
             f"its names are {', '.join(motion.names[:8])}. Make it from this face."
         )
+
+
+def stepped(motion: Motion) -> Array:
+    """Advance a motion by one time step, and return the positions (n, 3), mm.
+
+    A motion may be anyone's, and loops in machine code trust the lengths of arrays: a ParameterError names it for
+    positions of another shape, or that are no finite numbers.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> class Shrinking(Still):
+    ...     def step(self):
+    ...         return self.points[:-1]
+    >>> stepped(Shrinking(fw.default_face()))
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: step() of a motion (Shrinking) must return positions of the shape (2321, 3), ...
+    """
+    called = f"positions that step() of a motion ({type(motion).__name__}) returns"
+    points, shape = plain_and_finite(called, motion.step()), motion.points.shape
+    if points.shape != shape:
+        raise ParameterError(
+            f"step() of a motion ({type(motion).__name__}) must return positions of the shape {shape}, received "
+            f"{points.shape}."
+        )
+    return points
 
 
 class Undriven:

@@ -34,7 +34,7 @@ from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.results import displacement_of, fields_of
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import AGE
-from ..motion.base import Motion, Still, check_motion
+from ..motion.base import Motion, Still, check_motion, stepped
 from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
@@ -381,7 +381,7 @@ class Simulation:
         """Advance the motion alone, and return the base vertices."""
         with self._timed("skin"):
             self.motion.set_rates(rates)
-            return self.motion.step()
+            return stepped(self.motion)
 
     def _advanced(self, rates: Array) -> pv.PolyData:
         with self._alone:
@@ -396,8 +396,8 @@ class Simulation:
             self._unsplit()
             with self._timed("frame"):
                 return self._frame(*self._held_shape(base))
-        # A recording changes triangles in every other frame: a change costs as much as the rest of a frame.
-        self._changed = (driven or not self._changed) and self._refine(not self._hold.resting)
+        # Triangles change in every other frame, unless it goes far in one: a change costs as much as half a frame.
+        self._changed = (self._late or not self._changed) and self._refine(not self._hold.resting)
         shape = self._shape(base)
         # It may go far in one step, and patterns on a still surface begin at once: then all triangles are split now.
         if not driven and (self._late or self._steps == 1):
@@ -500,8 +500,6 @@ class Simulation:
         n = len(self.face.points)
         at_rest = SurfacePoints(*(getattr(self.vertices, name)[:n] for name in SurfacePoints.__dataclass_fields__))
         for layer in self.layers:
-            if isinstance(layer, WaveFolds):
-                layer.remember()
             if not getattr(layer, "stateless", False):
                 layer.attach(self.face)
                 layer.follow(Change(slice(None), n), at_rest)

@@ -230,3 +230,46 @@ def test_a_skin_can_be_given(face):
         each.express("AU4")
     for ours, theirs in zip(sim.run(5), usual.run(5), strict=True):
         assert np.array_equal(ours.points, theirs.points)
+
+
+class Returning(Undriven):
+    """A motion whose step returns what it was given."""
+
+    time_step = 0.02
+
+    def __init__(self, face, positions):
+        self.points, self.positions = face.points * face.unit, positions
+
+    def reset(self):
+        pass
+
+    def step(self):
+        return self.positions
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda x: x[:-1], r"must return positions of the shape \(2321, 3\), received \(2320, 3\)"),
+        (lambda x: x[:, :2], r"received \(2321, 2\)"),
+        (np.ravel, r"received \(6963,\)"),
+        (
+            lambda x: np.where(x == x.max(), np.nan, x),
+            r"positions that step\(\) of a motion \(Returning\).*must be finite",
+        ),
+        (lambda x: np.where(x == x.max(), -np.inf, x), "must be finite"),
+        (lambda x: x + 0j, "must be numbers in rows of one length"),
+        (lambda x: None, "must be"),
+    ],
+)
+def test_positions_of_another_kind_are_refused(face, change, said):
+    """Loops in machine code would read beyond the end of arrays that are too short."""
+    sim = fw.Simulation(face, layers=[], motion=Returning(face, change(face.points.copy())))
+    with pytest.raises(ParameterError, match=said):
+        sim.step()
+
+
+@pytest.mark.parametrize("change", [np.asfortranarray, np.ndarray.tolist, lambda x: np.repeat(x, 2, axis=0)[::2]])
+def test_positions_may_be_of_any_layout(face, change):
+    sim = fw.Simulation(face, layers=[], motion=Returning(face, change(face.points + 1.0)))
+    np.testing.assert_array_equal(sim.step().points, face.points + 1.0)

@@ -436,7 +436,7 @@ def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
     own = early.layers[:]
     late.use_layers(own)
     assert all(mine is not given for mine, given in zip(late.layers, own, strict=True))
-    for _ in range(8):  # a level of triangles in each step
+    for _ in range(16):  # a level of triangles in every other step
         ours, theirs = late.step(), early.step()
     n = face.mesh.n_points
     assert ours.n_cells > face.mesh.n_cells  # triangles depend a little on the way there, and on them the net volume

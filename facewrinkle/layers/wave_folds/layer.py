@@ -179,19 +179,14 @@ class WaveFolds:
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."
             )
-        self._recall: Recall | None = None
+        self._recall = Recall(self._field)
         self._waves = Waves.none(0)
         self._resize(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = self._field.at(created) if self._recall is None else self._recall.at(created)
-        self._waves = self._waves.followed(change.kept, new)
+        self._waves = self._waves.followed(change.kept, self._recall.at(created))
         self._resize(len(self._waves.starts) - 1)
-
-    def remember(self) -> None:
-        """From now on, remember the waves at all points: for a face that is refined again and again."""
-        self._recall = self._recall or Recall(self._field)
 
     def _resize(self, n: int) -> None:
         p = len(self._waves.theta)

@@ -10,7 +10,7 @@ from .field import WaveField
 from .waves import Waves
 
 MOST = 100_000
-"""So many points are remembered, then all are forgotten."""
+"""So many points are remembered, then all are forgotten; more at once never are."""
 
 HOSTS, STEPS = 2**21, 2**20
 """Base triangles, and steps of a barycentric coordinate, that a key has room for."""
@@ -47,14 +47,18 @@ class Recall:
     def at(self, points: SurfacePoints) -> Waves:
         """Return the waves at points."""
         keys = _keys(points)
-        if keys is None or not len(keys):
+        if keys is None or not 0 < len(keys) <= MOST:
             return self._field.at(points)
-        if len(self._keys) + len(keys) > MOST:
-            self._forget()
         new = ~self._known(keys)[1]
+        if len(self._keys) + np.count_nonzero(new) > MOST:
+            self._forget()
+            new[:] = True
         if new.any():
-            self._waves = self._waves.followed(slice(None), self._field.at(points.taken(new)))
+            found = self._field.at(points.taken(new))
+            self._waves = self._waves.followed(slice(None), found)
             self._append(keys[new])
+            if new.all():
+                return found
         return self._waves.taken(self._rows[self._known(keys)[0]])
 
     def _known(self, keys: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
@@ -65,10 +69,10 @@ class Recall:
         return place, self._keys[place] == keys
 
     def _append(self, keys: npt.NDArray[np.int64]) -> None:
-        rows = np.concatenate([self._rows, len(self._rows) + np.arange(len(keys))])
-        keys = np.concatenate([self._keys, keys])
         order = np.argsort(keys, kind="stable")
-        self._keys, self._rows = keys[order], rows[order]
+        place = np.searchsorted(self._keys, keys[order])
+        self._rows = np.insert(self._rows, place, len(self._rows) + order)
+        self._keys = np.insert(self._keys, place, keys[order])
 
 
 def _keys(points: SurfacePoints) -> npt.NDArray[np.int64] | None:
