@@ -6,12 +6,16 @@ faces and layers        their fingerprints before; simulations that share them
 ramps                   the smoothstep of their share of the run
 layers                  heights that add up; fields of one muscle; taken in the middle of a motion, those from its start
 gaze                    the directions that were asked for
+faces                   freed once nobody holds them
 bad input               the errors that name what is wrong
 """
 
 from __future__ import annotations
 
+import dataclasses
+import gc
 import time
+import weakref
 
 import numpy as np
 import pytest
@@ -21,6 +25,7 @@ import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
 from facewrinkle.motion.base import Undriven
+from facewrinkle.plotting import Style, picture
 from facewrinkle.simulation.fold_layers import fold_layers
 
 
@@ -457,3 +462,18 @@ def test_layers_that_are_refused_leave_the_present_ones(face):
     assert sim.refinement.max_level == level
     sim.express("frowning")
     assert sim.step().n_points >= face.mesh.n_points
+
+
+@pytest.mark.parametrize("drawn", [False, True])
+def test_faces_that_nobody_holds_are_freed(face, drawn):
+    """Who goes through many faces, as a data set does, must not keep them all, nor their lines."""
+    own = dataclasses.replace(face, age=0.4)
+    sim = fw.Simulation(own)
+    sim.express("surprise")
+    frame = sim.step()
+    if drawn:
+        picture(frame, own, Style((40, 40)))
+    freed = weakref.ref(own)
+    del own, sim, frame
+    gc.collect()
+    assert freed() is None

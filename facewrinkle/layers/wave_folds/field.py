@@ -68,10 +68,10 @@ class Lines:
     @staticmethod
     def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
         """Return the lines of a face; those found before are not found anew."""
-        parts = tuple(id(shape) for own in shapes.families.values() for shape in own)
-        known, key = _FOUND.setdefault(face, {}), (tuple(shapes.families), parts, density, style)
+        parts = [shape for own in shapes.families.values() for shape in own]
+        known, key = _FOUND.setdefault(face, {}), (tuple(shapes.families), tuple(map(id, parts)), density, style)
         if key not in known:
-            known[key] = Lines(face, shapes, density, style), shapes  # keeps the shapes, whose ids are in the key
+            known[key] = Lines(face, shapes, density, style), parts  # keeps the arrays, whose ids are in the key
         return known[key][0]
 
 
@@ -87,8 +87,8 @@ def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) ->
     return arrays
 
 
-_FOUND: WeakKeyDictionary[Face, dict[tuple[object, ...], tuple[Lines, FoldShapes]]] = WeakKeyDictionary()
-"""Lines that were found before, by the face that they are on."""
+_FOUND: WeakKeyDictionary[Face, dict[tuple[object, ...], tuple[Lines, list[Array]]]] = WeakKeyDictionary()
+"""Lines that were found before, by the face that they are on, which they must not keep: `FoldShapes` would."""
 
 
 class WaveField:
