@@ -1,11 +1,13 @@
 """What the benchmarks share: a reference timed in turns with the candidate, and the goals in the summary of the run.
 
 Nothing here fails on a slow machine: what is asserted is that both compute the same. Times are compared within one
-run only, in turns, so that whatever else the machine does slows both.
+run only, in turns, so that whatever else the machine does slows both. The table goes to output/benchmarks.csv, too:
+docs/benchmarks.csv is a copy of it, of one run on a machine that did nothing else.
 """
 
 from __future__ import annotations
 
+import csv
 import os
 import statistics
 import subprocess
@@ -116,10 +118,23 @@ def pytest_terminal_summary(terminalreporter, config):
         met = {True: "met", False: "NOT MET", None: ""}[line.met]
         seconds = f"{1e3 * line.ours:10.2f} ms {reference:13}"
         terminalreporter.write_line(f"{line.what:{wide}} {seconds}  {line.value:34} {line.goal:9} {met}".rstrip())
+    _write(lines, config.rootpath / "output" / "benchmarks.csv")
     for what, note in config.stash[NOTES].items():
         terminalreporter.write_line(f"{what}: {note}")
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"
     terminalreporter.write_line(f"{os.cpu_count()} cores, load over 1, 5 and 15 minutes: {load}")
+
+
+def _write(lines, path):
+    """Write the table for the site."""
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(("what", "ms", "beside it", "result", "goal", ""))
+        for line in lines:
+            reference = "" if line.reference is None else f"{1e3 * line.reference:.4g}"
+            met = {True: "met", False: "missed", None: ""}[line.met]
+            rows.writerow((line.what, f"{1e3 * line.ours:.4g}", reference, line.value, line.goal, met))
 
 
 @pytest.fixture(scope="module")
