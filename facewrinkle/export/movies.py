@@ -23,9 +23,10 @@ H264: dict[str, Any] = {
     "quality": 8,
     "macro_block_size": 1,
     "ffmpeg_log_level": "quiet",
-    "output_params": ["-preset", "veryfast"],
+    "output_params": ["-preset", "superfast", "-x264-params", "mbtree=1:rc-lookahead=10:cabac=0"],
 }
-"""Settings of the encoder. At this quality its slower presets take 2.6 times as long, for files of the same size."""
+"""Settings of the encoder. Faster presets look at the pictures ahead no more, for files of 1.6 times the size; here they
+do. The default preset takes more than four times as long, for files that are a sixth smaller, and no better to see."""
 
 
 @checked

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from export.test_series import frame, noisy, read_series
+from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
 
 from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.export import series_process, write_series
@@ -39,6 +40,7 @@ def processes(monkeypatch):
 def full_frame(number: int) -> pv.PolyData:
     """A frame with arrays of every type, of cells and fields too, and values that comparisons do not tell apart."""
     mesh, generator = frame(number), np.random.default_rng(number)
+    mesh.verts, mesh.lines = [1, number], [2, 0, number + 1, 3, 1, 2, 3]
     for data, rows in ((mesh.point_data, mesh.n_points), (mesh.cell_data, mesh.n_cells), (mesh.field_data, 7)):
         for kind in ("int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"):
             bits = generator.bytes(2 * rows * np.dtype(kind).itemsize)
@@ -46,6 +48,10 @@ def full_frame(number: int) -> pv.PolyData:
     mesh.point_data["Colors"] = generator.integers(0, 255, (mesh.n_points, 3)).astype(np.uint8)
     mesh.point_data["signs"] = np.where(generator.random(mesh.n_points) < 0.5, -0.0, np.nan)
     mesh.point_data.active_normals = generator.normal(size=(mesh.n_points, 3))
+    ids = numpy_to_vtkIdTypeArray(2**40 + np.arange(mesh.n_points), deep=True)  # VTK sends 32 bits of them
+    ids.SetName("ids")
+    mesh.GetPointData().AddArray(ids)
+    mesh.field_data["word"] = "alone"
     mesh.field_data["words"] = ["", "a b", "%20", "two\nlines", '"']
     mesh.set_active_scalars(None if number % 2 else "Colors")
     mesh.active_texture_coordinates = generator.random((mesh.n_points, 2)).astype(np.float32)
@@ -54,7 +60,11 @@ def full_frame(number: int) -> pv.PolyData:
 
 def everything(mesh: pv.PolyData) -> dict[str, object]:
     """All that a mesh holds, bit by bit."""
-    held: dict[str, object] = {"points": (mesh.points.dtype, mesh.points.tobytes()), "faces": mesh.faces.tobytes()}
+    held: dict[str, object] = {"points": (mesh.points.dtype, mesh.points.tobytes()), "bounds": mesh.bounds}
+    for cells in ("Verts", "Lines", "Polys", "Strips"):
+        for part in ("Offsets", "Connectivity"):
+            array = vtk_to_numpy(getattr(getattr(mesh, f"Get{cells}")(), f"Get{part}Array")())
+            held[f"{cells}: {part}"] = (array.dtype, array.tobytes())
     for kind in ("point_data", "cell_data", "field_data"):
         for name, values in getattr(mesh, kind).items():
             array = np.asarray(values)
@@ -183,13 +193,13 @@ def test_the_process_ends_and_tidies_up_when_nobody_sends_frames_any_more(tmp_pa
     assert series_process._heard(process) is None
     assert series_process._sent(process, (list(range(9)), path))
     for number in range(3):
-        assert series_process._sent(process, frame(number))
+        assert series_process._sent(process, series_process._packed(frame(number)))
     deadline = time.monotonic() + 20.0
     while not path.exists() and time.monotonic() < deadline:
         time.sleep(0.01)
     assert path.exists()
     if torn:
-        process.stdin.write(pickle.dumps(frame(3))[:1000])
+        process.stdin.write(pickle.dumps(series_process._packed(frame(3)))[:1000])
     process.stdin.close()
     assert isinstance(series_process._heard(process), str)
     assert process.wait(timeout=20.0) == 0
