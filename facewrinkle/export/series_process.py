@@ -30,6 +30,7 @@ PIPE = 2**20
 
 CELLS = ("Verts", "Lines", "Polys", "Strips")
 DATA = ("point_data", "cell_data", "field_data")
+"""What a mesh holds, by its names in VTK and in PyVista."""
 
 
 def problem_aside(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> OSError | str | None:
@@ -51,11 +52,13 @@ def problem_aside(frames: Iterator[pv.PolyData], times: list[float], path: Path)
 
 
 def _started() -> subprocess.Popen[bytes] | None:
-    """Start a process; return None if that is not possible."""
+    """Start a process that imports this very package, wherever it is started; return None if that is not possible."""
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     try:
         return subprocess.Popen(
-            [sys.executable, "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            pipesize=PIPE, start_new_session=True,  # Ctrl-C is for the command, which ends the process by itself
+            [sys.executable, "-P", "-m", __name__], env={**os.environ, "PYTHONPATH": paths.rstrip(os.pathsep)},
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, pipesize=PIPE,
+            start_new_session=True,  # Ctrl-C is for the command, which ends the process by itself
         )  # fmt: skip
     except OSError:
         return None
@@ -77,7 +80,7 @@ def _heard(process: subprocess.Popen[bytes]) -> Any:
     assert process.stdout is not None
     try:
         return pickle.load(process.stdout)
-    except (EOFError, pickle.UnpicklingError):
+    except Exception:  # nothing, or something else that was printed
         return "the process that writes it came to an end"
 
 

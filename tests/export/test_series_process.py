@@ -185,6 +185,15 @@ def test_without_a_process_the_series_is_written_here(tmp_path, monkeypatch, end
     assert [file.name for file in tmp_path.iterdir()] == ["series.vtkhdf"]
 
 
+def test_the_process_finds_this_package_wherever_it_starts(tmp_path, monkeypatch, processes):
+    for name in ("facewrinkle", "pickle"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('another one')")
+    monkeypatch.chdir(tmp_path)
+    assert series_process._heard(series_process._started()) is None
+    processes[0].kill()
+    series_process._close(processes[0])
+
+
 @pytest.mark.parametrize("torn", [False, True])
 def test_the_process_ends_and_tidies_up_when_nobody_sends_frames_any_more(tmp_path, torn):
     """As after the end of the command by a signal that it cannot catch."""
