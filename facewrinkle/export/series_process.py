@@ -30,7 +30,7 @@ PIPE = 2**20
 
 CELLS = ("Verts", "Lines", "Polys", "Strips")
 DATA = ("point_data", "cell_data", "field_data")
-"""What a mesh holds, by its names in VTK and in PyVista."""
+"""The parts of a mesh, by their names in VTK and in PyVista."""
 
 
 def problem_aside(frames: Iterator[pv.PolyData], times: list[float], path: Path) -> OSError | str | None:
