@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("errors",),
-    ("arguments", "input_files"),
+    ("arguments", "input_files", "disk"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

@@ -19,9 +19,14 @@ ENOUGH = 3
 """So many functions are compiled before this is taken for the first start: one or two may always be new."""
 
 
+def may_start() -> bool:
+    """Return whether there is a core for a second process."""
+    return allowed and (os.cpu_count() or 1) >= 2
+
+
 def begin() -> None:
     """Start the process as soon as functions have to be compiled, if there is a core for it."""
-    if not allowed or (os.cpu_count() or 1) < 2:
+    if not may_start():
         return
     from numba.core import event
 

@@ -18,11 +18,13 @@ from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
+from ..export.series import write_series_aside
 from ..mesh.files import output_file, output_target
 from ..plotting import Image, Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
+from . import compiling
 from .options import OutputOptions
 from .report import Report
 
@@ -118,7 +120,8 @@ class Recorder:
             append = self._open_movie(stack) if self.output.movie else None
             frames = self._passing(clip, draw, watch, append, animation)
             if self.output.series:
-                self.write_series(map(clip.face.with_parts, frames), clip.times)
+                write = write_series_aside if compiling.may_start() else write_series
+                self.files.append(write(map(clip.face.with_parts, frames), clip.times, self._path(".vtkhdf")))
             else:
                 deque(frames, maxlen=0)
         if append is not None:
@@ -160,7 +163,7 @@ class Recorder:
             return None
 
     def write_series(self, frames: Iterable[pv.PolyData], times: Iterable[float], suffix: str = "") -> None:
-        """Write a time series."""
+        """Write a time series of frames that are there."""
         self.files.append(write_series(frames, times, self._path(f"{suffix}.vtkhdf")))
 
     def save_picture(self, image: Image, suffix: str = "") -> None:

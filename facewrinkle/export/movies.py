@@ -23,9 +23,10 @@ H264: dict[str, Any] = {
     "quality": 8,
     "macro_block_size": 1,
     "ffmpeg_log_level": "quiet",
-    "output_params": ["-preset", "veryfast"],
+    "output_params": ["-preset", "superfast", "-x264-params", "mbtree=1:rc-lookahead=10:cabac=0"],
 }
-"""Settings of the encoder. At this quality its slower presets take 2.6 times as long, for files of the same size."""
+"""Settings of the encoder: a fast preset that still looks at pictures ahead, or files were 1.6 times as large. The
+default preset takes four times as long, for files that are a ninth smaller."""
 
 
 @checked
@@ -201,4 +202,6 @@ def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
 def _even(image: np.ndarray) -> np.ndarray:
     """Return the picture with an even number of rows and columns; the last is repeated if need be."""
     height, width = image.shape[:2]
+    if height % 2 == width % 2 == 0:
+        return image
     return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

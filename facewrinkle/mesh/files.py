@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import os
-import shutil
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from itertools import count
@@ -15,11 +12,9 @@ from stat import S_ISDIR, S_ISREG
 from tempfile import TemporaryFile
 
 from ..arguments import checked
+from ..disk import NO_SPACE, free_bytes
 from ..errors import FaceWrinkleError, MeshError, OutputError
 from ..input_files import is_input
-
-NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Errors of a disk, or of a share of it, that is full."""
 
 SCARCE = 2**20
 """With fewer free bytes than this, what could not be written is taken to have found no room."""
@@ -108,7 +103,7 @@ def not_written(path: str | Path, problem: OSError | str) -> OutputError:
     """Return the error for a file that could not be written, which says so if there is no room for it."""
     path = Path(os.path.expanduser(path)).absolute()
     reason = problem if isinstance(problem, str) else problem.strerror or str(problem)
-    free = _free(path)
+    free = free_bytes(path)
     if (isinstance(problem, OSError) and problem.errno in NO_SPACE) or (free is not None and free < SCARCE):
         left = "" if free is None else f" ({free / 1e6:.1f} MB are free)"
         return OutputError(
@@ -122,42 +117,6 @@ def drop_unfinished() -> None:
     """Remove all files that are being written, and the folders made for them: the process is about to end."""
     for temporary in list(_unfinished):
         _remove(temporary)
-
-
-def reserve(path: Path, size: int) -> None:
-    """Make sure that a file, which exists, can grow to this many bytes; its length stays as it is.
-
-    `os.truncate` to its length gives back what was not used. Where the system cannot reserve room, the free space of
-    the disk is looked at.
-
-    Raises
-    ------
-    OSError
-        If there is not so much room.
-    """
-    length = path.stat().st_size
-    if length >= size:
-        return
-    if sys.platform.startswith("linux"):
-        system = ctypes.CDLL(None, use_errno=True)
-        with path.open("r+b") as file:
-            kept_length = 1  # FALLOC_FL_KEEP_SIZE
-            offsets = (ctypes.c_int64(0), ctypes.c_int64(size))
-            if system.fallocate64(ctypes.c_int(file.fileno()), ctypes.c_int(kept_length), *offsets) == 0:
-                return
-        number = ctypes.get_errno()
-        if number in NO_SPACE:
-            raise OSError(number, os.strerror(number), str(path))
-    if (free := _free(path)) is not None and free < size - length:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
-
-
-def _free(path: Path) -> int | None:
-    """Return the free bytes where a file is, or is to be; None if the system does not tell."""
-    for folder in path.parents:
-        with suppress(OSError):
-            return shutil.disk_usage(folder).free
-    return None
 
 
 def _synchronise(path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,12 @@ from command_files import movie_frames, series_meshes
 
 import facewrinkle as fw
 from facewrinkle.cli import main
-from facewrinkle.commands import recorder
+from facewrinkle.commands import compiling, recorder
 from facewrinkle.commands.options import OutputOptions
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
 from facewrinkle.commands.report import Report
 from facewrinkle.errors import MissingPackageError
+from facewrinkle.export import series_process
 from facewrinkle.mesh.arrays import GAZE
 from facewrinkle.plotting import Style, picture
 from facewrinkle.plotting.views import height_of
@@ -50,6 +52,20 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
     assert [mesh.length for mesh in series_meshes(tmp_path / "new" / "ball.vtkhdf")] == drawn
     grey = movie_frames(tmp_path / "new" / "ball.mp4", 32, 48).mean(axis=(1, 2, 3))
     np.testing.assert_allclose(grey, [60.0, 120.0, 180.0, 240.0], atol=3.0)
+
+
+@pytest.mark.parametrize("allowed, cores, aside", [(True, 2, True), (True, 1, False), (False, 2, False)])
+def test_a_second_core_of_a_process_of_its_own_writes_the_series(clip, tmp_path, monkeypatch, allowed, cores, aside):
+    started, start = [], series_process._started
+    monkeypatch.setattr(series_process, "_started", lambda: started.append(start()) or started[-1])
+    monkeypatch.setattr(compiling, "allowed", allowed)
+    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    made = Recorder(tmp_path, "ball", OutputOptions(movie=False), Report(quiet=True))
+    made.record(clip, lambda frame: pytest.fail("it was drawn"), lambda number, frame: None)
+    assert made.files == [tmp_path / "ball.vtkhdf"] == list(tmp_path.iterdir())
+    assert len(started) == aside
+    lengths = [mesh.length for mesh in series_meshes(tmp_path / "ball.vtkhdf")]
+    np.testing.assert_allclose(lengths, pv.Sphere().length * np.array([2.0, 2.2, 2.4, 2.6]), rtol=1e-5)
 
 
 def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkeypatch, capsys):

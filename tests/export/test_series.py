@@ -212,9 +212,9 @@ def test_a_disk_that_fills_up_behind_our_back(small_disk):
     """Room that was reserved, and is not there: VTK's writer fails, and must end. HDF5 is lost to that process."""
     program = (
         "import sys; sys.path.insert(0, 'tests')\n"
-        "import facewrinkle.export.series as series\n"
+        "import facewrinkle.export.series as series, facewrinkle.export.series_file as series_file\n"
         "from export.test_series import noisy\n"
-        "series.reserve = lambda *_: None\n"
+        "series_file.reserve = lambda *_: None\n"
         f"try: series.write_series(noisy(16), range(16), {str(small_disk / 'series.vtkhdf')!r})\n"
         "except ValueError as error: print(error)\n"
     )
@@ -230,7 +230,7 @@ def test_the_room_reserved_suffices_and_is_given_back(tmp_path, monkeypatch, siz
     def reserve(path, room):
         reserved.append((path.stat().st_size, room))
 
-    monkeypatch.setattr("facewrinkle.export.series.reserve", reserve)
+    monkeypatch.setattr("facewrinkle.export.series_file.reserve", reserve)
     path = write_series(noisy(8, size, arrays), range(8), tmp_path / "series.vtkhdf")
     sizes = [length for length, _ in reserved[1:]] + [path.stat().st_size]
     assert all(after <= room for (_, room), after in zip(reserved, sizes, strict=True))

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from facewrinkle.anatomy.face_file import write_face
+from facewrinkle.disk import reserve
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
-from facewrinkle.mesh.files import drop_unfinished, replaced, reserve
+from facewrinkle.mesh.files import drop_unfinished, replaced
 from facewrinkle.plotting import save_picture
 
 
