@@ -41,6 +41,7 @@ _HOME = {
     "Wrinkles": "anatomy.muscles",
     "bake_layers": "rigging",
     "bake_maps": "rigging",
+    "compile_ahead": "compiling",
     "default_face": "anatomy.fitting",
     "find_landmarks": "anatomy.finding",
     "fit_face": "anatomy.fitting",

@@ -11,9 +11,9 @@ def program() -> NoReturn:
     import sys
 
     from .cli import main
-    from .commands import compiling
+    from .compiling import first_start
 
-    compiling.allowed = True
+    first_start.allowed = True
     sys.exit(main())
 
 

@@ -61,6 +61,9 @@ app.command(
     "facewrinkle.commands.info:info",
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
+app.command(
+    "facewrinkle.commands.compile:compile_all", name="compile", help="Compile all inner loops ahead, in all cores."
+)
 app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
 app.command("facewrinkle.commands.dataset:dataset", help="Make pictures of faces with labels, as training data.")
 app.command(

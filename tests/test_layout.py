@@ -27,6 +27,7 @@ FLOORS = (
     ("plotting", "export", "accessor"),
     ("dataset", "rigging"),
     ("live",),
+    ("compiling",),
     ("commands",),
     ("cli",),
     ("__main__",),

@@ -9,10 +9,10 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import default_face
+from ..compiling import first_start
 from ..export import output_folder
 from ..plotting import Image, save_picture, side_by_side, stacked
 from ..plotting.views import Style
-from . import compiling
 from .express import Performance, record
 from .options import OutputOptions
 from .recorder import Scenes
@@ -39,7 +39,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
-    compiling.begin()
+    first_start.begin("express")
     begin = time.perf_counter()
     report = Report(quiet)
     folder = output_folder(out, make=False)

@@ -14,13 +14,13 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Image, Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
-from . import compiling
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
@@ -79,7 +79,7 @@ def express(
     maps
         Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
-    compiling.begin()
+    first_start.begin("express")
     begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)

@@ -11,6 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
+from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.smoothstep import smoothstep
 from ..layers.patterns_on_skin.layer import PatternLayer
@@ -18,7 +19,6 @@ from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
-from . import compiling
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
 from .recorder import Clip, Recorder, Scenes
@@ -82,7 +82,7 @@ def pattern(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
-    compiling.begin()
+    first_start.begin("pattern")
     output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
     Style(output.pixels, output.view or "front")  # refuses an unknown one

@@ -14,6 +14,7 @@ import pyvista as pv
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.fitting import fit_face
+from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry.normals import vertex_areas
 from ..motion.animation import read_animation
@@ -23,7 +24,6 @@ from ..plotting.views import Style
 from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from . import compiling
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
 from .recorder import Clip, Recorder, Scenes
@@ -83,7 +83,7 @@ def play(
     follow
         Turn the camera with the head.
     """
-    compiling.begin()
+    first_start.begin("play")
     begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)

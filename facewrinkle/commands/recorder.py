@@ -14,6 +14,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..compiling.first_start import may_start
 from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
@@ -24,7 +25,6 @@ from ..plotting import Image, Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
-from . import compiling
 from .options import OutputOptions
 from .report import Report
 
@@ -120,7 +120,7 @@ class Recorder:
             append = self._open_movie(stack) if self.output.movie else None
             frames = self._passing(clip, draw, watch, append, animation)
             if self.output.series:
-                write = write_series_aside if compiling.may_start() else write_series
+                write = write_series_aside if may_start() else write_series
                 self.files.append(write(map(clip.face.with_parts, frames), clip.times, self._path(".vtkhdf")))
             else:
                 deque(frames, maxlen=0)

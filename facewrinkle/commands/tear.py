@@ -12,6 +12,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..plotting import Image, side_by_side
@@ -19,7 +20,6 @@ from ..plotting.views import Style
 from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
-from . import compiling
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, parse_mixture
 from .recorder import Clip, Drawing, Recorder, beside
@@ -72,7 +72,7 @@ def tear(
     plain
         Draw the movie without refraction, which is quicker.
     """
-    compiling.begin()
+    first_start.begin("tear")
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
     folder = output.folder(stem, source.label)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import tempfile
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -14,11 +15,21 @@ import numba
 from numba.core import event
 
 from ..errors import warn
+from .claims import Claims
 
 settings: Any = numba.config
 
 WITHOUT: dict[str, Any] = {"no_cfunc_wrapper": True}
 """Options of all functions. None is handed on as a pointer for C, for which each would be compiled a second time."""
+
+functions: dict[str, Any] = {}
+"""Compiled functions whose machine code is kept, by their full names, as far as their modules have been imported."""
+
+claims: Claims | None = None
+"""Of the processes that compile what one command needs; None where this process compiles alone."""
+
+saving = threading.Lock()
+"""Held while machine code is written."""
 
 _told: set[str] = set()
 
@@ -79,7 +90,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def decorated(function: Callable[..., Any]) -> Any:
         try:
-            return _forgiving(numba.njit(**WITHOUT, **options)(function))
+            return _shared(numba.njit(**WITHOUT, **options)(function))
         except RuntimeError:  # no folder for the cache
             if not options.get("cache"):
                 raise
@@ -87,7 +98,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         if folder is not None:
             before, settings.CACHE_DIR = settings.CACHE_DIR, str(folder)
             try:
-                compiled = _forgiving(numba.njit(**WITHOUT, **options)(function))
+                compiled = _shared(numba.njit(**WITHOUT, **options)(function))
                 _tell(f"in {str(folder)!r}")
                 return compiled
             except (RuntimeError, OSError):
@@ -114,16 +125,37 @@ def temporary_folder() -> Path | None:
     return folder
 
 
-def _forgiving(compiled: Any) -> Any:
-    """Return a compiled function that runs also if its machine code is damaged, or cannot be kept: the disk is full."""
+def full_name(compiled: Any) -> str:
+    """Return the name of a compiled function, with its module."""
+    return f"{compiled.py_func.__module__}.{compiled.py_func.__qualname__}"
+
+
+def is_kept(compiled: Any, types: tuple[Any, ...]) -> bool:
+    """Return True if the disk has the machine code of a function for arguments of these types of numba's."""
+    with suppress(Exception):  # these parts of numba are its own, and files may be damaged
+        cache = compiled._cache
+        return cache._index_key(types, compiled.targetctx.codegen()) in cache._cache_file._load_index()
+    return False
+
+
+def _shared(compiled: Any) -> Any:
+    """Return a compiled function that shares machine code with other processes, by way of the disk.
+
+    It runs also if its machine code is damaged, or cannot be kept: the disk is full. While another process of the same
+    command compiles it, it waits for that.
+    """
     cache: Any = getattr(compiled, "_cache", None)
     save, load = getattr(cache, "save_overload", None), getattr(cache, "load_overload", None)
     if save is None or load is None:
         return compiled
+    name = full_name(compiled)
+    functions[name] = compiled
 
     def save_if_possible(*arguments: Any) -> None:
-        with suppress(OSError):
+        with suppress(OSError), saving:
             save(*arguments)
+        if (shared := claims) is not None:
+            shared.drop(name)
 
     def load_if_whole(*arguments: Any) -> Any:
         try:
@@ -133,7 +165,15 @@ def _forgiving(compiled: Any) -> Any:
                 cache.flush()
             return None
 
-    cache.save_overload, cache.load_overload = save_if_possible, load_if_whole
+    def load_or_claim(*arguments: Any) -> Any:
+        found = load_if_whole(*arguments)
+        if found is None and (shared := claims) is not None and shared.take_in_turn(name):
+            found = load_if_whole(*arguments)  # another process had it, and has compiled it or ended
+            if found is not None:
+                shared.drop(name)
+        return found
+
+    cache.save_overload, cache.load_overload = save_if_possible, load_or_claim
     return compiled
 
 

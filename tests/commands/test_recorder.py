@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,11 @@ from command_files import movie_frames, series_meshes
 
 import facewrinkle as fw
 from facewrinkle.cli import main
-from facewrinkle.commands import compiling, recorder
+from facewrinkle.commands import recorder
 from facewrinkle.commands.options import OutputOptions
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
 from facewrinkle.commands.report import Report
+from facewrinkle.compiling import first_start, helpers
 from facewrinkle.errors import MissingPackageError
 from facewrinkle.export import series_process
 from facewrinkle.mesh.arrays import GAZE
@@ -58,8 +58,8 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
 def test_a_second_core_of_a_process_of_its_own_writes_the_series(clip, tmp_path, monkeypatch, allowed, cores, aside):
     started, start = [], series_process._started
     monkeypatch.setattr(series_process, "_started", lambda: started.append(start()) or started[-1])
-    monkeypatch.setattr(compiling, "allowed", allowed)
-    monkeypatch.setattr(os, "cpu_count", lambda: cores)
+    monkeypatch.setattr(first_start, "allowed", allowed)
+    monkeypatch.setattr(helpers, "_cores", lambda: cores)
     made = Recorder(tmp_path, "ball", OutputOptions(movie=False), Report(quiet=True))
     made.record(clip, lambda frame: pytest.fail("it was drawn"), lambda number, frame: None)
     assert made.files == [tmp_path / "ball.vtkhdf"] == list(tmp_path.iterdir())
