@@ -62,7 +62,7 @@ app.command(
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
 app.command(
-    "facewrinkle.commands.compile:compile_all", name="compile", help="Compile all inner loops ahead, in all cores."
+    "facewrinkle.commands.compile:compile_all", name="compile", help="Compile what the first commands would wait for."
 )
 app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
 app.command("facewrinkle.commands.dataset:dataset", help="Make pictures of faces with labels, as training data.")
