@@ -88,8 +88,8 @@ def versus(request, benchmark, results):
             what,
             average(mine),
             average(other),
-            f"{ratio:.2f}x faster (minima {best:.2f}x)",
-            f">= {goal:g}x" if goal else "",
+            f"{ratio:.2f}x as fast (minima {best:.2f}x)",
+            f">= {goal:.3g}x" if goal else "",
             ratio >= goal if goal else None,
         )
 
@@ -125,6 +125,10 @@ def pytest_terminal_summary(terminalreporter, config):
     terminalreporter.write_line(f"{os.cpu_count()} cores, load over 1, 5 and 15 minutes: {load}")
 
 
+def _milliseconds(seconds):
+    return "" if seconds is None else f"{1e3 * seconds:.{0 if seconds >= 0.1 else 2}f}"
+
+
 def _write(lines, path):
     """Write the table for the site."""
     path.parent.mkdir(exist_ok=True)
@@ -132,9 +136,9 @@ def _write(lines, path):
         rows = csv.writer(file)
         rows.writerow(("what", "ms", "beside it", "result", "goal", ""))
         for line in lines:
-            reference = "" if line.reference is None else f"{1e3 * line.reference:.4g}"
             met = {True: "met", False: "missed", None: ""}[line.met]
-            rows.writerow((line.what, f"{1e3 * line.ours:.4g}", reference, line.value, line.goal, met))
+            times = map(_milliseconds, (line.ours, line.reference))
+            rows.writerow((line.what, *times, line.value, line.goal, met))
 
 
 @pytest.fixture(scope="module")
