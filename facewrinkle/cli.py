@@ -32,8 +32,8 @@ VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
 NEGATIVE = re.compile(r"-\.?\d")
 """The beginning of a negative number."""
 
-NARROWEST = 20
-"""Columns of the narrowest terminal that tables are laid out for."""
+NARROWEST = 40
+"""Columns of the narrowest terminal that tables are laid out for: on narrower ones names of options were cut."""
 
 QUIET = {"--quiet", "--help", "-h", "--version"}
 """Words with which nothing is shown but what was asked for."""
