@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("errors",),
-    ("arguments", "input_files", "disk"),
+    ("arguments", "input_files", "disk", "processes"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

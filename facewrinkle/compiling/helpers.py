@@ -7,10 +7,10 @@ import os
 import subprocess
 import sys
 from contextlib import suppress
-from pathlib import Path
 
 from ..geometry import compilation
 from ..geometry.claims import Claims
+from ..processes import environment
 
 MOST = 7
 """So many at most: each takes 200 MB, and soon there is nothing left that is not needed first."""
@@ -36,14 +36,13 @@ def start_helpers(section: str) -> list[subprocess.Popen[bytes]]:
         return []  # there is no core for them, they are there, or nothing that they compile would be kept
     claims = Claims.new()
     file = -1 if claims is None else claims.file.fileno()
-    paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     processes = []
     with suppress(OSError):  # without them it takes longer
         for share in range(count):
             process = subprocess.Popen(
                 [sys.executable, "-P", "-m", f"{__package__}.worker", section, str(share), str(count), str(file)],
                 stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                env={**os.environ, "PYTHONPATH": paths.rstrip(os.pathsep)}, pass_fds=() if file < 0 else (file,),
+                env=environment(), pass_fds=() if file < 0 else (file,),
             )  # fmt: skip
             processes.append(process)
     if not processes and claims is not None:

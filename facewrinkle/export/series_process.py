@@ -23,6 +23,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
+from ..processes import environment
 from .series_file import problem_of
 
 PIPE = 2**20
@@ -53,10 +54,9 @@ def problem_aside(frames: Iterator[pv.PolyData], times: list[float], path: Path)
 
 def _started() -> subprocess.Popen[bytes] | None:
     """Start a process that imports this very package, wherever it is started; return None if that is not possible."""
-    paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     try:
         return subprocess.Popen(
-            [sys.executable, "-P", "-m", __name__], env={**os.environ, "PYTHONPATH": paths.rstrip(os.pathsep)},
+            [sys.executable, "-P", "-m", __name__], env=environment(),
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, pipesize=PIPE,
             start_new_session=True,  # Ctrl-C is for the command, which ends the process by itself
         )  # fmt: skip

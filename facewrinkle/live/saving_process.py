@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import IO
 
 from ..errors import FaceWrinkleError
+from ..processes import environment
 from .library import Tell
 from .saving import Order, save_slowly
 
@@ -61,13 +62,12 @@ class SavingProcess:
 
     def _run(self, folder: Path, log: IO[bytes], tell: Tell) -> int | None:
         """Run the process for the order in a folder, and return how it ended; None if it was not to begin."""
-        paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
         with self._lock:
             if self._stopped:
                 return None
             process = self._process = subprocess.Popen(
                 [sys.executable, "-m", __name__, str(folder)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                stderr=log, text=True, env={**os.environ, "PYTHONPATH": paths.rstrip(os.pathsep)},
+                stderr=log, text=True, env=environment(),
                 start_new_session=True,  # Ctrl-C is for the studio, which ends the process by itself
             )  # fmt: skip
         with process:

@@ -262,4 +262,5 @@ def test_the_process_loads_neither_simulation_nor_command_line():
         "facewrinkle.export",
         "facewrinkle.export.series_file",
         "facewrinkle.export.series_process",
+        "facewrinkle.processes",
     }
