@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
-    ("errors",),
+    ("array_types", "errors"),
     ("arguments", "input_files", "disk", "processes"),
     ("geometry",),
     ("mesh",),

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from ..input_files import settings_of
 from .landmarks import FaceFrame, of_side
@@ -30,7 +31,6 @@ from .muscles import (
     Wrinkles,
 )
 
-Array = npt.NDArray[np.float64]
 BASE = "facewrinkle"
 """The base that an atlas names which only changes the package's own."""
 

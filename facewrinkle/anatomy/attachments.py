@@ -11,6 +11,7 @@ import pyvista as pv
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
+from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.rigid_alignment import RigidAlignment, closest_rotations
 from ..geometry.topology import vertex_rings
@@ -19,8 +20,6 @@ from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
 from .eyeball import Eyeball
 from .jaw import Mandible
 from .parts import Part
-
-Array = npt.NDArray[np.float64]
 
 STILL = 0.01
 """Vertices farther than this off the motion of the head, in distances between the pupils, count little in finding it.

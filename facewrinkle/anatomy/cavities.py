@@ -15,13 +15,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..array_types import Array, BoolArray
 from ..geometry.depth_buffer import sampled_depth_buffer
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from .landmarks import FaceFrame
-
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 # --- The depth map of the face from the front ---------------------------------------------------------------
 

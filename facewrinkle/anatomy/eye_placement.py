@@ -6,15 +6,12 @@ from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from ..geometry.topology import boundary_loops
 from .eyeball import RADIUS, Eyeball
 from .eyelid_opening import eyelid_opening
 from .landmarks import FaceFrame
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
 """Radii of eyeballs, relative to an adult's."""

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import ParameterError, check_range
 from .landmarks import MEAN_PUPIL_DISTANCE
-
-Array = npt.NDArray[np.float64]
 
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
 """Radius of an adult's eyeball, in distances between the pupils."""

@@ -6,18 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from .eyeball import Eyeball
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 LidSections = list[tuple[float, Array, tuple[float, float]]]
 """Meridians with a gap between the lids: their place, the skin on them, and the gap's lowest and highest height."""
 

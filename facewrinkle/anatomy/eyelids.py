@@ -5,20 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.transform import Rotation
 
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening
 from .joint_weights import JointWeights
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 # --- Skin that belongs to a lid -----------------------------------------------------------------------------
 

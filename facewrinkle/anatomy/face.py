@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..arguments import checked
+from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
@@ -34,9 +35,6 @@ from .parts import Part
 from .skull import Tissue, tissue_of
 from .teeth import behind_lips
 from .youth import fold_depth
-
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
 """Muscles that close an eye and tighten its lower lid."""

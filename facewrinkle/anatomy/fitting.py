@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
@@ -40,7 +41,6 @@ if TYPE_CHECKING:  # the search is loaded when a face is searched for
     from .finding import Found
     from .finding.search import Progress
 
-Array = npt.NDArray[np.float64]
 
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
 

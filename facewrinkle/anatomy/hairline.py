@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ..array_types import Array
 from ..geometry.smoothstep import smoothstep
 from .landmarks import FaceFrame
-
-Array = npt.NDArray[np.float64]
-
 
 HAIRLINE = np.array(
     # azimuth from the front about the axis of the head in degrees, height above the eyes

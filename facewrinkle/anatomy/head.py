@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from ..array_types import Array
 from .brow_hairs import BrowHairs
 from .eyeball import Eyeball
-
-Array = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
 MIRROR = np.array([-1.0, 1.0, 1.0])

@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
 from ..geometry.smoothstep import smoothstep
 from .hairline import hair_cover
 from .head import DATA, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import frame_of
-
-Array = NDArray[np.float64]
 
 COLOURS = ("skin", "hair")
 """Parameters that change no shape."""

@@ -12,14 +12,12 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 
+from ..array_types import Array, BoolArray
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.topology import unique_edges
 from .joint_weights import JointWeights
 from .landmarks import FaceFrame, mouth_middle
 from .muscles import JawMuscle
-
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 # Lengths are in distances between the pupils; heights are above the plane through hinge and mouth.
 

@@ -15,11 +15,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import LARGEST, LandmarkError, unknown_name, warn
 from ..input_files import settings_of
 from ..mesh.files import written
-
-Array = npt.NDArray[np.float64]
 
 MIDLINE = [
     "trichion",

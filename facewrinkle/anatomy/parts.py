@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial import cKDTree
 
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from ..mesh import merged_texture
@@ -20,8 +21,6 @@ from ..mesh.arrays import COLORS, PART, SOURCE, with_data
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame, mouth_middle
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
 # Every connected piece gets its name from the first section below that it fits, in this order. Lengths are in distances

@@ -9,11 +9,10 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.ndimage import gaussian_filter
 
+from ..array_types import Array
 from ..mesh import corner_texture
 from ..mesh.arrays import COLORS
 from .landmarks import FaceFrame
-
-Array = npt.NDArray[np.float64]
 
 # Lengths are in distances between the pupils.
 STEP = 0.02

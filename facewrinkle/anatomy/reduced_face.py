@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
@@ -17,8 +18,6 @@ from .eyelid_opening import EyelidOpening
 from .face import Face
 from .joint_weights import JointWeights
 from .skull import Tissue
-
-IntArray = npt.NDArray[np.int64]
 
 LEVEL_SKULL = 0.5
 """The skull is no wall where its normals, at the ends of an edge, have a smaller cosine: what fewer vertices leave of a

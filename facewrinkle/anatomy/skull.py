@@ -11,12 +11,11 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
+from ..array_types import Array
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.nested_dissection import nested_dissection
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops, unique_edges
-
-Array = npt.NDArray[np.float64]
 
 # Lengths are in distances between the pupils.
 

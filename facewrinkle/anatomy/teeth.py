@@ -8,12 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from ..geometry.rings import ring_triangles
 from .landmarks import FaceFrame, lips_middle
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-
 
 CROWN_WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}
 """Widths of the crowns from the middle backwards, mm (Nelson, "Wheeler's Dental Anatomy")."""

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array
 from ..geometry.smoothstep import smoothstep
 from .landmarks import FaceFrame
-
-Array = npt.NDArray[np.float64]
 
 CHILD, ADULT = 0.24, 0.31
 """Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from .eye import coarser
 from .seen import Appearance
-
-Array = npt.NDArray[np.float64]
 
 
 def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, pv.PolyData]:

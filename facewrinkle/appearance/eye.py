@@ -11,12 +11,11 @@ import pyvista as pv
 
 from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
+from ..array_types import Array
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import add_array, shallow
 from . import _eye_kernels as kernels
-
-Array = npt.NDArray[np.float64]
 
 PUPIL, IRIS = 9.0, 28.5
 """Angles between the axis of the eye and the borders of pupil and iris, degrees."""

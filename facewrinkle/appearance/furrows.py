@@ -6,10 +6,9 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..array_types import Array
 from ..mesh.arrays import array_of, points_and_triangles
 from . import _furrow_kernels as kernels
-
-Array = npt.NDArray[np.float64]
 
 FURROW_SHADE, FURROW_DEPTH = 0.42, 0.6
 """Share of the light that deep furrows lose, and the depth at which they lose two thirds of that, mm."""

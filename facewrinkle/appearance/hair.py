@@ -5,21 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.brow_hairs import BrowHairs
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
+from ..array_types import Array, IntArray
 from ..geometry.interpolation import height_above
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import reshaped
 from . import _hair_kernels as kernels
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""

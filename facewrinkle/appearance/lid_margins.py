@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_triangles
 from ..mesh import to_polydata
 from .skin_paint import flesh
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 END = 0.96
 """Distance from the centre of the ball, in its radii, at which the flesh ends inside the ball."""

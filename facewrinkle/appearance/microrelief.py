@@ -13,15 +13,13 @@ References
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.hairline import hair_cover
 from ..anatomy.landmarks import of_side
+from ..array_types import Array
 from ..geometry.smoothstep import smoothstep
 from .skin_paint import lips
-
-Array = npt.NDArray[np.float64]
 
 FIELD, OLD_FIELD = 0.62, (1.0, 0.66, 0.8)
 """Size of the fields between furrows, mm on a face of average size: of the young; of the old to the side, upwards and

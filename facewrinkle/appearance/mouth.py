@@ -14,6 +14,7 @@ from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
+from ..array_types import Array, IntArray
 from ..geometry.depth_buffer import depth_buffer
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_triangles
@@ -21,9 +22,6 @@ from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
 from ..mesh.arrays import reshaped
 from .own_parts import PART_COLOURS
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 PARTED = 0.012
 """Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""

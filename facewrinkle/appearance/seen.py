@@ -11,6 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import fitted_brows
+from ..array_types import Array
 from ..mesh import with_normals
 from .eye import PaintedEye
 from .furrows import cavity_shading
@@ -19,8 +20,6 @@ from .lid_margins import LidMargin
 from .mouth import Mouth
 from .own_parts import has_colours, is_drawn, own_parts
 from .skin_paint import SkinPainter
-
-Array = npt.NDArray[np.float64]
 
 FEWER_LASHES, FEWER_BROWS = 2, 6
 """Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""

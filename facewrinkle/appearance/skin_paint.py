@@ -16,10 +16,9 @@ from ..anatomy.cavities import INSIDE_DEPTH, Cavities
 from ..anatomy.face import Face
 from ..anatomy.hairline import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
+from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
-
-Array = npt.NDArray[np.float64]
 
 SKIN_COLOUR = (211.0, 169.0, 142.0)
 

@@ -5,18 +5,14 @@ not seen from behind.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import boundary_loops
 from ..mesh.arrays import CORNERS
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
-BoolArray = npt.NDArray[np.bool_]
 
 SMALL_HOLE = 0.3
 """Holes smaller than this are closed, in distances between the pupils: eyes and mouths are larger."""

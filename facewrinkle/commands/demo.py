@@ -9,9 +9,10 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.fitting import default_face
+from ..array_types import Image
 from ..compiling import first_start
 from ..export import output_folder
-from ..plotting import Image, save_picture, side_by_side, stacked
+from ..plotting import save_picture, side_by_side, stacked
 from ..plotting.views import Style
 from .express import Performance, record
 from .options import OutputOptions

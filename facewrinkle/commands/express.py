@@ -14,11 +14,12 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..array_types import Image
 from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..layers.base import Layer
 from ..motion.base import Motion
-from ..plotting import Image, Scene, closeup, side_by_side
+from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, FoldOptions, OutputOptions

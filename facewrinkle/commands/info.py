@@ -6,11 +6,11 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from rich.table import Table
 
 from ..anatomy.atlas import Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
+from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, prepare, read_surface, read_texture
@@ -20,9 +20,6 @@ from ..mesh.formats.reading import GLTF
 from ..mesh.repair.self_intersections import self_intersection_report
 from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 TOPICS = ("muscles", "action-units", "expressions")
 """The tables that can be asked for."""

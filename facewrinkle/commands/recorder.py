@@ -14,6 +14,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..array_types import Image
 from ..compiling.first_start import may_start
 from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
@@ -21,7 +22,7 @@ from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
 from ..export.series import write_series_aside
 from ..mesh.files import output_file, output_target
-from ..plotting import Image, Scene, save_picture, side_by_side
+from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear

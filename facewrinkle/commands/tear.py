@@ -12,10 +12,11 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..array_types import Image
 from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
-from ..plotting import Image, side_by_side
+from ..plotting import side_by_side
 from ..plotting.views import Style
 from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation

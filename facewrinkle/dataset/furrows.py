@@ -12,10 +12,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ..array_types import Array
 from ..mesh import MUSCLES
 from ..mesh.arrays import points_and_triangles
-
-Array = npt.NDArray[np.float64]
 
 DEEP = 0.05
 """Skin this far below the smooth surface is part of a furrow, mm."""

@@ -15,11 +15,10 @@ from ..anatomy.face import Face
 from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
 from ..appearance.seen import Appearance, Seen
+from ..array_types import Array
 from .furrows import DEEP, FurrowTracker, furrows_of
 from .regions import regions_at
 from .visible import Camera, Hits, TriangleBuffer
-
-Array = npt.NDArray[np.float64]
 
 PARTS = (
     "background", "skin", "eye", "mouth", "teeth", "tongue", "brows", "lashes", "hair", "glasses", "other", "tear",

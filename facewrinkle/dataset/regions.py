@@ -6,9 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..array_types import Array
 from . import _pixel_kernels as kernels
-
-Array = npt.NDArray[np.float64]
 
 ANCHORS = {
     "forehead": ("trichion", "forehead_mid", "brow_{}_mid trichion", "brow_{}_outer trichion"),

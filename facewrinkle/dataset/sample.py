@@ -24,12 +24,12 @@ from ..anatomy.fitting import default_face, fit_face
 from ..anatomy.identity import Identity
 from ..appearance.seen import Appearance
 from ..arguments import checked
+from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import points_and_triangles
 from ..mesh.keeping import unkept
-from ..plotting.images import Image
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Style, View, add_lamps
 from ..plotting.wet import TearScene

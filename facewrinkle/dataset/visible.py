@@ -10,13 +10,11 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..array_types import Array, IntArray
 from ..geometry._depth_buffer_kernels import rasterise
 from ..geometry.interpolation import interpolated
 from ..mesh.arrays import points_and_triangles
 from . import _pixel_kernels as kernels
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
 from ..appearance.seen import Appearance
+from ..array_types import Array, Single
 from ..errors import MeshError, check_range
 from ..geometry.refinement import RedGreenForest
 from ..mesh import to_polydata
@@ -27,9 +28,6 @@ from .model import Model, part_model, skin_model
 from .morphs import Morphs, WeightTrack
 from .usd import SUFFIXES as USD
 from .usd import write_usd
-
-Array = npt.NDArray[np.float64]
-Single = npt.NDArray[np.float32]
 
 SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
 

@@ -12,11 +12,10 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from ..array_types import Array, Single
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
 from .model import WATER_INDEX, WATER_OPACITY, Model
-from .morphs import Morphs, Single, WeightTrack
-
-Array = npt.NDArray[np.float64]
+from .morphs import Morphs, WeightTrack
 
 CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
 """Component types of accessors by the type of their numbers."""

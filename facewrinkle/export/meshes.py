@@ -6,20 +6,18 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
 from ..arguments import checked
+from ..array_types import Array
 from ..mesh import UNIT
 from ..mesh.files import output_file, written
 from .gltf import gltf
 from .model import Model, part_model, skin_model, tears_model
 from .obj import obj_files
 from .ply import ply_files
-
-Array = npt.NDArray[np.float64]
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 

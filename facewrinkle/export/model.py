@@ -7,17 +7,13 @@ from dataclasses import dataclass, replace
 from io import BytesIO
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..array_types import Array, Image, IntArray
 from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-Image = npt.NDArray[np.uint8]
 
 ORIGIN = " origin"
 """Name of the array with the numbers of the frame's vertices while they are split at seams."""

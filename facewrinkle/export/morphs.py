@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-Single = npt.NDArray[np.float32]
+from ..array_types import Single
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array, Single
 from ..errors import MissingPackageError
 from ..mesh.files import written
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
 from .model import Model
-from .morphs import Morphs, Single, WeightTrack
-
-Array = npt.NDArray[np.float64]
+from .morphs import Morphs, WeightTrack
 
 SUFFIXES = (".usd", ".usdc", ".usda")
 

@@ -7,12 +7,10 @@ import numpy.typing as npt
 from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
+from ..array_types import Array, IntArray
 from . import _chart_kernels as kernels
 from .closest_point import ClosestPoint
 from .topology import unique_edges
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:

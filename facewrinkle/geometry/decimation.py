@@ -7,12 +7,10 @@ import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ..array_types import Array, IntArray
 from . import _decimation_kernels as kernels
 from .normals import vertex_normals
 from .topology import as_triangles, unique_edges
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 SPACING = 0.67
 """Vertices are removed while they are closer to a neighbour than this share of the wanted length: the edges that stay

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from . import _depth_buffer_kernels as kernels
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 
 def depth_buffer(

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from . import _mesh_kernels as kernels
 from .refinement import frozen
-
-Array = npt.NDArray[np.float64]
 
 TOLERANCE = 0.02
 """Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""

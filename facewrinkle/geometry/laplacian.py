@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
-Array = npt.NDArray[np.float64]
+from ..array_types import Array
 
 
 def graph_laplacian(edges: npt.NDArray[np.integer], weight: Array, n: int) -> csr_array:

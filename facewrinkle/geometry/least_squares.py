@@ -7,9 +7,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
-
-Array = npt.NDArray[np.float64]
 
 BLOCK = 2**20
 """The largest array holds at most this many numbers at any time."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-IntArray = npt.NDArray[np.int64]
+from ..array_types import IntArray
 
 
 def morton_order(cells: npt.NDArray[np.integer], bits: int) -> IntArray:

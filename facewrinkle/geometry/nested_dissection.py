@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
+from ..array_types import Array, BoolArray
 
 SMALLEST = 64
 """Parts with fewer vertices are not divided further."""

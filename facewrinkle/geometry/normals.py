@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from . import _mesh_kernels as kernels
-
-Array = npt.NDArray[np.float64]
 
 
 def vertex_normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from . import _orientation_kernels as kernels
 from ._mesh_kernels import around
-
-Array = npt.NDArray[np.float64]
 
 LEAST = 0.05
 """The smallest share of a triangle's area that a displacement may leave, seen along its normal."""

@@ -13,10 +13,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole
 from .smoothstep import smoothstep
 
-Array = npt.NDArray[np.float64]
 Ends = Literal["continuous", "paper"]
 Falloff = Literal["paper", "smoothstep"]
 

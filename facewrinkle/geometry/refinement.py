@@ -17,14 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csr_array
 
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, check_range
 from . import _forest_kernels as kernels
 from .rows import Room
-from .topology import IntArray, as_triangles, unique_edges
+from .topology import as_triangles, unique_edges
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-AnyArray = TypeVar("AnyArray", IntArray, Array)
+AnyArray = TypeVar("AnyArray", bound=np.ndarray)
 
 DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..array_types import Array
 
 
 def closest_rotations(covariances: Array) -> Array:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-IntArray = npt.NDArray[np.int32]
+from ..array_types import IntArray
 
 
 def ring_quads(n: int, rings: int, *, closed: bool = True, start: int = 0) -> IntArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..array_types import Array
 
 PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 """1 / p and 1 / p^2 of the plastic number p: their multiples fill the square evenly (Roberts 2018)."""

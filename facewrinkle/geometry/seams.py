@@ -7,16 +7,12 @@ and files is it split into vertices that have one value each.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..array_types import Array, IntArray
 from . import _mesh_kernels as kernels
 from .refinement import RedGreenForest
-
-Array = NDArray[np.float64]
-IntArray = NDArray[Any]
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,10 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ..array_types import Array, IntArray
 from . import _self_intersection_kernels as kernels
 from . import topology
 from .morton import morton_order
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 PER_BOX = 4
 """Triangles in each of the smallest boxes of the tree."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
+from ..array_types import Array
 
 
 def smoothstep(t: npt.ArrayLike) -> Array:

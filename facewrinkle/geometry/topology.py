@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from ..array_types import BoolArray, IntArray
 from ..errors import MeshError
 from .compilation import njit
-
-IntArray = NDArray[np.int32]
-BoolArray = NDArray[np.bool_]
 
 
 def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:

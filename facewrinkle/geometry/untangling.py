@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from . import _untangling_kernels as kernels
 from .rigid_alignment import closest_rotations
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 LEAST = 0.1
 """Triangles get at least this share of their area at rest, along their normals at rest, turned with the surface."""

@@ -6,13 +6,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
+from ..array_types import Array, IntArray
 from . import _vertex_interpolation_kernels as kernels
 from .laplacian import neighbour_mean
 from .normals import vertex_normals
 from .topology import unique_edges, vertex_rings
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 RADIUS = 2.1
 """Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""

@@ -8,10 +8,10 @@ from scipy.sparse import csr_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
+from ..array_types import Array, BoolArray
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
-from .base import Array, BoolArray
 from .compression import Principal, StrainField, along, products
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]

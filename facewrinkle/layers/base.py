@@ -8,19 +8,15 @@ from functools import cached_property
 from typing import Protocol, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change, RedGreenForest, frozen
 from . import _kernels as layer_kernels
 from .compression import StrainField, compression_along, principal_compression
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 PINCH_RANGE = "At 0 folds are heights alone."
 """Of the error for a pinch outside its range."""

@@ -8,10 +8,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from . import _kernels as kernels
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 def edge_compression(

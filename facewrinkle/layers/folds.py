@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.muscles import Muscle
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.profile import deepest
 from ..geometry.rows import Room
-from .base import Array, BoolArray, IntArray, SurfacePoints
+from .base import SurfacePoints
 from .compression import along, products
 
 BLUNT = 0.18

@@ -7,11 +7,11 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
+from ..array_types import Array, BoolArray
 from ..geometry import _closest_point_kernels as closest
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import frozen
 from . import _kernels as kernels
-from .base import Array, BoolArray
 from .compression import along, products
 
 PLACES = 17

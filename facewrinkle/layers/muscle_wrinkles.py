@@ -10,6 +10,7 @@ import numpy as np
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.orientation import unfolded_shares
@@ -19,7 +20,7 @@ from ..geometry.topology import vertex_rings
 from ..geometry.volume import swept_shares
 from . import _kernels as kernels
 from .activation import Activation
-from .base import PINCH_RANGE, Array, BoolArray, Displacement, SurfacePoints, SurfaceState
+from .base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
 from .compression import EdgeWeights, StrainField
 from .folds import Folds, alike
 from .gathered import Gathered

@@ -13,9 +13,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 
-Array = npt.NDArray[np.float64]
 PatternFunction = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
 """A function of x, y and t."""
 

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arguments import finite, plain, plain_and_finite
+from ..array_types import Array, BoolArray
 from ..errors import LARGEST, ParameterError, type_of
 from ..mesh.arrays import ARRAYS
-from .base import Array, BoolArray, Displacement, Layer, SurfaceState
+from .base import Displacement, Layer, SurfaceState
 
 VECTORS = ("Normals", "rest", "slide")
 """Arrays of a frame with three numbers for each vertex; all others of its own have one."""

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from . import _byte_kernels as kernels
 
-Array = npt.NDArray[np.float64]
 Known = dict[str, tuple[int, int, dict[str, np.ndarray]]]
 """Things that a page has: the version, the last change and the arrays of each part, by name."""
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import IntArray
 from . import _slot_kernels as kernels
 from ._slot_kernels import FREE
 
 Keys = npt.NDArray[np.uint64]
-IntArray = npt.NDArray[Any]
 
 
 def keys_of(rows: np.ndarray) -> Keys:

@@ -22,6 +22,7 @@ from ..appearance.hair import Brows
 from ..appearance.own_parts import has_colours, own_parts
 from ..appearance.seen import Appearance
 from ..appearance.visible_skin import VisibleSkin
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.seams import split_vertices
 from ..mesh.arrays import COLORS, CORNERS, points_and_triangles
@@ -30,9 +31,6 @@ from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
 from .encoding import LARGEST, Box, Part, small_normals
 from .slots import keys_of, placed
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[Any]
 
 LID_SAMPLES = 48
 """Places along the lids, from -1.1 to 1.1 radii, at which a page gets their heights."""

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
+from ..array_types import Array
 from ..errors import MeshError
 from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,13 +7,11 @@ from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..arguments import checked, plain_and_finite
+from ..array_types import Array
 from ..errors import ParameterError, check_range, type_of
-
-Array = npt.NDArray[np.float64]
 
 NONE_BY_NAME: Mapping[str, Array] = MappingProxyType({})
 """Gazes and parts of a motion that has none of its own."""

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
+from ..array_types import Array, IntArray
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from . import _plane_kernels
@@ -25,8 +26,6 @@ from .lip_surfaces import FacingSkin, facing_lips
 from .lip_thickness import behind_lips
 from .solids import Solids, bone_below, dental_arches, eyeballs, joined
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 Responses = npt.NDArray[np.float32]
 Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""

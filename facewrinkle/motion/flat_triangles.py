@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from ..array_types import Array, IntArray
 
 LEAST_AREA = 0.2
 """Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""

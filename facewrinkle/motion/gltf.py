@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 from scipy.sparse import csr_array, vstack
 from scipy.spatial.transform import Rotation
 
+from ..array_types import Array
 from ..errors import MeshError, check_range, unknown_name, warn
 from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
@@ -25,7 +25,6 @@ from .track import Interpolation, Track
 
 __all__ = ["read_gltf", "shapes_of_gltf"]
 
-Array = npt.NDArray[np.float64]
 
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}

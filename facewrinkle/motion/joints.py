@@ -8,14 +8,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
+from ..array_types import Array, IntArray
 from ._skin_kernels import add_turns
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 LONGEST_PART = 1.5
 """Joints carry the skin no farther than this in one part of a step, mm."""

@@ -8,18 +8,14 @@ and the centre of the eye. These planes part the lids whatever their thickness; 
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.eyelid_opening import EyelidOpening
 from ..anatomy.eyelids import CORNER
 from ..anatomy.face import Face
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import unique_edges
 from .lip_surfaces import FacingSkin, facing_none, joined
 from .solids import EYE_STIFFNESS, SLACK
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 LID_SHELL = 1.3
 """Skin farther from the centre of an eye than this many radii does not reach the other lid."""

@@ -8,12 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from .constraints import from_lips
 from .lip_surfaces import columns, nearest
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 
 def closing_forces(face: Face, area: Array) -> Array:

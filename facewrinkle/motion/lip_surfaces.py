@@ -19,15 +19,12 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..anatomy.teeth import OVERJET
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.normals import vertex_normals
 from . import _plane_kernels as kernels
 from .constraints import from_lips
 from .kept_parts import read_only
 from .solids import SLACK, samples_of
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""

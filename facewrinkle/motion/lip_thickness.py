@@ -5,16 +5,13 @@ from __future__ import annotations
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from .lip_surfaces import FacingSkin, around_mouth, joined, nearest
 from .solids import SLACK, STIFFNESS
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 THICKEST = 15.0
 """Skin and lining that are farther apart at rest than this do not feel each other, on a face of average size, mm."""

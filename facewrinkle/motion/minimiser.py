@@ -11,13 +11,11 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
+from ..array_types import Array, IntArray
 from ..geometry.nested_dissection import nested_dissection
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
 from .kept_parts import read_only
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 DISSECTED_FROM = 50_000
 """With more vertices nested dissection orders the factors, as minimum degree takes many times as long; with fewer, the

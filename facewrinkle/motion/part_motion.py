@@ -6,15 +6,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
+from ..array_types import Array, IntArray
 from ..geometry.rigid_alignment import RigidAlignment
 from .recorded import OFF_REST, Recorded, same_places
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 LEAST_MOTION = 0.003
 """Parts that move on the head by less than this, in distances between the pupils, go along with the face."""

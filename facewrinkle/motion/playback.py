@@ -5,19 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.attachments import STILL
 from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle
+from ..array_types import Array
 from ..errors import check_range
 from ..geometry.rigid_alignment import RigidAlignment
 from .action_units import looks_of
 from .base import Undriven
 from .part_motion import PartMotion
 from .recorded import Recorded
-
-Array = npt.NDArray[np.float64]
 
 POINTS_FOR_POSE = 4096
 """The pose of a head is found from this many of its points, or up to twice as many."""

@@ -13,13 +13,11 @@ from scipy.spatial import cKDTree
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..arguments import finite
+from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, warn
 from .action_units import units_of
 from .skinning import Bones
 from .track import Track
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 OFF_REST = 1e-4
 """Recording and face must agree at rest to this share of their size."""

@@ -12,12 +12,12 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_range, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
@@ -36,8 +36,6 @@ from .threads import OneThread
 
 __all__ = ["Skin", "SkinMaterial"]
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 INVERSION_STIFFNESS = 20.0
 """Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""

@@ -6,12 +6,12 @@ from functools import cached_property
 from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..anatomy.reduced_face import reduced_face
+from ..array_types import Array, IntArray
 from ..errors import check_whole
 from ..geometry.decimation import decimated
 from ..geometry.normals import vertex_areas
@@ -20,9 +20,6 @@ from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
 from .kept_parts import content
 from .lid_surfaces import lid_ridges
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 SKIN_VERTICES = 4400
 """Vertices of the skin's mesh on a fine face."""

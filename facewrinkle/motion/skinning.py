@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from ..array_types import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,14 +18,12 @@ from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.joint_weights import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
 from .constraints import from_lips
 from .kept_parts import read_only
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 SLACK = 0.02
 """Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""

@@ -7,12 +7,11 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arguments import finite
+from ..array_types import Array
 from ..errors import ParameterError, unknown_name
 
-Array = npt.NDArray[np.float64]
 Interpolation = Literal["linear", "step", "cubic"]
 INTERPOLATIONS = ("linear", "step", "cubic")
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
+from ..array_types import Array
 from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.obj_off import Primitive
@@ -23,7 +23,6 @@ from .track import Track
 
 __all__ = ["read_usd"]
 
-Array = npt.NDArray[np.float64]
 
 BORDER_TIMES = 16
 """Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""

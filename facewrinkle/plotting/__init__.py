@@ -1,7 +1,8 @@
 """Pictures of frames: skin, eyes and brows under studio lights, wireframes, fields in colour, and tears."""
 
+from ..array_types import Image
 from .fields import FIELD_COLOURS
-from .images import Image, figure, save_picture, side_by_side, stacked
+from .images import figure, save_picture, side_by_side, stacked
 from .scene import Scene, picture, pictures
 from .views import CLOSE, VIEWS, Style, View, closeup
 from .wet import TearScene

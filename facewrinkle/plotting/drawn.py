@@ -12,9 +12,8 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
+from ..array_types import Array
 from ..mesh.arrays import points_and_triangles
-
-Array = npt.NDArray[np.float64]
 
 
 class FrontFirst:

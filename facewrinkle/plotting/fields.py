@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
+from ..array_types import Array
 from ..errors import ParameterError, unknown_name
 from ..mesh import ARRAYS, MUSCLES
-
-Array = npt.NDArray[np.float64]
 
 FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "W": ("RdBu_r", None),

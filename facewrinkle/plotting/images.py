@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..arguments import checked, picture
+from ..array_types import Image
 from ..errors import OutputError, ParameterError, check_whole, type_of
 from ..mesh.files import not_written, written
-
-Image = npt.NDArray[np.uint8]
 
 LEVEL = 3
 """Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""

@@ -17,13 +17,12 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face
 from ..appearance.microrelief import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
+from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import AGE
 from .shaders import RELIEF
 from .views import VIEW_ANGLE
-
-Array = npt.NDArray[np.float64]
 
 FADING = (0.08, 0.22)
 """Widths of a pixel, mm on a face of average size, up to which the relief is whole, and from which it is not seen."""

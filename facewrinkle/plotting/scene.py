@@ -16,20 +16,18 @@ from ..appearance.own_parts import has_colours
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..arguments import checked
+from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, shallow
 from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
-from .images import Image
 from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
 from .window import begun, composable, render_ahead, window_of
-
-Array = npt.NDArray[np.float64]
 
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""

@@ -8,12 +8,10 @@ the mipmap serves all of its pictures.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
-from .images import Image, reduced
-
-Array = npt.NDArray[np.float64]
+from ..array_types import Array, Image
+from .images import reduced
 
 
 def texture(image: Image, texels: float = 1.0) -> pv.Texture:

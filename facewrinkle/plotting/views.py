@@ -12,11 +12,10 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.depth_buffer import depth_buffer
 from ..geometry.normals import vertex_areas
-
-Array = npt.NDArray[np.float64]
 
 
 @checked

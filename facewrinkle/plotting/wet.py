@@ -17,7 +17,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face
 from ..arguments import checked
-from .images import Image
+from ..array_types import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 from .window import rendered, window_of

@@ -16,8 +16,9 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
+from ..array_types import Image
 from . import _pixel_kernels as kernels
-from .images import Image, reduced
+from .images import reduced
 
 
 def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:

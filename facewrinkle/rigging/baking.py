@@ -7,19 +7,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
+from ..array_types import Array
 from ..export.animation import rest_models
 from ..export.model import Model, part_model
 from ..layers.base import Layer
 from ..simulation import Refinement, Simulation
 from .poses import Held, Pose
-
-Array = npt.NDArray[np.float64]
-Single = npt.NDArray[np.float32]
 
 Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
 """Yields items, such as poses, while it shows what is done, and how many there are."""

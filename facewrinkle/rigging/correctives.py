@@ -11,13 +11,11 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-import numpy.typing as npt
 
 from .baking import Progress
 from .poses import Pose, Posing
 from .shapes import Shape, Side
 
-Array = npt.NDArray[np.float64]
 Movement = tuple[object, ...]
 
 MOVED = 0.1

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array, Single
 from ..export.morphs import Morphs
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
@@ -15,9 +16,6 @@ from .baking import Baker, Placed, Progress
 from .correctives import Pair
 from .poses import Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side
-
-Array = npt.NDArray[np.float64]
-Single = npt.NDArray[np.float32]
 
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""

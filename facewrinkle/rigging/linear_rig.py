@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..export.model import Model
 from ..export.morphs import Morphs
@@ -34,9 +34,6 @@ from .fields import (
 from .maps import around_head, check_texture
 from .poses import Posing
 from .shapes import Shape, shapes_of
-
-Array = npt.NDArray[np.float64]
-Single = npt.NDArray[np.float32]
 
 Wrinkling = Literal["baked", "separate", "maps", "none"]
 

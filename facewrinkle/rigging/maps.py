@@ -15,6 +15,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
@@ -24,9 +25,6 @@ from ..layers.base import Layer
 from ..mesh.files import written
 from ..mesh.seams import corner_texture
 from ..simulation import Refinement, Simulation
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 OVERLAP = 0.02
 """Share of the texels on which several triangles may lie before a word is said."""

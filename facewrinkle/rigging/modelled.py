@@ -12,7 +12,6 @@ from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
@@ -22,12 +21,10 @@ from ..anatomy.face import Face
 from ..anatomy.joint_weights import turned
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.muscles import JawMuscle
+from ..array_types import Array, IntArray
 from ..geometry.laplacian import cotangent_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
 from ..geometry.smoothstep import smoothstep
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 # Lengths are in distances between the pupils (63 mm).
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_range, warn
 from ..motion.base import Undriven
 from ..motion.material import SkinMaterial
@@ -17,8 +17,6 @@ from .modelled import ADDED, Movements
 from .poses import CLEARING, contractions_of, share_of_side
 from .shapes import Shape, shapes_of
 from .takes import Take
-
-Array = npt.NDArray[np.float64]
 
 PIVOT = np.array([0.0, -0.6, -1.3])
 """Place about which a head turns, [left, up, forward] from between the eyes, in distances between the pupils."""

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
+from ..array_types import Array
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import vertex_rings
 from ..geometry.untangling import Untangling
@@ -17,8 +18,6 @@ from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import ADDED, Movements
 from .shapes import Shape, Side
-
-Array = npt.NDArray[np.float64]
 
 STEP, STEPS, STILL = 1.0, 30, 0.005
 """Skin comes to rest within so many steps of so many seconds; it is at rest when no vertex moves further, mm."""

@@ -11,7 +11,8 @@ from PIL import Image as Pillow
 from PIL import ImageDraw
 
 from ..arguments import checked
-from ..plotting import Image, Style, side_by_side, stacked
+from ..array_types import Image
+from ..plotting import Style, side_by_side, stacked
 from ..plotting.textures import texture
 from ..plotting.views import aim
 from ..plotting.window import rendered

@@ -10,14 +10,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
+from ..array_types import Array
 from ..errors import ParameterError
 from ..motion.action_units import sided
 from .shapes import ARKIT, SETS
-
-Array = npt.NDArray[np.float64]
 
 OPENFACE_MOST = 5.0
 """Intensity of an action unit of OpenFace (columns such as AU12_r) that is a weight of 1."""

@@ -20,6 +20,7 @@ from scipy.ndimage import gaussian_filter
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_whole
 from ..export.model import skin_model
 from ..geometry.normals import vertex_areas
@@ -43,8 +44,6 @@ from .maps import (
     write_image,
 )
 from .poses import Pose, share_of_side
-
-Array = npt.NDArray[np.float64]
 
 MOST_LAYERS = 4
 """A mask has four channels, one for each layer."""

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 from weakref import WeakKeyDictionary
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.face import Face
+from ..array_types import Array
 from ..errors import ParameterError
 from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from ..layers.wave_folds.layer import Motions
@@ -21,8 +21,6 @@ from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
 from .stored_shapes import stored_shapes
-
-Array = npt.NDArray[np.float64]
 
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""

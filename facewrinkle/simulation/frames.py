@@ -6,19 +6,16 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle, JawMuscle
+from ..array_types import Array
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
 from ..mesh.arrays import GAZE, JAW, MANDIBLE, OF_PART, use_texture
 from ..motion.base import Motion
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.integer]
 
 
 class FrameMaker:

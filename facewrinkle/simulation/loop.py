@@ -20,6 +20,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
 from ..arguments import checked
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
@@ -55,9 +56,6 @@ from .refinement import (
     typical_edges,
 )
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 Shape = tuple[Array, Array, Array, Array, Array | None]
 """Points, normals, heights, split criterion and slides of the vertices."""
 

@@ -10,14 +10,12 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import Displacement, Layer, SurfacePoints
 from ..layers.patterns_on_skin.layer import PatternLayer
-
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 
 FINEST = 8
 """The most times that a triangle is ever split."""

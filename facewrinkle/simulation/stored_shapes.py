@@ -14,9 +14,8 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..anatomy.head import load_head
+from ..array_types import Array
 from ..mesh.keeping import digest
-
-Array = npt.NDArray[np.float64]
 
 FILE = Path(__file__).parent / "data" / "shapes.npz"
 """The file, which ``python -m tools.build_shapes`` makes anew."""

@@ -11,6 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
@@ -19,8 +20,6 @@ from . import _kernels as kernels
 from .drop_shape import SHARPEST, DropLattice, DropShape, moments, profile
 from .sampled import Sampled
 from .support_surface import SupportSurface, directions, support_surface, vectors
-
-Array = npt.NDArray[np.float64]
 
 GRAVITY = 9810.0
 """mm / s^2."""

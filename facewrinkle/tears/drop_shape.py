@@ -8,11 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import ParameterError, check_range
 from ..geometry.rings import ring_triangles
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 SHARPEST = 0.3228764
 """The t at which the pointed end is slimmest: its half angle's tangent is 2 / (ratio t sin(2 pi t))."""

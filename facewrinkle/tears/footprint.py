@@ -6,16 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
 from .stream_path import StreamPath
 from .subdivision import LocalSubdivision
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
-BoolArray = npt.NDArray[np.bool_]
 
 LEAST_LEVEL = 1e-6
 """The least absolute level of a vertex; the outline of the tear is where the level is 0."""

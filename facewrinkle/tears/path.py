@@ -12,13 +12,11 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from ..arguments import finite
+from ..array_types import Array
 from ..errors import ParameterError
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
 from .support_surface import SupportSurface, vectors
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 LEAST_SLOPE = 0.06
 """Sine of the slope of the surface below which water stays."""

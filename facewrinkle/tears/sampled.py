@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-import numpy.typing as npt
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
+from ..array_types import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
+from ..array_types import Array, IntArray
 from ..geometry.least_squares import moving_least_squares
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 DRAINED = 0.85
 """Share of its width that the trail keeps long after the head has passed."""

@@ -18,6 +18,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, IntArray
 from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
 from ..geometry.laplacian import neighbour_mean
 from ..geometry.normals import detail_normals
@@ -31,9 +32,6 @@ from .shape import Shape, solid, thickness
 from .stream_path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .subdivision import LocalSubdivision
 from .support_surface import SupportSurface, support_surface
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 SUNK = 0.5
 """Level, below 0, at which a sheet on triangles that stay lies deepest below the skin around its outline."""

@@ -7,15 +7,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array
 from ..errors import ParameterError
 from . import _kernels as kernels
 from . import path as paths
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
-
-Array = npt.NDArray[np.float64]
 
 HOLLOW = 0.25
 """Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""

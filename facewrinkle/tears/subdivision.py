@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from . import _subdivision_kernels as kernels
 from . import path as paths
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 
 class LocalSubdivision:

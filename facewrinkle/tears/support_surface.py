@@ -13,13 +13,11 @@ import pyvista as pv
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
 from ..arguments import checked
+from ..array_types import Array, IntArray
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..mesh import array_of, points_and_triangles, read_surface, to_polydata
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int32]
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""

@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
+from ...array_types import Array, IntArray
 from . import _kernels as kernels
 from .depth import Grid, curvature, depth_map, openings_closed
 from .pose import Pose
 from .template import template
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 COARSE, FINE = Grid(0.07), Grid(0.035)
 SCALES = (0.06, 0.11, 0.22)

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
+from ...array_types import Array, IntArray
 from .depth import Grid, depth_map, openings_closed
 from .pose import Pose
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 BROW_GRID = Grid(0.02, (-1.2, -0.6), (1.2, 1.1))
 

@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ...array_types import Array
 from ...geometry.sampling import surface_samples
 from . import _kernels as kernels
 from .pose import Pose
 from .samples import thinned
 from .template import template
-
-Array = npt.NDArray[np.float64]
 
 SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
 """Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
+from ...array_types import Array, IntArray
 from ...geometry.depth_buffer import depth_buffer
 from .depth import Grid
 from .pose import Pose
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 # Lengths are in distances between the pupils. The profile is seen from before and below, where the bend is foremost.
 FROM_BELOW = np.radians(45.0)

@@ -5,14 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage
 
+from ...array_types import Array, BoolArray, IntArray
 from ...geometry.depth_buffer import depth_buffer
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 NEAREST, FARTHEST = 1.1, -1.5
 """Range of depth of a face, in distances between the pupils; the tip of the nose is at 0.6."""

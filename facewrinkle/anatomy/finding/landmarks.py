@@ -13,6 +13,7 @@ import pyvista as pv
 from threadpoolctl import ThreadpoolController
 
 from ...arguments import checked
+from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import read_surface
 from ..landmarks import NAMES
@@ -20,9 +21,6 @@ from .placement import placed_landmarks
 from .pose import Pose, pose_from_landmarks
 from .search import FEWEST_TRIANGLES, NO_FACE, Progress, searched
 from .template import UNMEASURED
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 HIDDEN = 0.2
 """Confidence below which a landmark counts as hidden, before it is multiplied by that of the face."""

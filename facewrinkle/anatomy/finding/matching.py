@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter
 
+from ...array_types import Array, IntArray
 from .alignment import FINE, SCALES, SurfaceMap, coverage, depth_difference, surface_map, template_map
 from .depth import curvature
 from .pose import Pose
 from .template import template
 from .warp import Warp, contrast_normalised, fitted_warp, resampled
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))
 """Stages of the warp: the channels that lead it (curvature by size, then depth), and the number of steps.

@@ -7,16 +7,12 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
+from ...array_types import Array, BoolArray, IntArray
 from .depth import Grid, depth_map, openings_closed
 from .pose import Pose
 from .template import template
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
-BoolArray = npt.NDArray[np.bool_]
 
 MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 

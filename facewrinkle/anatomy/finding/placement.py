@@ -6,9 +6,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 from scipy.ndimage import grey_dilation, map_coordinates
 
+from ...array_types import Array, BoolArray, IntArray
 from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
@@ -19,9 +19,6 @@ from .matching import UNCERTAIN_SHIFT, Match
 from .mouth import MOUTH, below_furrow, furrow, lower_lip
 from .template import AT_REST, UNMEASURED, template
 
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
-IntArray = npt.NDArray[np.int64]
 Landmarks = Mapping[str, Array]
 
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")

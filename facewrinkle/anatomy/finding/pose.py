@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ...array_types import Array
 from ...geometry.rigid_alignment import closest_rotations
 from ..landmarks import NAMES
 from . import _kernels as kernels
 from .template import UNMEASURED, template
-
-Array = npt.NDArray[np.float64]
 
 # Given landmarks tell no pose if either holds. Lengths are in distances between the pupils.
 COLLINEAR = 0.2

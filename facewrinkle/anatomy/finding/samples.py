@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
+from ...array_types import Array, IntArray
 
 
 def thinned(points: Array, spacing: float) -> Array:

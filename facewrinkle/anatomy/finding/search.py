@@ -9,9 +9,9 @@ from collections.abc import Callable, Generator, Iterable, Iterator
 from itertools import chain
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
@@ -23,8 +23,6 @@ from .pose import Pose
 from .samples import clustered
 from .template import VARIANTS, template
 
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 Progress = Callable[[Iterable[None], int], Iterable[None]]
 """Called with steps and their number, returns the steps, and shows progress as they are done."""
 

@@ -9,15 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
+from ...array_types import Array, IntArray
 from ..atlas import load_atlas
 from ..identity import Identity, head_of
 from ..jaw import jaw_weights
 from ..landmarks import NAMES, FaceFrame, frame_of
 from ..muscles import JawMuscle
 from .depth import Grid, depth_map, openings_closed
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 UNMEASURED = (
     "trichion",

@@ -6,18 +6,15 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import numpy.typing as npt
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from ...array_types import Array, IntArray
 from . import _kernels as kernels
 from .depth import Grid
-
-Array = npt.NDArray[np.float64]
-IntArray = npt.NDArray[np.int64]
 
 SPACING = 0.24
 """Spacing of the control points, in distances between the pupils."""

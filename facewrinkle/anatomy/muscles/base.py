@@ -10,12 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import checked
+from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, unknown_name
 from ...geometry import profile
 from ...geometry.smoothstep import smoothstep
 
-Array = npt.NDArray[np.float64]
-BoolArray = npt.NDArray[np.bool_]
 Fronts = Literal["straight", "round"]
 
 FRONTS: tuple[Fronts, ...] = ("straight", "round")

@@ -9,8 +9,9 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from ...array_types import Array
 from ...errors import ParameterError, check_range, unknown_name
-from .base import Array, Muscle, unit, vector
+from .base import Muscle, unit, vector
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,10 @@ from typing import ClassVar, Self
 import numpy as np
 import numpy.typing as npt
 
+from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range
 from ...geometry import profile
-from .base import Array, BoolArray, Muscle, checked_points, unit, vector
+from .base import Muscle, checked_points, unit, vector
 from .crease import Crease
 
 BELLY = (0.38, 0.7)

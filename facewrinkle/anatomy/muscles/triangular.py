@@ -8,8 +8,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from ...array_types import Array
 from ...errors import ParameterError, check_range
-from .base import Array, unit
+from .base import unit
 from .skin_muscles import SheetMuscle
 
 

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from .base import Array, BoolArray, Muscle
+from ...array_types import Array, BoolArray
+from .base import Muscle
 
 
 def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:

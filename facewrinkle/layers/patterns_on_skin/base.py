@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ..base import Array
+from ...array_types import Array
 
 ReliefAdder = Callable[[float, float, Array], None]
 """A function of strength, t and heights (n,) that adds a pattern's relief to the heights."""

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...arguments import checked
+from ...array_types import Array
 from ...errors import ParameterError, check_positive, check_range, check_whole
 from .. import patterns
-from ..base import Array
 from . import _kernels as kernels
 from .base import Pattern, ReliefAdder
 

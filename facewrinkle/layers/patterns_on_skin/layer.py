@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
+from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range
 from ...geometry.refinement import Change
-from ..base import Array, BoolArray, Displacement, SurfacePoints, SurfaceState
+from ..base import Displacement, SurfacePoints, SurfaceState
 from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern, ReliefAdder

@@ -11,9 +11,9 @@ import numpy as np
 
 from ...anatomy.face import Face
 from ...anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
+from ...array_types import Array
 from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
 from ...geometry.closest_point import closest_point
-from ..base import Array
 from .region import check_size
 from .strength import Compression
 

@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from ...anatomy.face import Face
 from ...arguments import checked
+from ...array_types import Array, BoolArray, IntArray
 from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.interpolation import interpolated
 from ...geometry.profile import attenuation, band
-from ..base import Array, BoolArray, IntArray, SurfacePoints
+from ..base import SurfacePoints
 from .selection import selection_weights, valid_vertices
 
 Outline = Literal["ellipse", "box"]

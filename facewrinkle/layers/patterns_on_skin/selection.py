@@ -7,10 +7,10 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
+from ...array_types import Array, BoolArray
 from ...errors import MeshError, unknown_name
 from ...geometry.morton import morton_order
 from ...geometry.topology import vertex_rings
-from ..base import Array, BoolArray
 
 
 def valid_vertices(chart: Array, inside: BoolArray, share: float, seed: int) -> Array:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...anatomy.face import Face
+from ...array_types import Array
 from ...errors import ParameterError, check_range
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..base import Array
 from ..compression import StrainField, compression_along, principal_compression
 from .region import LaidRegion, check_vector
 

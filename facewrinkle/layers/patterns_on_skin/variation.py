@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...array_types import Array
 from ...geometry.smoothstep import smoothstep
-from ..base import Array
 
 DISTINCT = 64
 """Number of different wrinkles, after which they repeat."""

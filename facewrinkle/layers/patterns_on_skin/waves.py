@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import i0  # of one number, much faster than NumPy's
 
+from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
 from .. import patterns
-from ..base import Array
 from . import _kernels as kernels
 from .base import Pattern, ReliefAdder
 from .variation import natural_variation

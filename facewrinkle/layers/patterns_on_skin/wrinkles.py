@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import i0  # of one number, much faster than NumPy's
 
+from ...array_types import Array
 from ...errors import ParameterError, check_range, unknown_name
 from .. import patterns
-from ..base import Array
 from . import _kernels as kernels
 from .base import ReliefAdder
 from .waves import FLAT, Waves, exponential_of, scaled_by_strength

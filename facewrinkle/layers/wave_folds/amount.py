@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
+from ...array_types import Array
 from ...errors import MeshError, ParameterError, check_range, unknown_name
 from ...geometry.smoothstep import smoothstep
-from ..base import Array
 from ..patterns_on_skin.region import Region
 
 Amount = npt.ArrayLike | str | Mapping[str | Region, float]

@@ -12,10 +12,10 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ...anatomy.face import Face
+from ...array_types import Array
 from ...errors import ParameterError
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..base import Array
 from ..compression import StrainField, orthonormal_tangents, principal_compression, products
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(

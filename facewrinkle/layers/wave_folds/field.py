@@ -9,12 +9,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...anatomy.face import Face
+from ...array_types import Array
 from ...errors import ParameterError
 from ...geometry import _mesh_kernels as mesh_kernels
 from ...geometry.interpolation import interpolated
 from ...geometry.normals import vertex_normals
 from ...mesh.keeping import kept
-from ..base import Array, SurfacePoints
+from ..base import SurfacePoints
 from ..compression import StrainField
 from .families import FoldShapes, strength_of, tensors_of
 from .packets import KEPT, Packets, Style

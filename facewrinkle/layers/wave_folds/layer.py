@@ -9,10 +9,11 @@ import numpy.typing as npt
 
 from ...anatomy.face import Face
 from ...arguments import checked
+from ...array_types import Array
 from ...errors import ParameterError, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import STEEPEST_SLIDE, level
-from ..base import PINCH_RANGE, Array, Displacement, SurfacePoints, SurfaceState
+from ..base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
 from . import _height_kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes

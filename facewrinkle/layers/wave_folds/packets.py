@@ -19,15 +19,13 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ...anatomy.face import Face
+from ...array_types import Array, BoolArray, IntArray
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..base import Array, BoolArray
 from ..compression import along
 from . import _packet_kernels as kernels
 from .families import window_of
 from .tissue import OTHERS, OWN
-
-IntArray = npt.NDArray[np.int64]
 
 APART = 0.45
 """Distance of packets, in wavelengths."""

@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 from ...anatomy.face import Face
 from ...anatomy.landmarks import of_side
 from ...anatomy.muscles import LidMuscle, SheetMuscle, within
+from ...array_types import Array
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..base import Array
 from ..compression import products
 
 THICKNESS = {

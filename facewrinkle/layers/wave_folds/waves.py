@@ -8,8 +8,9 @@ from typing import Self
 
 import numpy as np
 
+from ...array_types import Array, IntArray
 from ...geometry.rows import Room
-from ..base import Array, IntArray, SurfacePoints
+from ..base import SurfacePoints
 from . import _packet_kernels as kernels
 
 COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "tangents")

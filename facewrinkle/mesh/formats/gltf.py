@@ -23,13 +23,13 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
+from ...array_types import Array
 from ...errors import FaceWrinkleError, MeshError
 from .materials import sibling_file
 from .obj_off import Primitive, strip_triangles
 
 __all__ = ["Document", "read_gltf_file"]
 
-Array = npt.NDArray[np.float64]
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}

@@ -10,14 +10,13 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ...arguments import checked
+from ...array_types import Image
 from ...errors import MeshError, warn
 from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
 from ..seams import corner_texture
 from .merging import set_texture
 from .reading import GLTF
 from .textures import LARGEST_SIDE, decoded, image_of_file, image_of_gltf
-
-Image = npt.NDArray[np.uint8]
 
 BORDER = 4
 """Pixels by which each of several images is continued beyond its edges, as renderers blend neighbouring pixels."""

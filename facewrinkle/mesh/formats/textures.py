@@ -11,17 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ...arguments import checked
+from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from .gltf import Document
 from .materials import sibling_file
 from .obj_off import read_obj
 from .reading import GLTF, check_file
-
-Image = npt.NDArray[np.uint8]
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ...array_types import Array, IntArray
 from ...errors import MeshError, MissingPackageError
 from ...geometry import topology
 from ...geometry.sampling import triangle_samples
-from .topology_repair import Array, IntArray, RepairedMesh, mended, merged_points
+from .topology_repair import RepairedMesh, mended, merged_points
 
 GAP = 0.002
 """Points on borders that are nearer to each other than this share of the diagonal of the mesh become one."""

@@ -9,13 +9,11 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from ...array_types import Array, IntArray
 from ...geometry import topology
 from ...geometry.laplacian import neighbour_mean
 from ...geometry.self_intersections import intersection_sites, self_intersections
 from .topology_repair import RepairedMesh, degenerate
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SMALL = 0.1
 """Places smaller than this share of the surface are smoothed: lips that press on each other are larger."""

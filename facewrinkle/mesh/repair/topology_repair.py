@@ -14,12 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from ...array_types import Array, BoolArray, IntArray
 from ...errors import MeshError
 from ...geometry import topology
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 SLIVER = 1e-10
 """Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
