@@ -1,4 +1,4 @@
-"""Files of faces: the mesh with its landmarks and unit. Muscles, skull and eyes are placed anew when a file is read."""
+"""Files of faces: all that a face is made from. Muscles, skull and eyes are placed anew when a file is read."""
 
 from __future__ import annotations
 
@@ -6,29 +6,31 @@ import dataclasses
 import os
 import zipfile
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
 from ..arguments import checked
+from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
 from ..mesh.files import written
 from ..mesh.formats.reading import check_file
 from .atlas import Atlas
+from .brow_hairs import BrowHairs
 from .face import Face
-from .parts import eyes_of, follower
+from .fitting import mean_face
+from .head import load_head
+from .parts import Follows, Part, eyes_of
 
 VERSION = 1
 SUFFIX = ".face"
 _DATA = "point_data/"
 _PARTS = "parts"
-_OF_MESH = ("points", "triangles", "texture_coordinates", "texture", CORNERS, PART)
-_OF_FACE = ("version", "unit", "landmark_names", "landmarks", "confidences", "estimated", "report", "likeness")
-_NAMES = {*_OF_MESH, *_OF_FACE}
+_BROWS = "brows/"
 
 LARGEST_FILE = 2**31
 """The most bytes that the arrays of a face may take."""
@@ -37,6 +39,8 @@ LARGEST_FILE = 2**31
 @checked
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
+
+    Muscles that were changed are not in it: :func:`read_face` places those of an atlas.
 
     Raises
     ------
@@ -62,20 +66,27 @@ def write_face(face: Face, path: str | Path) -> Path:
         "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
         "estimated": np.array(face.estimated, dtype=str),
         "report": np.array(face.report, dtype=str),
+        "varies_head": face.template is not None and np.array_equal(face.template.points, load_head().points),
     }
     if face.likeness is not None:
         arrays["likeness"] = face.likeness
-    arrays |= _stored("", face.mesh, face.texture)
+    if face.brows is not None:
+        arrays |= {_BROWS + name: values for name, values in vars(face.brows).items()}
+    arrays |= _stored("", face.mesh, face.texture, face.source_points)
     for name, part in face.parts.items():
-        arrays |= _stored(f"{_PARTS}/{name}/", part.mesh, part.texture)
+        key = f"{_PARTS}/{name}/"
+        arrays |= _stored(key, part.mesh, part.texture, part.source_points)
+        arrays |= {key + "follows": part.follows, key + "side": part.side}
     target = Path(os.path.expanduser(path))
     with written(target) as whole, whole.open("wb") as file:
         np.savez_compressed(file, **arrays)
     return target
 
 
-def _stored(key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None) -> dict[str, Any]:
-    """The arrays of a mesh and its texture; their names begin with `key`."""
+def _stored(
+    key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None, source_points: IntArray | None
+) -> dict[str, Any]:
+    """The arrays of a mesh, its texture and the numbers of its points; their names begin with `key`."""
     arrays: dict[str, Any] = {
         key + "points": np.asarray(mesh.points),
         key + "triangles": np.asarray(mesh.regular_faces),
@@ -87,12 +98,12 @@ def _stored(key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None) 
     for name in (CORNERS, PART):
         if name in mesh.cell_data:
             arrays[key + name] = np.asarray(mesh.cell_data[name])
-    return arrays if texture is None else arrays | {key + "texture": texture}
+    optional = {"texture": texture, "source_points": source_points}
+    return arrays | {key + name: values for name, values in optional.items() if values is not None}
 
 
-def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[np.uint8] | None]:
-    """The mesh and texture whose arrays `_stored` gave."""
-    data = {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
+def _restored(data: dict[str, Any]) -> pv.PolyData:
+    """The mesh whose arrays `_stored` gave."""
     point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
@@ -100,7 +111,20 @@ def _restored(data: dict[str, Any], key: str) -> tuple[pv.PolyData, npt.NDArray[
     for name in (CORNERS, PART):
         if name in data:
             mesh.cell_data[name] = data[name]
-    return mesh, data.get("texture")
+    return mesh
+
+
+def _part(data: dict[str, Any]) -> Part:
+    """The part whose arrays `_stored` gave."""
+    return Part(
+        _restored(data), cast(Follows, str(data["follows"])), str(data["side"]), data.get("texture"),
+        data.get("source_points"),
+    )  # fmt: skip
+
+
+def _within(data: dict[str, Any], key: str) -> dict[str, Any]:
+    """The arrays whose names begin with `key`, by the rest of their names."""
+    return {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
 
 
 @checked
@@ -144,26 +168,22 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
 
 
 def _arrays(source: Path) -> dict[str, Any]:
-    """The arrays of a file that mean something here."""
+    """The arrays of a file."""
     with zipfile.ZipFile(source) as archive:
-        size = sum(entry.file_size for entry in archive.infolist() if _is_known(entry.filename.removesuffix(".npy")))
+        size = sum(entry.file_size for entry in archive.infolist())
     if size > LARGEST_FILE:
         raise MeshError(
             f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes {LARGEST_FILE / 2**30:.0f} GB "
             "at most. Make it anew: facewrinkle fit MESH."
         )
     with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files if _is_known(name)}
+        return dict(stored)
 
 
-def _is_known(name: str) -> bool:
-    return name in _NAMES or name.startswith((_DATA, f"{_PARTS}/"))
-
-
-def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
+def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     if int(data["version"]) > VERSION:
-        raise MeshError(f"{name} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
-    mesh, texture = _restored(data, "")
+        raise MeshError(f"{file} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
+    mesh = _restored(data)
     for name in ("landmark_names", "estimated", "report"):
         if data[name].dtype.kind != "U" and data[name].size:
             raise MeshError(f"{name} must be text, received {data[name].dtype}. The file is damaged: make it anew.")
@@ -177,14 +197,19 @@ def _face(data: dict[str, Any], name: str, atlas: Atlas | None) -> Face:
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     estimated = tuple(data["estimated"].tolist())
     face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
-    parts = {
-        name: follower(name, *_restored(data, f"{_PARTS}/{name}/"))
-        for name in sorted({k.split("/")[1] for k in data if k.startswith(_PARTS)})
-    }
-    eyes = eyes_of(face.eyes, parts, face.frame)
-    report = tuple(data["report"].tolist())
-    likeness = float(data["likeness"]) if "likeness" in data else None
+    of_parts = _within(data, f"{_PARTS}/")
+    parts = {name: _part(_within(of_parts, f"{name}/")) for name in sorted({key.split("/")[0] for key in of_parts})}
+    brows = _within(data, _BROWS)
     return dataclasses.replace(
-        face, confidences=known, texture=texture, parts=parts, eyes=eyes, report=report, likeness=likeness,
-        age=float(data.get("age", 0.0)),
-    )  # fmt: skip
+        face,
+        confidences=known,
+        texture=data.get("texture"),
+        source_points=data.get("source_points"),
+        brows=BrowHairs(**brows) if brows else None,
+        parts=parts,
+        eyes=eyes_of(face.eyes, parts, face.frame),
+        report=tuple(data["report"].tolist()),
+        likeness=float(data["likeness"]) if "likeness" in data else None,
+        age=float(data["age"]),
+        template=mean_face(face.atlas) if data["varies_head"] else None,
+    )

@@ -105,14 +105,21 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
     face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=person.age)
-    return face if head.points is load_head().points else dataclasses.replace(face, template=_mean_face(face.atlas))
+    return face if head.points is load_head().points else dataclasses.replace(face, template=mean_face(face.atlas))
 
 
 _MEAN_FACES: WeakKeyDictionary[Atlas, Face] = WeakKeyDictionary()
 
 
-def _mean_face(atlas: Atlas) -> Face:
-    """Return the mean head with the muscles of an atlas, made once."""
+def mean_face(atlas: Atlas) -> Face:
+    """Return the mean head with the muscles of an atlas, made once.
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.atlas import load_atlas
+    >>> mean_face(load_atlas()) is mean_face(load_atlas())
+    True
+    """
     if atlas not in _MEAN_FACES:
         _MEAN_FACES[atlas] = default_face(atlas=atlas)
     return _MEAN_FACES[atlas]
