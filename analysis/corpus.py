@@ -35,9 +35,9 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
-from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.mesh import to_polydata
 from facewrinkle.mesh.repair.topology_repair import areas_doubled
+from tools.self_intersections import self_intersections
 
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

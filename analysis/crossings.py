@@ -25,9 +25,9 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.geometry.interpolation import interpolated
-from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.simulation.fold_layers import fold_layers
+from tools.self_intersections import self_intersections
 
 from . import subjects
 from .soundness import code

@@ -133,7 +133,6 @@ def fit_face(
     atlas: Atlas | None = None,
     progress: Progress | None = None,
     texture: object = None,
-    resolve_self_intersections: bool = False,
 ) -> Face:
     """Return the face of a mesh, with skull, eyes and muscles placed under it.
 
@@ -154,9 +153,6 @@ def fit_face(
         Shows the progress of the search, see :func:`find_landmarks`.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         The photo on the mesh. Default: the image that the file names or holds.
-    resolve_self_intersections : bool
-        Smooth small places where the surface runs through itself until it no longer does. Left as they are, such places
-        only look bad. The face's `report` tells of them.
 
     Returns
     -------
@@ -204,7 +200,7 @@ def fit_face(
     frame = frame_of(found)
     _check_both_sides(frame.local(_used_points(source)))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
-    clean = prepare(source, near=near, forward=frame.axes[2], resolve_self_intersections=resolve_self_intersections)
+    clean = prepare(source, near=near, forward=frame.axes[2])
     _check_on_mesh(given, clean, frame.pupil_distance)
     image = _image(mesh, texture, clean.mesh)
     if search is not None:
@@ -382,7 +378,6 @@ def surface(
     mesh: pv.DataSet | str | Path,
     units: str | float = "mm",
     texture: object = None,
-    resolve_self_intersections: bool = False,
 ) -> Face:
     """Return any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
@@ -394,8 +389,6 @@ def surface(
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
         Unit of the mesh, or millimetres per unit.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
-        See :func:`fit_face`.
-    resolve_self_intersections : bool
         See :func:`fit_face`.
 
     Returns
@@ -417,20 +410,8 @@ def surface(
     (10.0, {})
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
-
-    A bump that bends over and comes down through the sheet, reported and then smoothed:
-
-    >>> import warnings
-    >>> hook = pv.Plane(i_size=100.0, j_size=100.0, i_resolution=40, j_resolution=40)
-    >>> bump = np.exp(-(hook.points[:, :2] ** 2).sum(axis=1, keepdims=True) / 20.0)
-    >>> hook.points += bump * [0, 0, 15] + bump**3 * [15, 0, -22.5]
-    >>> surface(hook).report
-    ('The surface runs through itself at one place, ...',)
-    >>> with warnings.catch_warnings(action="ignore"):
-    ...     surface(hook, resolve_self_intersections=True).report
-    ('Smoothed the surface where it ran through itself: ...',)
     """
-    clean = prepare(mesh, resolve_self_intersections=resolve_self_intersections)
+    clean = prepare(mesh)
     face = Face.without_anatomy(clean.mesh, millimetres(units), clean.source_points)
     others = clean.others
     parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}

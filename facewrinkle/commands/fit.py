@@ -42,7 +42,6 @@ def fit(
     units: str | None = None,
     texture: Path | None = None,
     atlas: Path | None = None,
-    resolve_self_intersections: bool = False,
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
@@ -64,8 +63,6 @@ def fit(
         Photo to draw on the mesh. Default: the image that the file names or holds.
     atlas
         TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
-    resolve_self_intersections
-        Smooth small places where the mesh runs through itself until it no longer does.
     out
         Folder to write to. Default: output/NAME.
     quiet
@@ -82,7 +79,6 @@ def fit(
         None if atlas is None else read_atlas(atlas),
         progress=report.search,
         texture=texture,
-        resolve_self_intersections=resolve_self_intersections,
     )
     for ending in (SUFFIX, ".png"):
         output_target(folder / f"{stem}{ending}")  # before anything is written

@@ -17,7 +17,6 @@ from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
 from ..mesh.files import reading
 from ..mesh.formats.reading import GLTF
-from ..mesh.repair.self_intersections import self_intersection_report
 from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts
 
@@ -78,16 +77,13 @@ def _of_mesh(path: Path) -> dict[str, str]:
 
 def _surface(points: Array, triangles: IntArray, textured: bool, report: tuple[str, ...]) -> dict[str, str]:
     holes = boundary_loops(triangles)
-    crossing = self_intersection_report(points, triangles)
-    mended = [sentence for sentence in report if sentence != crossing]
     width, height, depth = np.ptp(points, axis=0)
     return {
         "triangles": str(len(triangles)),
         "size": f"{width:.4g} x {height:.4g} x {depth:.4g}",
         "texture": "yes" if textured else "no",
         "borders": "none" if not holes else f"{len(holes)}, of {', '.join(str(len(hole)) for hole in holes[:8])} edges",
-        "runs through itself": crossing.removeprefix("The surface runs through itself ") or "no",
-        "mended and set apart": "\n".join(mended) or "nothing",
+        "mended and set apart": "\n".join(report) or "nothing",
     }
 
 

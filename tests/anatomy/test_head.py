@@ -12,8 +12,8 @@ from scipy.ndimage import map_coordinates
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
 from facewrinkle.anatomy.landmarks import lips_middle, read_landmarks
-from facewrinkle.geometry.self_intersections import self_intersections
 from tools.build_head.build import build_head
+from tools.self_intersections import self_intersections
 
 MEAN_FACE = Path(__file__).parents[3] / "shared/faces/ict_face_narrow.obj"
 MIDDLE = {

@@ -12,8 +12,8 @@ from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import MIRROR, Head, load_head
 from facewrinkle.anatomy.identity import Identity, head_of
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry.self_intersections import self_intersections
 from tools.build_head.chart_mesh import angle
+from tools.self_intersections import self_intersections
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
 SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]

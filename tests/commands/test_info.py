@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 
-import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
@@ -40,18 +38,13 @@ def test_names_of_files_are_printed_as_they_are(tmp_path, capsys):
 def test_info_tells_what_a_file_holds(tmp_path, capsys):
     face = fw.default_face()
     ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)
-    crossing = face.mesh.copy(deep=False)
-    crossing.points = face.points * np.where(np.arange(len(face.points)) % 97, 1.0, 0.8)[:, None]
-    crossing.append_polydata(ball).save(tmp_path / "head.vtp")
+    face.mesh.append_polydata(ball).save(tmp_path / "head.vtp")
     assert main(["info", str(tmp_path / "head.vtp")]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     told = " ".join(out.split())
     assert f"triangles {face.mesh.n_cells} size" in told
     assert "Kept one of 2 separate parts" in told
-    number = re.search(r"runs through itself at .*, with (\d+) of 4517 triangles", told)
-    assert number is not None
-    assert int(number[1]) > 5
     fw.write_face(dataclasses.replace(face, likeness=0.93), tmp_path / "head.face")
     assert main(["info", str(tmp_path / "head.face")]) == 0
     told = " ".join(capsys.readouterr().out.split())

@@ -13,8 +13,8 @@ from scipy import sparse
 from scipy.spatial import cKDTree
 
 from facewrinkle.anatomy.head import MIRROR, Head, Mould, cage_data, unpacked
-from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.geometry.topology import boundary_loops
+from tools.self_intersections import self_intersections
 
 from .chart import Chart, mean_value_chart
 from .chart_mesh import FIXED, FREE, ON_LINE, ChartMesh

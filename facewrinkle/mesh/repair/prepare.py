@@ -14,7 +14,6 @@ from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
 from ..formats.reading import read_surface
 from .reconstruction import closed_up, reconstructed
-from .self_intersections import resolved, self_intersection_report
 from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, unfolded
 
 IN_PIECES = 0.5
@@ -66,21 +65,15 @@ class CleanSurface:
 
 
 @checked
-def prepare(
-    mesh: object,
-    near: np.ndarray | None = None,
-    forward: np.ndarray | None = None,
-    resolve_self_intersections: bool = False,
-) -> CleanSurface:
+def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
     """Return a clean copy of a surface on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
     merged within each mesh of a file, edges with three triangles or more are cut, one component is chosen, the
     triangles are oriented alike and outward, those that lie turned over are laid flat, and unused points are
     dropped. If the surface under the landmarks is in pieces or has only one side, small gaps are closed; if that is
-    not enough, pymeshlab (extra `remesh`) reconstructs it. All changes are reported. So are places where the
-    surface runs through itself; they stay, as lips and lids of real faces have such places, unless
-    `resolve_self_intersections` is set.
+    not enough, pymeshlab (extra `remesh`) reconstructs it. All changes are reported.
+    Places where the surface runs through itself stay: lips and lids of real faces have such places.
 
     Parameters
     ----------
@@ -91,8 +84,6 @@ def prepare(
     forward : array_like, shape (3,), optional
         The direction in which the face looks; the inside of the surface lies behind it. Without it, the inside is taken
         to be where the centroid is, which holds for closed surfaces and for masks that bulge outward.
-    resolve_self_intersections : bool
-        Smooth small places where the surface runs through itself, as much as it takes.
 
     Returns
     -------
@@ -133,12 +124,9 @@ def prepare(
             whole = joined
     whole = _in_one_piece(whole, near)
     skin, others = _chosen_sheet(source, whole, near)
-    skin = _oriented(skin, forward)
-    skin = unfolded(resolved(skin) if resolve_self_intersections else skin)
+    skin = unfolded(_oriented(skin, forward))
     for sentence in skin.report:
         warn(sentence)
-    if sentence := self_intersection_report(skin.points, skin.triangles):  # no warning: the lips of many sound heads do
-        skin = skin.reported(sentence)
     return _surface(source, skin, others)
 
 

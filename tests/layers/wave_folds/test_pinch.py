@@ -24,13 +24,13 @@ import facewrinkle as fw
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.profile import bulge_height, first_harmonic, shape
-from facewrinkle.geometry.self_intersections import self_intersections
 from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.wave_folds import WaveFolds
 from facewrinkle.layers.wave_folds import _height_kernels as kernels
 from facewrinkle.motion.base import Undriven
+from tools.self_intersections import self_intersections
 
 
 class Moved(Undriven):

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.geometry.self_intersections import intersection_sites, self_intersections
+from tools.self_intersections import self_intersections
 
 
 def arrays(mesh):
@@ -77,20 +77,6 @@ def test_neighbours_and_touching_sheets_do_not_cross(angle):
     assert not len(self_intersections(twice[0] @ turn.T, twice[1]))
 
 
-def test_places_are_told_apart():
-    big = ball(1.0, resolution=32)
-    three = [ball(0.2, centre, 12) for centre in ((1, 0, 0), (0, 0.6, 0.8), (0, -1, 0))]
-    points, triangles = beside(big, *three, ball(0.2, (5, 0, 0)))
-    places = intersection_sites(self_intersections(points, triangles), triangles)
-    assert len(places) == 3
-    assert [len(place) for place in places] == sorted(map(len, places), reverse=True)
-    centres = np.array([points[triangles[place]].mean(axis=(0, 1)) for place in places])
-    assert sorted(np.argmax(np.abs(centres), axis=1)) == [0, 1, 2]
-    everything = np.sort(np.concatenate(places))
-    np.testing.assert_array_equal(everything, np.unique(self_intersections(points, triangles)))
-
-
 def test_nothing_crosses_nothing():
     assert self_intersections(np.zeros((3, 3)), np.zeros((0, 3), int)).shape == (0, 2)
-    assert intersection_sites(np.zeros((0, 2), int), np.zeros((0, 3), int)) == []
     assert not len(self_intersections(np.eye(3), np.array([[0, 1, 2]])))

@@ -1,16 +1,15 @@
-"""Triangles of a mesh that run through each other."""
+"""Triangles of a mesh that run through each other, for tests and for what measures."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from ..array_types import Array, IntArray
+from facewrinkle.array_types import Array, IntArray
+from facewrinkle.geometry import topology
+from facewrinkle.geometry.morton import morton_order
+
 from . import _self_intersection_kernels as kernels
-from . import topology
-from .morton import morton_order
 
 PER_BOX = 4
 """Triangles in each of the smallest boxes of the tree."""
@@ -55,29 +54,6 @@ def self_intersections(points: Array, triangles: NDArray[np.integer]) -> IntArra
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     first = around[np.repeat(offsets[found[:, 0]], counts) + place]
     return np.unique(np.column_stack([first, np.repeat(found[:, 1], counts)]), axis=0).astype(np.int64)
-
-
-def intersection_sites(pairs: IntArray, triangles: NDArray[np.integer]) -> list[IntArray]:
-    """Groups of the triangles in intersecting pairs (k, 2), one for each place, the largest first.
-
-    Triangles that intersect or touch each other are at the same place.
-
-    Examples
-    --------
-    Two pairs that intersect, far from each other:
-
-    >>> triangles = np.arange(12).reshape(4, 3)
-    >>> [site.tolist() for site in intersection_sites(np.array([[0, 2], [1, 3]]), triangles)]
-    [[0, 2], [1, 3]]
-    """
-    met, number = np.unique(pairs, return_inverse=True)
-    number = number.reshape(-1, 2)
-    at = np.unique(triangles[met], return_inverse=True)[1].reshape(-1, 3) + len(met)
-    links = np.concatenate([number, *(np.column_stack([np.arange(len(met)), column]) for column in at.T)])
-    n = int(at.max(initial=-1)) + 1
-    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
-    groups = np.split(met[np.argsort(label[: len(met)], kind="stable")], np.cumsum(np.bincount(label[: len(met)]))[:-1])
-    return sorted((group for group in groups if len(group)), key=len, reverse=True)
 
 
 def _near_each_other(places: Array) -> IntArray:

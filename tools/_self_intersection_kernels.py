@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-
-from .compilation import njit
+from numba import njit
 
 NEGLIGIBLE = 1e-12
 """Volumes below this share of the product of their sides are rounding errors."""
