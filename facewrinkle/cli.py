@@ -13,7 +13,7 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from typing import Literal
 
 from cyclopts import App, CycloptsError
@@ -21,12 +21,12 @@ from cyclopts import App, CycloptsError
 from . import __version__
 from .commands import loading
 from .errors import FaceWrinkleError, FaceWrinkleWarning
-from .input_files import inputs_kept
+from .files import inputs_kept, inside_only
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
 
-VERBOSE, ALLOW_OUTSIDE = "--verbose", "--allow-outside"
+VERBOSE, NO_OUTSIDE = "--verbose", "--no-outside"
 """Options that all commands take."""
 
 NEGATIVE = re.compile(r"-\.?\d")
@@ -41,8 +41,8 @@ QUIET = {"--quiet", "--help", "-h", "--version"}
 app = App(
     name="facewrinkle",
     help="Wrinkles that muscles fold into faces: pictures, movies, time series, and Table 1 of the paper.\n\nWith "
-    f"{VERBOSE}, every command shows the warnings of libraries, and where an error arose; with {ALLOW_OUTSIDE}, it "
-    "reads images and other files that a mesh file names outside its own folder.",
+    f"{VERBOSE}, every command shows the warnings of libraries, and where an error arose; with {NO_OUTSIDE}, it does "
+    "not read images and other files that a mesh file names outside its own folder.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
@@ -103,13 +103,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _widen()
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     verbose = VERBOSE in tokens
-    outside: AbstractContextManager[None] = nullcontext()
-    if ALLOW_OUTSIDE in tokens:
-        from .mesh.outside import outside_allowed  # which is not quick to import
-
-        outside = outside_allowed()
-    tokens = [token for token in tokens if token not in (VERBOSE, ALLOW_OUTSIDE)]
-    with warnings.catch_warnings(), outside, inputs_kept():
+    allowed = inside_only() if NO_OUTSIDE in tokens else nullcontext()
+    tokens = [token for token in tokens if token not in (VERBOSE, NO_OUTSIDE)]
+    with warnings.catch_warnings(), allowed, inputs_kept():
         if not verbose:
             warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)

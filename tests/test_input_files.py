@@ -14,9 +14,8 @@ from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.cli import main
 from facewrinkle.dataset import Spec
 from facewrinkle.errors import FaceWrinkleError, OutputError
-from facewrinkle.input_files import LARGEST_TEXT, inputs_kept
+from facewrinkle.files import LARGEST_SETTINGS, inputs_kept, written
 from facewrinkle.mesh import read_surface
-from facewrinkle.mesh.files import written
 
 SMALL = ("--size", "60", "--quiet")
 SHORT = ("--frames", "2", "--max-level", "0", "--no-movie", *SMALL)
@@ -98,13 +97,13 @@ def test_settings_are_ordinary_files(tmp_path, what):
     pipe, large = tmp_path / "pipe", tmp_path / "large"
     os.mkfifo(pipe)
     with large.open("wb") as file:
-        file.truncate(LARGEST_TEXT + 1)
+        file.truncate(LARGEST_SETTINGS + 1)
     link = tmp_path / "link"
     link.symlink_to("/dev/zero")
     for path, problem in ((pipe, "no ordinary file"), (link, "no ordinary file"), (large, "larger than 256 MB")):
         with pytest.raises(FaceWrinkleError, match=problem):
             READERS[what](path)
-    with pytest.raises(FaceWrinkleError, match="directory"):
+    with pytest.raises(FaceWrinkleError, match="it is a folder"):
         READERS[what](tmp_path)
 
 

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from ..arguments import checked
 from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
-from ..input_files import settings_of
+from ..files import LARGEST_SETTINGS, bytes_of
 from .landmarks import FaceFrame, of_side
 from .muscles import (
     Crease,
@@ -241,7 +241,7 @@ def read_atlas(path: str | Path) -> Atlas:
     {'corrugator_l': 1.0, 'corrugator_r': 1.0}
     """
     try:
-        content = tomllib.loads(settings_of(path))
+        content = tomllib.loads(bytes_of(path, LARGEST_SETTINGS).decode())
     except OSError as error:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
     except (ValueError, RecursionError) as error:  # not UTF-8, or not TOML

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..arguments import checked
 from ..errors import ParameterError
-from ..mesh.files import written
+from ..files import written
 from .atlas import Atlas
 
 SIDES = ("_l", "_r")

@@ -15,10 +15,9 @@ import pyvista as pv
 from ..arguments import checked
 from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError
+from ..files import check_file, written
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
-from ..mesh.files import written
-from ..mesh.formats.reading import check_file
 from .atlas import Atlas
 from .brow_hairs import BrowHairs
 from .face import Face

@@ -17,8 +17,7 @@ import numpy.typing as npt
 
 from ..array_types import Array
 from ..errors import LARGEST, LandmarkError, unknown_name, warn
-from ..input_files import settings_of
-from ..mesh.files import written
+from ..files import LARGEST_SETTINGS, bytes_of, written
 
 MIDLINE = [
     "trichion",
@@ -402,8 +401,7 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     content: Any = source
     if isinstance(source, str | Path):
         try:
-            text = settings_of(source, encoding="utf-8-sig", kept=False)  # it is edited, and written again
-            content = json.loads(text)
+            content = json.loads(bytes_of(source, LARGEST_SETTINGS, kept=False))  # it is edited, and written again
         except OSError as error:
             raise LandmarkError(f"cannot read the landmarks {str(source)!r}: {error.strerror or error}.") from None
         except (ValueError, RecursionError) as error:

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from ..anatomy.atlas import DEFAULT_ATLAS
-from ..mesh.files import output_file, written
+from ..files import output_file, written
 from . import loading
 
 

@@ -19,9 +19,9 @@ from ..anatomy.landmarks import NOT_ON_SKIN, write_landmarks
 from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..array_types import Image
 from ..export import output_folder
+from ..files import output_target
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
-from ..mesh.files import output_target
 from ..plotting import Scene, save_picture, side_by_side, stacked
 from ..plotting.views import Style
 from .parsing import parse_units

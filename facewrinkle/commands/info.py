@@ -12,10 +12,10 @@ from ..anatomy.atlas import Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
 from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
+from ..files import reading
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, prepare, read_surface, read_texture
 from ..mesh.arrays import IMAGE
-from ..mesh.files import reading
 from ..mesh.formats.reading import GLTF
 from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts

@@ -38,7 +38,7 @@ def _ended(number: int, frame: FrameType | None = None) -> None:
         for other in SIGNALS:
             signal.signal(other, signal.SIG_IGN)
     _end_children()
-    files = sys.modules.get("facewrinkle.mesh.files")
+    files = sys.modules.get("facewrinkle.files")
     if files is not None and hasattr(files, "drop_unfinished"):
         files.drop_unfinished()
     with suppress(OSError):

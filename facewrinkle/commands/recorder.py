@@ -21,7 +21,7 @@ from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
 from ..export.series import write_series_aside
-from ..mesh.files import output_file, output_target
+from ..files import output_file, output_target
 from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation

@@ -10,7 +10,7 @@ from typing import Literal
 
 from ..errors import ParameterError
 from ..export import output_folder
-from ..mesh.files import output_target, written
+from ..files import output_target, written
 from ..plotting import save_picture
 from ..rigging import bake_layers, write_layers
 from ..rigging import rig as make_rig

@@ -16,7 +16,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import check_range
 from ..export import output_folder
-from ..mesh.files import written
+from ..files import written
 from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation

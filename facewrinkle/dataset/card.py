@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..mesh.files import written
+from ..files import written
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP
 from .regions import REGIONS
 from .shards import FAILED, arrow

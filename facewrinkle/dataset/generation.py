@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError, check_whole
-from ..mesh.files import written
+from ..files import written
 from .card import write_card
 from .sample import Sample, SampleMaker
 from .shards import Shard, arrow, shards_of, write_shard

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import MissingPackageError
-from ..mesh.files import written
+from ..files import written
 from .sample import Sample, SampleMaker
 from .spec import Spec
 

@@ -17,7 +17,7 @@ from .. import __version__
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, check_range, check_whole, unknown_name
-from ..input_files import settings_of
+from ..files import LARGEST_SETTINGS, bytes_of
 from .distributions import Distribution
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
@@ -151,7 +151,7 @@ class Spec:
         """
         path = Path(path)
         try:
-            written = tomllib.loads(settings_of(path))
+            written = tomllib.loads(bytes_of(path, LARGEST_SETTINGS).decode())
         except OSError as problem:
             raise ParameterError(f"{str(path)!r} cannot be read: {problem.strerror}. Check the path.") from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from ..mesh.files import output_folder
+    from ..files import output_folder
     from .meshes import write_mesh
     from .movies import movie_writer, write_movie
     from .series import write_series
@@ -16,7 +16,7 @@ __all__ = ["movie_writer", "output_folder", "write_mesh", "write_movie", "write_
 
 _HOME = {
     "movie_writer": ".movies",
-    "output_folder": "..mesh.files",
+    "output_folder": "..files",
     "write_mesh": ".meshes",
     "write_movie": ".movies",
     "write_series": ".series",

@@ -17,9 +17,9 @@ from ..appearance.companion_meshes import companion_meshes
 from ..appearance.seen import Appearance
 from ..array_types import Array, Single
 from ..errors import MeshError, check_range
+from ..files import output_file, written
 from ..geometry.refinement import RedGreenForest
 from ..mesh import to_polydata
-from ..mesh.files import output_file, written
 from ..tears.presets import Tear
 from ..tears.sampled import Sampled
 from .gltf import gltf

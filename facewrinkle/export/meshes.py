@@ -12,8 +12,8 @@ from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
 from ..arguments import checked
 from ..array_types import Array
+from ..files import output_file, written
 from ..mesh import UNIT
-from ..mesh.files import output_file, written
 from .gltf import gltf
 from .model import Model, part_model, skin_model, tears_model
 from .obj import obj_files

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..arguments import checked, picture
 from ..errors import MissingPackageError, ParameterError, check_range
-from ..mesh.files import not_written, output_file, replaced
+from ..files import not_written, output_file, replaced
 
 H264: dict[str, Any] = {
     "codec": "libx264",

@@ -10,7 +10,7 @@ import pyvista as pv
 
 from ..arguments import checked
 from ..errors import ParameterError, check_range
-from ..mesh.files import not_written, output_file, replaced
+from ..files import not_written, output_file, replaced
 from .series_file import Writer, problem_of
 from .series_process import problem_aside
 

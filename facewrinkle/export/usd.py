@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..array_types import Array, Single
 from ..errors import MissingPackageError
-from ..mesh.files import written
+from ..files import written
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
 from .model import Model
 from .morphs import Morphs, WeightTrack

@@ -15,6 +15,7 @@ from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face, refitted
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
+from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
 from ..motion.animation import read_animation
 from ..motion.playback import Playback
@@ -136,7 +137,7 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
             yield step
 
     tell(f"Reading {file.name}", 0.0)
-    with warnings.catch_warnings(record=True) as caught:
+    with inside_only(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FaceWrinkleWarning)
         if file.suffix.lower() == ".face":
             loaded = Loaded(read_face(file, atlas))

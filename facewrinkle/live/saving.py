@@ -21,7 +21,7 @@ from ..anatomy.face_file import write_face
 from ..errors import OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
-from ..mesh.files import not_written, written
+from ..files import not_written, written
 from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from .document import Document

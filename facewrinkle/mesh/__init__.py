@@ -22,7 +22,6 @@ from .arrays import (
 from .formats.reading import read_surface
 from .formats.texture_atlas import merged_texture
 from .formats.textures import as_texture, read_texture
-from .outside import outside_allowed
 from .refining import refine
 from .repair.prepare import CleanSurface, prepare
 from .seams import add_seams, corner_texture, refine_seams, split_at_seams
@@ -40,7 +39,6 @@ __all__ = [
     "interpolated_point_data",
     "merged_texture",
     "of_own_arrays",
-    "outside_allowed",
     "points_and_triangles",
     "prepare",
     "read_surface",

@@ -27,8 +27,8 @@ from llvmlite import binding
 
 from .. import __version__
 from ..errors import OutputError
+from ..files import written
 from ..geometry.compilation import temporary_folder
-from .files import written
 
 Arrays = dict[str, np.ndarray]
 

@@ -15,12 +15,12 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from ..arguments import checked
 from ..errors import MeshError, ParameterError
+from ..files import check_file, reading
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
-from ..mesh.files import reading
 from ..mesh.formats.merging import merged_surfaces
-from ..mesh.formats.reading import GLTF, check_file
+from ..mesh.formats.reading import GLTF
 from .gltf import read_gltf
 from .recorded import Recorded
 from .usd import read_usd

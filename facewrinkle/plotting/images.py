@@ -11,7 +11,7 @@ import numpy as np
 from ..arguments import checked, picture
 from ..array_types import Image
 from ..errors import OutputError, ParameterError, check_whole, type_of
-from ..mesh.files import not_written, written
+from ..files import not_written, written
 
 LEVEL = 3
 """Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""

@@ -19,10 +19,10 @@ from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
+from ..files import written
 from ..geometry import _texel_kernels as kernels
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
-from ..mesh.files import written
 from ..mesh.seams import corner_texture
 from ..simulation import Refinement, Simulation
 

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..arguments import checked
-from ..mesh.files import output_file, written
+from ..files import output_file, written
 from .linear_rig import Rig
 from .write import rig_bytes
 

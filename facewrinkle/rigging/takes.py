@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 from ..arguments import checked, finite
 from ..array_types import Array
 from ..errors import LARGEST, ParameterError, check_range, warn
-from ..mesh.files import reading, text_of
-from ..mesh.formats.reading import check_file
+from ..files import check_file, reading, text_of
 from ..motion.action_units import named_shapes
 from ..motion.track import Track
 from .take_files import HEAD, SECONDS, SILENT, Table, is_number, of_json, of_table, plain_name, shapes_of_column

@@ -23,9 +23,9 @@ from ..arguments import checked
 from ..array_types import Array
 from ..errors import ParameterError, check_whole
 from ..export.model import skin_model
+from ..files import written
 from ..geometry.normals import vertex_areas
 from ..geometry.smoothstep import smoothstep
-from ..mesh.files import written
 from ..mesh.seams import corner_texture
 from .baking import Baker, Progress, silent
 from .fields import movement_poses

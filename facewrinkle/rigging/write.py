@@ -12,7 +12,7 @@ from ..export.meshes import upright_rotation
 from ..export.model import Model
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
-from ..mesh.files import output_file, written
+from ..files import output_file, written
 from .linear_rig import Rig
 
 SUFFIXES = (".glb", ".gltf", *USD)

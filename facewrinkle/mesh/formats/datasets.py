@@ -11,9 +11,9 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...errors import MeshError, type_of, warn
+from ...files import sibling_file
 from ..arrays import COLORS, IMAGE, IMAGES, MESH, PART, TEXTURE, use_texture, with_data
 from ..seams import add_seams
-from .materials import sibling_file
 from .merging import merged_surfaces, set_images, set_meshes
 from .obj_off import Polygons, polygon_triangles
 

@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
 from ...errors import FaceWrinkleError, MeshError
-from .materials import sibling_file
+from ...files import bytes_of, sibling_file
 from .obj_off import Primitive, strip_triangles
 
 __all__ = ["Document", "read_gltf_file"]
@@ -68,7 +68,7 @@ class Document:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        raw = path.read_bytes()
+        raw = bytes_of(path)
         self._blob = b""
         text = raw
         if raw[:4] == b"glTF":
@@ -139,7 +139,7 @@ class Document:
             return base64.b64decode(uri.split(",", 1)[1])
         try:
             if (found := sibling_file(self.path.parent, unquote(uri))) is not None:
-                return found.read_bytes()
+                return bytes_of(found)
             reason = "is not there"
         except OSError as problem:
             reason = f"cannot be opened: {problem.strerror or problem}"

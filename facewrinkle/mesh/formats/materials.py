@@ -1,4 +1,4 @@
-"""Materials of OBJ files, and files found by the names that other files give them."""
+"""Materials of OBJ files."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from io import StringIO
 from pathlib import Path
 
 from ...errors import MeshError, warn
-from ..files import text_of
-from ..outside import is_outside, refused
+from ...files import sibling_file, text_of
 
 LIBRARIES = 64
 """The most material libraries of one line that are looked for."""
@@ -18,31 +17,6 @@ _COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
 _OPTION = re.compile(
     r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
 )
-
-
-def sibling_file(folder: Path, name: str) -> Path | None:
-    """Find a file by the name that another one gives it, even with folders of another machine or in another case.
-
-    Raises
-    ------
-    MeshError
-        If it is found only outside the folder.
-    """
-    name = name.replace("\\", "/")
-    outside = False
-    for candidate in (folder / name, folder / Path(name).name):
-        try:
-            if candidate.is_file():
-                if not is_outside(folder, candidate):
-                    return candidate
-                outside = True
-        except (OSError, ValueError):  # a name that no file can have
-            continue
-    wanted = Path(name).name.casefold()
-    found = (file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted and file.is_file())
-    if (file := next(found, None)) is None and outside:
-        raise refused("it", name)
-    return file
 
 
 def uncommented(line: str) -> str:

@@ -16,7 +16,7 @@ import pyvista as pv
 from scipy.sparse import csr_array
 
 from ...errors import MeshError
-from ..files import text_of
+from ...files import text_of
 from .materials import images_of_materials, uncommented
 
 __all__ = ["Polygons", "read_obj", "read_off"]

@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import MeshError
+from ...files import bytes_of
 from .obj_off import Polygons, check_vertices, strip_triangles, textured
 
 __all__ = ["read_ply"]
@@ -52,7 +53,7 @@ def read_ply(path: Path) -> Polygons:
     MeshError
         For a header that makes no sense, fewer data than it announces, or a face whose vertex does not exist.
     """
-    elements, order, body = _header(path, path.read_bytes())
+    elements, order, body = _header(path, bytes_of(path))
     try:
         found = _body(elements, order, body)
     except (ValueError, OverflowError):

@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from stat import S_ISDIR, S_ISREG
 from typing import Any
 
 import numpy as np
@@ -18,10 +17,8 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from ...errors import MeshError
-from ...input_files import note_input
+from ...files import check_file, check_inside, opened, reading, text_of
 from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
-from ..files import reading, text_of
-from ..outside import is_outside, refused
 from .datasets import from_dataset, from_polygons
 from .gltf import read_gltf_file
 from .merging import from_primitives
@@ -110,7 +107,7 @@ def _read_file(path: Path) -> pv.PolyData:
 
 def _kind_of(path: Path) -> tuple[str, tuple[str, ...]] | None:
     """Return the format of a file by its first bytes, and the endings of such files; None if it is unknown."""
-    with path.open("rb") as file:
+    with opened(path) as file:
         begin = file.read(20)
     return next(((kind, endings) for sign, kind, endings in SIGNS if begin.startswith(sign)), None)
 
@@ -133,27 +130,6 @@ def _read_by_ending(path: Path) -> pv.PolyData:
         raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
-
-
-def check_file(path: Path) -> None:
-    """Raise a MeshError if a file is not there, cannot be opened, or is empty."""
-    try:
-        status = path.stat()
-        if S_ISREG(status.st_mode):  # opening a pipe would wait for ever
-            with path.open("rb"):
-                pass
-    except (FileNotFoundError, NotADirectoryError, ValueError):  # a null byte is a ValueError
-        raise MeshError(
-            f"there is no file {str(path)!r}. Check the path; it is relative to {str(Path.cwd())!r}."
-        ) from None
-    except OSError as problem:
-        raise MeshError(f"{str(path)!r} cannot be opened: {problem.strerror}.") from None
-    if not S_ISREG(status.st_mode):
-        what = "a folder" if S_ISDIR(status.st_mode) else "no ordinary file"
-        raise MeshError(f"{str(path)!r} is {what}, and a mesh file is needed.")
-    note_input(status)
-    if status.st_size == 0:
-        raise MeshError(f"{path.name} is empty (0 bytes). Export it again.")
 
 
 @contextmanager
@@ -206,8 +182,7 @@ def _check_pieces(path: Path) -> None:
     """Raise a MeshError if a multi-block file names pieces outside its folder, or what is no ordinary file."""
     for name in re.findall(r"""\bfile\s*=\s*["']([^"']*)["']""", text_of(path)):
         piece = path.parent / html.unescape(name)
-        if is_outside(path.parent, piece):
-            raise refused(path.name, name)
+        check_inside(path.parent, piece, path.name, name)
         check_file(piece)
 
 

@@ -16,10 +16,10 @@ import pyvista as pv
 from ...arguments import checked
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
+from ...files import bytes_of, check_file, opened, sibling_file
 from .gltf import Document
-from .materials import sibling_file
 from .obj_off import read_obj
-from .reading import GLTF, check_file
+from .reading import GLTF
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
@@ -124,7 +124,7 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
 def image_of_file(path: Path, *, alpha: bool = False) -> Image:
     """Read an image file as (h, w, 3), or as (h, w, 4) if it is transparent and `alpha` is set."""
     check_file(path)
-    return decoded(path.read_bytes(), path.name, alpha=alpha)
+    return decoded(bytes_of(path), path.name, alpha=alpha)
 
 
 def image_of_gltf(path: Path, number: int, *, alpha: bool = False) -> Image:
@@ -202,6 +202,6 @@ def _most_frequent(names: Counter[str], where: str) -> str:
 
 def _comments_of_ply(path: Path) -> Counter[str]:
     check_file(path)
-    with path.open("rb") as file:
+    with opened(path) as file:
         header = file.read(65_536).split(b"end_header")[0].decode("utf-8", errors="replace")
     return Counter(re.findall(r"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE)[:1])

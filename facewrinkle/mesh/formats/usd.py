@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import FaceWrinkleError, MeshError, MissingPackageError, warn
-from ..outside import is_outside, refused
+from ...files import check_inside
 from .gltf import srgb
 from .obj_off import Primitive, polygon_triangles
 from .probing import probe_usd
@@ -78,8 +78,8 @@ def opened(path: Path) -> Any:
         stage = Usd.Stage.Open(str(path))
         for layer in stage.GetUsedLayers():
             name = layer.realPath
-            if name and is_outside(path.absolute().parent, Path(name)):
-                raise refused(path.name, name)
+            if name:
+                check_inside(path.parent, name, path.name, name)
         return stage
 
 
@@ -142,10 +142,11 @@ def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
 
 def _inside(path: Path, images: np.ndarray) -> np.ndarray:
     """The images without those outside the folder of the file, with a warning for each."""
-    folder = path.absolute().parent
     for name in {str(name) for name in images} - {""}:
-        if is_outside(folder, Path(name.partition("[")[0])):
-            warn(f"the texture is left out: {refused(path.name, name)}")
+        try:
+            check_inside(path.parent, name.partition("[")[0], path.name, name)
+        except MeshError as problem:
+            warn(f"the texture is left out: {problem}")
             images = np.where(images == name, "", images)
     return images
 

@@ -16,7 +16,7 @@ from PIL import Image
 import facewrinkle as fw
 from analysis.fuzzing import READERS, file_name, mutated, outcome, outcomes, seeds
 from facewrinkle.errors import MeshError
-from facewrinkle.mesh import outside_allowed
+from facewrinkle.files import inside_only
 from facewrinkle.mesh.formats import probing
 
 MUTANTS = 150
@@ -55,7 +55,7 @@ NAMES = ("../secret.png", "{absolute}", "maps/../../secret.png", "..\\secret.png
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("kind", ["obj", "library", "ply", "gltf"])
-def test_pictures_outside_the_folder_are_not_read(secret, kind, name):
+def test_pictures_outside_the_folder_are_not_read_where_this_is_not_allowed(secret, kind, name):
     folder, name = secret.parent / "mesh", name.format(absolute=secret)
     (folder / "maps").mkdir()
     path = folder / f"mesh.{'obj' if kind == 'library' else kind}"
@@ -75,12 +75,11 @@ def test_pictures_outside_the_folder_are_not_read(secret, kind, name):
         )
     else:
         _write_gltf(path, name.replace("..", "%2E%2E").replace("/", "%2F"))
-    with pytest.warns(fw.FaceWrinkleWarning, match=r"outside its folder and is not read.*--allow-outside"):
+    with (
+        inside_only(),
+        pytest.warns(fw.FaceWrinkleWarning, match=r"outside its folder and is not read.*without --no-outside"),
+    ):
         assert fw.surface(path).texture is None
-    if kind == "library":
-        return
-    with outside_allowed():
-        assert (fw.surface(path).texture == 77).all()
 
 
 def _write_gltf(path: Path, image: str) -> None:
@@ -106,23 +105,23 @@ def _write_gltf(path: Path, image: str) -> None:
     path.write_text(json.dumps(content))
 
 
-def test_buffers_and_pieces_outside_the_folder_are_refused(secret):
+def test_buffers_and_pieces_outside_the_folder(secret):
     folder = secret.parent / "mesh"
     _write_gltf(folder / "mesh.gltf", "none.png")
     (folder / "data.bin").rename(secret.parent / "data.bin")
     text = (folder / "mesh.gltf").read_text()
     (folder / "mesh.gltf").write_text(text.replace('"data.bin"', '"..%2Fdata.bin"'))
-    with pytest.raises(MeshError, match="outside its folder and is not read"):
+    with inside_only(), pytest.raises(MeshError, match="outside its folder and is not read"):
         fw.read_surface(folder / "mesh.gltf")
+    assert fw.read_surface(folder / "mesh.gltf").n_cells == 1
     pv.Sphere().save(secret.parent / "piece.vtp")
     (folder / "blocks.vtm").write_text(
         '<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>'
         '<DataSet index="0" file="..&#47;piece.vtp"/></vtkMultiBlockDataSet></VTKFile>'
     )
-    with pytest.raises(MeshError, match="outside its folder and is not read"):
+    with inside_only(), pytest.raises(MeshError, match="outside its folder and is not read"):
         fw.read_surface(folder / "blocks.vtm")
-    with outside_allowed():
-        assert fw.read_surface(folder / "blocks.vtm").n_cells == pv.Sphere().n_cells
+    assert fw.read_surface(folder / "blocks.vtm").n_cells == pv.Sphere().n_cells
 
 
 def test_usd_layers_and_pictures_outside_the_folder(secret):
@@ -133,10 +132,9 @@ def test_usd_layers_and_pictures_outside_the_folder(secret):
         " point3f[] points = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]\n}\n"
     )
     (folder / "scene.usda").write_text("#usda 1.0\n(\n subLayers = [@../other.usda@]\n)\n")
-    with pytest.raises(MeshError, match="outside its folder and is not read"):
+    with inside_only(), pytest.raises(MeshError, match="outside its folder and is not read"):
         fw.read_surface(folder / "scene.usda")
-    with outside_allowed():
-        assert fw.read_surface(folder / "scene.usda").n_cells == 1
+    assert fw.read_surface(folder / "scene.usda").n_cells == 1
 
 
 def test_a_data_set_does_not_name_pictures(secret):

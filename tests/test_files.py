@@ -1,17 +1,23 @@
-"""Folders and files that can be written, and those that cannot."""
+"""Folders and files that can be written, and those that cannot; a pipe is not waited for."""
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import facewrinkle as fw
 from facewrinkle.anatomy.face_file import write_face
 from facewrinkle.disk import reserve
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
-from facewrinkle.mesh.files import drop_unfinished, replaced
+from facewrinkle.files import bytes_of, check_file, drop_unfinished, replaced, text_of, written
+from facewrinkle.mesh import read_texture
 from facewrinkle.plotting import save_picture
 
 
@@ -40,7 +46,7 @@ def test_a_folder_that_refuses(tmp_path, monkeypatch, operation):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(
-        *((Path, "mkdir", refuse) if operation == "mkdir" else ("facewrinkle.mesh.files.TemporaryFile", refuse))
+        *((Path, "mkdir", refuse) if operation == "mkdir" else ("facewrinkle.files.TemporaryFile", refuse))
     )
     with pytest.raises(OutputError, match="cannot be written: Permission denied. Name a folder"):
         output_folder(tmp_path / "new")
@@ -132,6 +138,56 @@ def test_room_can_be_reserved(tmp_path, small_disk):
     with pytest.raises(OSError, match="No space left"):
         reserve(small_disk / "file", 10_000_000)
     assert (small_disk / "file").read_bytes() == b"content"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("read", [bytes_of, text_of, check_file, read_texture, fw.read_atlas, fw.read_surface])
+def test_what_became_a_pipe_is_not_waited_for(tmp_path, monkeypatch, read):
+    """However it looked before it is opened."""
+    os.mkfifo(tmp_path / "pipe.ply")
+    ordinary = Path(__file__).stat()
+    monkeypatch.setattr(Path, "stat", lambda path, **how: ordinary)
+    monkeypatch.setattr(Path, "is_file", lambda path: True)
+    signal.signal(signal.SIGALRM, _waited)
+    signal.alarm(5)
+    try:
+        with pytest.raises((OSError, fw.FaceWrinkleError, fw.FaceWrinkleWarning), match="no ordinary file"):
+            read(tmp_path / "pipe.ply")
+    finally:
+        signal.alarm(0)
+
+
+def _waited(*_):
+    pytest.fail("it waits for ever")
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="no limit of file sizes here")
+def test_the_limit_of_file_sizes_is_told(tmp_path):
+    """In a process of its own, as the limit cannot be raised again."""
+    program = (
+        "import resource, sys\n"
+        "from pathlib import Path\n"
+        "from facewrinkle.files import written\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
+        "with written(sys.argv[1]) as whole:\n    whole.write_bytes(bytes(5000))\n"
+    )
+    (tmp_path / "file").write_text("old")
+    run = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path / "file")], capture_output=True, text=True, check=False
+    )
+    assert "it would be larger than files may be here" in run.stderr
+    assert "ulimit -f" in run.stderr
+    assert "no space left" not in run.stderr
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["old"]
+
+
+def test_a_later_failure_keeps_a_folder_that_an_earlier_success_made(tmp_path):
+    with written(tmp_path / "new" / "file") as whole:
+        whole.touch()
+    (tmp_path / "new" / "file").unlink()
+    with pytest.raises(KeyboardInterrupt), written(tmp_path / "new" / "file"):
+        raise KeyboardInterrupt
+    assert (tmp_path / "new").is_dir()
 
 
 def test_unfinished_files_can_be_dropped(tmp_path):
