@@ -192,12 +192,19 @@ def check_range(name: str, value: float, low: float, high: float, remedy: str = 
         number = float(value)
     except (TypeError, ValueError, OverflowError):
         number = None
-    if number is None or isinstance(value, str | bytes):
+    if number is None or isinstance(value, str | bytes | bool):
         raise ParameterError(f"{name} must be a number, received {reprlib.repr(value)}.")
     if not low <= number <= high:
         allowed = f"lie in [{low:g}, {high:g}]" if high < float("inf") else f"be at least {low:g}"
         raise ParameterError(f"{name} must {allowed}, received {number:g}. {remedy}".rstrip())
     return number
+
+
+def check_flag(name: str, value: object) -> bool:
+    """Return `value` if it is True or False; raise a ParameterError otherwise, as a text such as "no" would be true."""
+    if type(value).__name__ not in ("bool", "bool_"):
+        raise ParameterError(f"{name} must be True or False, received {reprlib.repr(value)}.")
+    return bool(value)
 
 
 def check_positive(name: str, value: float, remedy: str = "") -> float:

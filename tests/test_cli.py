@@ -95,7 +95,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("fit nan.obj --texture none.png", "there is no file 'none.png'"),
         ("fit nan.obj --out empty.glb/folder", "a file stands there"),
         ("express xyzzy", "All of them: facewrinkle info."),
-        ("express AU1 --face nan.obj --landmarks nan.json", "must have three finite coordinates"),
+        ("express AU1 --face nan.obj --landmarks nan.json", "must be three finite numbers"),
         ("express AU1 --atlas folder.glb", "cannot read the atlas"),
     ],
 )

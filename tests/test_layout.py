@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("array_types", "errors"),
-    ("arguments", "files", "disk", "processes"),
+    ("checks", "files", "disk", "processes"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

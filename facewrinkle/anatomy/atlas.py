@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of
@@ -221,7 +220,6 @@ def load_atlas() -> Atlas:
     return read_atlas(DEFAULT_ATLAS)
 
 
-@checked
 def read_atlas(path: str | Path) -> Atlas:
     """Read an atlas from a TOML file in the form of the package's own, which ``facewrinkle atlas`` prints.
 

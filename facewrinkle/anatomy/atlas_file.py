@@ -8,7 +8,6 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..arguments import checked
 from ..errors import ParameterError
 from ..files import written
 from .atlas import Atlas
@@ -17,7 +16,6 @@ SIDES = ("_l", "_r")
 """Endings of the names of muscles that come in pairs."""
 
 
-@checked
 def write_atlas(atlas: Atlas, path: str | Path) -> Path:
     """Write an atlas to a TOML file; :func:`facewrinkle.read_atlas` returns the same one from it.
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
+from ..checks import vector
 from ..errors import ParameterError, check_range
 from .landmarks import MEAN_PUPIL_DISTANCE
 
@@ -122,14 +123,11 @@ def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLik
     if at is None:
         left, up = (check_range(name, value, -90.0, 90.0) for name, value in (("yaw", yaw), ("pitch", pitch)))
         return np.deg2rad(left if eye.side == "l" else -left), np.deg2rad(up)
-    try:
-        target = np.array(at, dtype=np.float64)
-    except (TypeError, ValueError):
-        target = np.empty(0)
-    if target.shape != (3,) or not np.isfinite(target).all() or yaw != 0.0 or pitch != 0.0:
+    if yaw != 0.0 or pitch != 0.0:
         raise ParameterError(
             f"look needs either angles or a point at=(x, y, z), received yaw={yaw!r}, pitch={pitch!r}, at={at!r}."
         )
+    target = vector("at", at)
     if np.linalg.norm(target - eye.centre) <= 1.2 * eye.radius:
         raise ParameterError(f"the eyes cannot look at {at!r}: the point lies in an eye.")
     return eye.turn_to(target - eye.centre)

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..arguments import checked
 from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError
 from ..geometry.normals import vertex_normals
@@ -117,7 +116,6 @@ class Face:
     template: Face | None = None
 
     @classmethod
-    @checked
     def from_landmarks(
         cls,
         mesh: pv.PolyData,
@@ -145,7 +143,6 @@ class Face:
         return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
 
     @classmethod
-    @checked
     def without_anatomy(
         cls, mesh: pv.PolyData, unit: float, source_points: npt.NDArray[np.int64] | None = None
     ) -> Self:
@@ -283,7 +280,6 @@ class Face:
                 found[name] = dataclasses.replace(weights, angles=angle * weights.angles, yields=(closing,))
         return found
 
-    @checked
     def gazes(self, rates: Mapping[str, float]) -> dict[str, Array]:
         """Return unit directions (3,) in which the eyes look, by side, at contraction rates by muscle."""
         turns = {eye.side: np.zeros(2) for eye in self.eyes}
@@ -292,7 +288,6 @@ class Face:
                 turns[muscle.side] += rates.get(name, 0.0) * muscle.angle * np.array(TURNS[muscle.turn])
         return {eye.side: eye.turned(*turns[eye.side]) for eye in self.eyes}
 
-    @checked
     def jaw_angle(self, rates: Mapping[str, float]) -> float | None:
         """Return the turn of the mandible, radians, at contraction rates by muscle; None if no muscle turns it."""
         jaws = [(name, muscle) for name, muscle in self.muscles.items() if isinstance(muscle, JawMuscle)]
@@ -302,7 +297,6 @@ class Face:
     def _attachments(self) -> Attachments:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
-    @checked
     def state_of(self, frame: pv.PolyData) -> FrameState:
         """Return the vertices, pose, gazes and moving parts of this face in a frame of its simulation, or in its mesh.
 
@@ -349,7 +343,6 @@ class Face:
             part.point_data["rest"] = np.asarray(self.parts[name].mesh.points)
         return combined_mesh(frame, parts) if parts else frame
 
-    @checked
     def landmarks_on(self, frame: pv.PolyData) -> dict[str, Array]:
         """Return the landmarks on the moved and wrinkled skin of a frame of :meth:`facewrinkle.Simulation.step`.
 
@@ -408,7 +401,6 @@ class Face:
         """The bone under the skin, one vertex under each vertex of the skin."""
         return to_polydata(self.tissue.anchors, self.triangles)
 
-    @checked
     def with_muscles(self, changes: Mapping[str, Muscle]) -> Self:
         """Return the face with some muscles replaced or added.
 

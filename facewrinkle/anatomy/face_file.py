@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..arguments import checked
 from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError
 from ..files import check_file, written
@@ -35,7 +34,6 @@ LARGEST_FILE = 2**31
 """The most bytes that the arrays of a face may take."""
 
 
-@checked
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
 
@@ -126,7 +124,6 @@ def _within(data: dict[str, Any], key: str) -> dict[str, Any]:
     return {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
 
 
-@checked
 def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     """Read a face that :func:`write_face` wrote.
 

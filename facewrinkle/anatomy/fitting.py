@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.interpolation import barycentric
@@ -73,7 +72,6 @@ UNSURE = 0.5
 """Any of these, or the front of the chin, is to be checked if it has a lower confidence."""
 
 
-@checked
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
 
@@ -125,7 +123,6 @@ def mean_face(atlas: Atlas) -> Face:
     return _MEAN_FACES[atlas]
 
 
-@checked
 def fit_face(
     mesh: pv.DataSet | str | Path,
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
@@ -373,7 +370,6 @@ def _warped_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, s
     return {name: point + size * field(point[None] / size)[0] for name, point in landmarks.items()}
 
 
-@checked
 def surface(
     mesh: pv.DataSet | str | Path,
     units: str | float = "mm",

@@ -12,7 +12,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
@@ -53,7 +52,6 @@ that of grey hair at most.
 """
 
 
-@checked
 @dataclass(frozen=True)
 class Identity:
     """A person: every parameter is in [-1, 1]; 0 is the mean head.

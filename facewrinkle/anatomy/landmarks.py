@@ -6,7 +6,6 @@ Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` aft
 from __future__ import annotations
 
 import json
-import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import LARGEST, LandmarkError, unknown_name, warn
+from ..checks import vector
+from ..errors import LandmarkError, ParameterError, unknown_name, warn
 from ..files import LARGEST_SETTINGS, bytes_of, written
 
 MIDLINE = [
@@ -428,14 +428,9 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
 def _coordinates(name: str, value: Any) -> Array:
     xyz = value.get("xyz") if isinstance(value, Mapping) else value
     try:
-        array = np.array(xyz, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0)
-    if array.shape != (3,) or not (np.abs(array) < LARGEST).all():
-        raise LandmarkError(
-            f"landmark {name!r} must have three finite coordinates below {LARGEST:g}, received {reprlib.repr(xyz)}."
-        )
-    return array
+        return vector(f"landmark {name!r}", xyz)
+    except ParameterError as problem:
+        raise LandmarkError(str(problem)) from None
 
 
 def write_landmarks(

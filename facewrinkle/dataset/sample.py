@@ -23,7 +23,6 @@ from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face
 from ..anatomy.identity import Identity
 from ..appearance.seen import Appearance
-from ..arguments import checked
 from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
@@ -163,7 +162,6 @@ class SampleMaker:
     ((48, 48, 3), ['depth', 'furrow', 'height', 'normal', 'part', 'place', 'region'], 0)
     """
 
-    @checked
     def __init__(self, spec: Spec) -> None:
         self.spec = spec
         self._person: Person | None = None

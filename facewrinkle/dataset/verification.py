@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 
 from .. import __version__
-from ..arguments import checked
 from ..errors import check_whole
 from .card import read_table
 from .generation import read_state
@@ -23,7 +22,6 @@ ENDINGS = ("json", "npz", "png")
 """Endings of the files of a picture; with meshes, one more."""
 
 
-@checked
 def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]]:
     """Check a data set, and yield for each shard, and for the samples that are made again, what is wrong with it.
 

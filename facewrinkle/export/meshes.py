@@ -10,7 +10,6 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
-from ..arguments import checked
 from ..array_types import Array
 from ..files import output_file, written
 from ..mesh import UNIT
@@ -22,7 +21,6 @@ from .ply import ply_files
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 
 
-@checked
 def write_mesh(
     frame: pv.PolyData,
     path: str | Path,

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked, picture
+from ..checks import picture
 from ..errors import MissingPackageError, ParameterError, check_range
 from ..files import not_written, output_file, replaced
 
@@ -29,7 +29,6 @@ H264: dict[str, Any] = {
 default preset takes four times as long, for files that are a ninth smaller."""
 
 
-@checked
 def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
     """Write pictures one by one as an .mp4 (H.264) or an endless .gif.
 

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from ..arguments import checked
 from ..errors import ParameterError, check_range
 from ..files import not_written, output_file, replaced
 from .series_file import Writer, problem_of
@@ -18,7 +17,6 @@ LATEST = float(np.finfo(np.float32).max)
 """The latest time that a file can hold, in single precision."""
 
 
-@checked
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
 

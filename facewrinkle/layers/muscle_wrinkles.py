@@ -9,9 +9,8 @@ import numpy as np
 
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, BoolArray
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_flag, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.orientation import unfolded_shares
 from ..geometry.profile import anisotropy
@@ -90,7 +89,6 @@ class MuscleWrinkles:
     True
     """
 
-    @checked
     def __init__(
         self,
         compression: CompressionMethod = "gradient",
@@ -107,9 +105,9 @@ class MuscleWrinkles:
         self.compression = compression
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.accumulate = check_whole("accumulate", accumulate, 0, 1e9)
-        self.inextensible = bool(inextensible)
-        self.balance = bool(balance)
-        self.anatomical = bool(anatomical)
+        self.inextensible = check_flag("inextensible", inextensible)
+        self.balance = check_flag("balance", balance)
+        self.anatomical = check_flag("anatomical", anatomical)
         self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
         if self.pinch > 0.0 and (self.accumulate or self.balance or not self.anatomical):
             raise ParameterError(

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arguments import finite, plain, plain_and_finite
 from ..array_types import Array, BoolArray
+from ..checks import finite, plain, plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
 from ..mesh.arrays import ARRAYS
 from .base import Displacement, Layer, SurfaceState

@@ -15,7 +15,6 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
-from ..arguments import checked
 from ..errors import FaceWrinkleError, MissingPackageError, check_whole
 from .document import Document
 from .keeping import Kept
@@ -239,7 +238,6 @@ class Studio:
             self._kept.keep(self._document)
 
 
-@checked
 def studio(
     face: Face | pv.PolyData | None = None,
     *,

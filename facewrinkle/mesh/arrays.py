@@ -11,7 +11,6 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPointData
 
-from ..arguments import checked
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated, nearest_values
 from ..geometry.normals import vertex_normals
@@ -329,7 +328,6 @@ def interpolated_point_data(
     return out
 
 
-@checked
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
     """Return a shallow copy with up-to-date normals: those of a frame, else new ones, as the old may be stale."""
     shaded = shallow(mesh)

@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..arguments import checked
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
@@ -15,7 +14,6 @@ from .formats.reading import read_surface
 from .seams import refine_seams
 
 
-@checked
 def refine(mesh: pv.PolyData, marked: npt.ArrayLike) -> pv.PolyData:
     """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 

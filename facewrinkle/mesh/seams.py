@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
-from ..arguments import checked
 from ..geometry.refinement import RedGreenForest
 from ..geometry.seams import refined_values, split_vertices
 from .arrays import CORNERS, TEXTURE, to_polydata, use_texture
 
 
-@checked
 def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
     """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
     if CORNERS in mesh.cell_data:
@@ -33,7 +31,6 @@ def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest)
         fine.cell_data[CORNERS] = refined_values(corners, source.regular_faces, forest).reshape(-1, 6)
 
 
-@checked
 def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     """Return the mesh as pictures and files need it: with points at seams once for each of their texture coordinates.
 

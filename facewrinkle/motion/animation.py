@@ -13,7 +13,6 @@ import pyvista as pv
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from ..arguments import checked
 from ..errors import MeshError, ParameterError
 from ..files import check_file, reading
 from ..geometry.normals import vertex_normals
@@ -36,7 +35,6 @@ the edges of the mesh are long.
 """
 
 
-@checked
 def read_animation(
     path: str | Path,
     mesh: str | None = None,

@@ -9,8 +9,8 @@ from typing import Protocol
 import numpy as np
 
 from ..anatomy.face import Face
-from ..arguments import checked, plain_and_finite
 from ..array_types import Array
+from ..checks import plain_and_finite
 from ..errors import ParameterError, check_range, type_of
 
 NONE_BY_NAME: Mapping[str, Array] = MappingProxyType({})
@@ -213,7 +213,6 @@ class Still(Undriven):
     True
     """
 
-    @checked
     def __init__(self, face: Face, time_step: float = 0.02) -> None:
         self.points = face.points * face.unit
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from ..arguments import checked
 from ..errors import check_range
 
 
-@checked
 @dataclass(frozen=True)
 class SkinMaterial:
     """Mechanics of the skin, relative to its membrane stiffness of 1. Lengths in mm, times in s.

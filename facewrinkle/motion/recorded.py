@@ -12,9 +12,9 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
-from ..arguments import finite
 from ..array_types import Array, IntArray
-from ..errors import ParameterError, check_range, warn
+from ..checks import finite
+from ..errors import ParameterError, check_range, type_of, warn
 from .action_units import units_of
 from .skinning import Bones
 from .track import Track
@@ -74,6 +74,13 @@ class Recorded:
     companions: Mapping[int, Recorded] = field(default_factory=dict)
     speed: float = 1.0
     loop: bool = False
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.track, Track):
+            raise ParameterError(
+                f"a recording is made of a Track, received {type_of(self.track)}. Recorded.of_positions takes the "
+                "positions of all points over time, Recorded.of_shapes shapes and their weights."
+            )
 
     def __repr__(self) -> str:
         return f"Recorded({len(self.names)} shapes, {self.duration:g} s)"

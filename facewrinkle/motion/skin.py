@@ -16,9 +16,8 @@ from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
-from ..arguments import checked
 from ..array_types import Array
-from ..errors import ParameterError, check_range, unknown_name
+from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
@@ -98,7 +97,6 @@ class Skin:
     gazes: Mapping[str, Array] = NONE_BY_NAME
     parts: Mapping[str, Array] = NONE_BY_NAME
 
-    @checked
     def __init__(
         self,
         face: Face,
@@ -107,10 +105,8 @@ class Skin:
         iterations: int = 25,
         vertices: int | None = SKIN_VERTICES,
     ) -> None:
-        if not (np.isfinite(time_step) and time_step > 0.0):
-            raise ParameterError(f"time_step must be a positive number of seconds, received {time_step!r}.")
-        if not iterations >= 1:
-            raise ParameterError(f"iterations must be at least 1, received {iterations!r}.")
+        self.time_step = check_positive("time_step", time_step, "It is in seconds.")
+        iterations = check_whole("iterations", iterations, 1, 1e9)
         if lost := face.joint_weights.keys() - face.muscles.keys():
             raise ParameterError(
                 f"face.muscles has lost {min(lost)!r}, by which skin turns with a lid or the jaw. Make a face without "
@@ -118,7 +114,6 @@ class Skin:
             )
         self._alone = OneThread("this skin", "fw.Skin(face)")
         m = self.material = material or SkinMaterial()
-        self.time_step = float(time_step)
         self.names = tuple(face.muscles)
         self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
         self._lids_of = None if self.mesh.face is face else (self._lids(self.mesh.face), self._lids(face))
@@ -133,7 +128,7 @@ class Skin:
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         factors = kept(face, "factors", (m, self.time_step), self._factors)
-        self._minimiser = Minimiser(factors, self._area, int(iterations), self.contacts)
+        self._minimiser = Minimiser(factors, self._area, iterations, self.contacts)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..arguments import finite
 from ..array_types import Array
+from ..checks import finite
 from ..errors import ParameterError, unknown_name
 
 Interpolation = Literal["linear", "step", "cubic"]

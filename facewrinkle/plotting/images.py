@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import checked, picture
 from ..array_types import Image
+from ..checks import picture
 from ..errors import OutputError, ParameterError, check_whole, type_of
 from ..files import not_written, written
 
@@ -17,7 +17,6 @@ LEVEL = 3
 """Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""
 
 
-@checked
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one height in a row.
 
@@ -30,7 +29,6 @@ def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     return _in_a_row(_pictures(images), gap)
 
 
-@checked
 def stacked(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one width, one below the other.
 
@@ -61,7 +59,6 @@ def _in_a_row(images: list[Image], gap: int) -> Image:
     return np.concatenate([part for image in images for part in (spacer, image)][1:], axis=1)
 
 
-@checked
 def figure(image: Image) -> Any:
     """Return a picture as a figure of Matplotlib, pixel by pixel, as notebooks and galleries show it.
 
@@ -84,7 +81,6 @@ def figure(image: Image) -> Any:
     return shown
 
 
-@checked
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
     """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
 

@@ -15,7 +15,6 @@ from ..anatomy.face import Face
 from ..appearance.own_parts import has_colours
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
-from ..arguments import checked
 from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
@@ -76,7 +75,6 @@ class Scene:
     (80, 60, 3)
     """
 
-    @checked
     def __init__(self, face: Face, style: Style | None = None) -> None:
         self.face, self.style = face, style or Style()
         self._samples = 1 if self.style.quick else SUPERSAMPLING
@@ -381,7 +379,6 @@ class Scene:
             material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief)
 
 
-@checked
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:
     """Return a picture of a frame.
 
@@ -405,7 +402,6 @@ def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image
         return scene.picture(frame)
 
 
-@checked
 def pictures(frames: Iterable[pv.PolyData], face: Face, style: Style | None = None) -> Iterator[Image]:
     """Yield pictures of many frames, one after the other, from one scene: for movies.
 

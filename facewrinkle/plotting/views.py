@@ -11,14 +11,12 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.depth_buffer import depth_buffer
 from ..geometry.normals import vertex_areas
 
 
-@checked
 @dataclass(frozen=True)
 class View:
     """Place of the camera in front of any face, by its axes and landmarks.
@@ -220,7 +218,6 @@ def _covered(points: Array, part: pv.PolyData, axes: Array, step: float) -> npt.
     return covered
 
 
-@checked
 def closeup(frame: pv.PolyData, face: Face) -> str:
     """Return the name of the view in :data:`CLOSE` that shows most of a frame's wrinkles; "front" if it has none.
 

@@ -16,7 +16,6 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Image
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
@@ -106,7 +105,6 @@ class TearScene(Scene):
     (80, 60, 3)
     """
 
-    @checked
     def __init__(self, face: Face, style: Style | None = None, refraction: bool = True) -> None:
         super().__init__(face, style)
         self.refraction = refraction

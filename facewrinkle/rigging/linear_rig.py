@@ -12,7 +12,6 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..export.model import Model
@@ -329,7 +328,6 @@ def label(weights: Mapping[str, float]) -> str:
     return ", ".join(name if weight == 1.0 else f"{name}={weight:g}" for name, weight in weights.items())
 
 
-@checked
 def rig(
     face: Face,
     shapes: str = "arkit",

@@ -14,7 +14,6 @@ import pyvista as pv
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
@@ -90,7 +89,6 @@ class Maps:
     covered: npt.NDArray[np.bool_]
 
 
-@checked
 def bake_maps(
     face: Face,
     expression: str | Mapping[str, float],
@@ -343,7 +341,6 @@ def nearest_covered(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]
     return np.where(far, own[0], rows), np.where(far, own[1], columns)
 
 
-@checked
 def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     """Write maps as PNG files, the smooth mesh that they belong to, at rest, as OBJ, and what the numbers mean as JSON.
 

@@ -9,7 +9,6 @@ import json
 from importlib.resources import files
 from pathlib import Path
 
-from ..arguments import checked
 from ..files import output_file, written
 from .linear_rig import Rig
 from .write import rig_bytes
@@ -20,7 +19,6 @@ VIEWER = "viewer.html"
 """The page without a model: a reader of our own files, and the sliders."""
 
 
-@checked
 def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     """Write a page with sliders for the shapes of a rig. It needs no server and loads nothing from elsewhere.
 

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import ParameterError, check_range, warn
 from ..motion.base import Undriven
@@ -72,7 +71,6 @@ class Performer(Undriven):
     True
     """
 
-    @checked
     def __init__(
         self,
         take: Take,

@@ -10,7 +10,6 @@ import pyvista as pv
 from PIL import Image as Pillow
 from PIL import ImageDraw
 
-from ..arguments import checked
 from ..array_types import Image
 from ..plotting import Style, side_by_side, stacked
 from ..plotting.textures import texture
@@ -31,7 +30,6 @@ LIGHTING: dict[str, Any] = {
 }
 
 
-@checked
 def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: NamesProgress | None = None) -> Image:
     """Return pictures of all shapes of a rig at weight 1, with their names, after one of the face at rest.
 

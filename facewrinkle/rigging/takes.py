@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..arguments import checked, finite
 from ..array_types import Array
+from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
 from ..files import check_file, reading, text_of
 from ..motion.action_units import named_shapes
@@ -31,7 +31,6 @@ RATES = (24, 25, 30, 50, 60, 100, 120)
 _CODE = re.compile(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)")
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class Take:
     """Weights of shapes over time; made by :func:`facewrinkle.read_take` or from arrays.
@@ -120,7 +119,6 @@ class Take:
         return replace(self, weights=np.minimum(self.weights * factors, 1.0))
 
 
-@checked
 def read_take(path: str | Path, fps: float | None = None) -> Take:
     """Read what a phone or a tracker recorded: weights of shapes over time.
 

@@ -19,7 +19,6 @@ import pyvista as pv
 from scipy.ndimage import gaussian_filter
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array
 from ..errors import ParameterError, check_whole
 from ..export.model import skin_model
@@ -139,7 +138,6 @@ def check_layer_size(size: int) -> int:
     return check_map_size(size, LARGEST, remedy)
 
 
-@checked
 def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progress = silent) -> WrinkleLayers:
     """Bake the wrinkles of all shapes of a rig into at most four layers of maps, with a mask for each shape.
 
@@ -314,7 +312,6 @@ def _coloured(depths: Sequence[npt.NDArray[np.float32]], preferred: Sequence[int
     return [used.index(each) for each in number]
 
 
-@checked
 def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     """Write layers of wrinkles beside a rig: PNG maps, masks where O3DE looks for them, and a table as JSON.
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-from ..arguments import checked
 from ..export.gltf import gltf
 from ..export.meshes import upright_rotation
 from ..export.model import Model
@@ -21,7 +20,6 @@ QUALITY = 92
 """Quality of photos."""
 
 
-@checked
 def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     """Write a rig as glTF or USD: all meshes with their shapes as morph targets, with morph normals.
 

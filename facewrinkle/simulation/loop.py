@@ -19,9 +19,8 @@ from ..anatomy.eyeball import gaze_of
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
-from ..arguments import checked
 from ..array_types import Array, BoolArray, IntArray
-from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
+from ..errors import ParameterError, check_flag, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
@@ -125,7 +124,6 @@ class Simulation:
     def __repr__(self) -> str:
         return f"Simulation({self.face!r}, {type(self.motion).__name__}, {len(self.layers)} layers, {self.time:g} s)"
 
-    @checked
     def __init__(
         self,
         face: Face | pv.DataSet | str | Path,
@@ -155,7 +153,7 @@ class Simulation:
         """Return copies of layers for this face and motion; find the highest level of refinement that they need."""
         face = self.face
         if not isinstance(layers, Sequence) or not all(
-            hasattr(each, name) for each in layers for name in LAYER_METHODS
+            hasattr(each, name) and not isinstance(each, type) for each in layers for name in LAYER_METHODS
         ):
             raise ParameterError(
                 "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
@@ -340,7 +338,6 @@ class Simulation:
         if age > 0.0:
             self._frames.field_data[AGE] = [age]
 
-    @checked
     def take_triangles(self, other: Simulation) -> None:
         """Go back to the face at rest, on the present triangles of another simulation of the same face.
 
@@ -461,6 +458,7 @@ class Simulation:
         True
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
+        afresh = check_flag("afresh", afresh)
         with self._alone:
             return self._settled(within, most, afresh)
 
@@ -614,7 +612,6 @@ class Simulation:
             data["slide"] = slide
         return self._frames.frame(points, data, self.vertices, self.forest)
 
-    @checked
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
         """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh.
 

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry import _mesh_kernels as kernels
@@ -35,7 +34,6 @@ ENOUGH_SPACING = 0.35
 """Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
 
-@checked
 @dataclass(frozen=True)
 class Refinement:
     """Settings for splitting triangles and taking them back.

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array
+from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
@@ -19,7 +19,7 @@ from ..mesh import to_polydata
 from . import _kernels as kernels
 from .drop_shape import SHARPEST, DropLattice, DropShape, moments, profile
 from .sampled import Sampled
-from .support_surface import SupportSurface, directions, support_surface, vectors
+from .support_surface import SupportSurface, directions, support_surface
 
 GRAVITY = 9810.0
 """mm / s^2."""
@@ -116,7 +116,6 @@ class DrippingTear:
     (0, True)
     """
 
-    @checked
     def __init__(
         self,
         surface: Face | pv.PolyData | None = None,
@@ -144,7 +143,7 @@ class DrippingTear:
         seconds = self._depth / self._rate if self.fall.speed else (2.0 * self._depth / self._rate) ** 0.5
         self.end = self.begin + self.hang + seconds
         if support is None:
-            self._start, self._bound = vectors("start", start)[0], None
+            self._start, self._bound = vector("start", start), None
         else:
             _check_size(self.diameter, support)
             self._start = support.start(start, max(self.diameter, 0.02 * support.size))

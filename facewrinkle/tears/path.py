@@ -11,12 +11,12 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from ..arguments import finite
 from ..array_types import Array
+from ..checks import finite, vectors
 from ..errors import ParameterError
 from ..geometry.topology import unique_edges
 from . import _kernels as kernels
-from .support_surface import SupportSurface, vectors
+from .support_surface import SupportSurface
 
 LEAST_SLOPE = 0.06
 """Sine of the slope of the surface below which water stays."""

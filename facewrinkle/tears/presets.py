@@ -11,8 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..arguments import checked
-from ..errors import ParameterError, check_whole, unknown_name
+from ..errors import ParameterError, check_whole, type_of, unknown_name
 from .drop import DrippingTear, Fall
 from .drop_shape import DropShape
 from .options import grouped
@@ -100,7 +99,6 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
 """Tears of joy, weeping, one tear; and the paper's two kinds, from both eyes."""
 
 
-@checked
 def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
     """Return the tears of a preset on a face, a little different for each seed.
 
@@ -130,7 +128,9 @@ def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
     if name not in PRESETS:
         raise unknown_name("preset of tears", name, PRESETS)
     if not isinstance(face, Face):
-        raise ParameterError(f"a preset needs a Face, such as default_face() or fit_face() gives, received {face!r}.")
+        raise ParameterError(
+            f"a preset needs a Face, such as default_face() or fit_face() gives, received {type_of(face)}."
+        )
     random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
     runs = PRESETS[name].runs
     all_drip = all(run.drips for run in runs)
@@ -161,7 +161,6 @@ def _shed_tear(face: Face, start: Any, options: Mapping[str, Any], before: Seque
     return tear
 
 
-@checked
 def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> list[pv.PolyData]:
     """Return the surfaces of the tears that there are at time t.
 

@@ -17,7 +17,6 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, IntArray
 from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
 from ..geometry.laplacian import neighbour_mean
@@ -83,7 +82,6 @@ class Film:
         check_whole("degree", self.degree, 0, 3)
 
 
-@checked
 @dataclass(frozen=True)
 class Flow:
     """The progress of a tear that is shed: it covers a length ``h = s + c t`` of its path.
@@ -222,7 +220,6 @@ class SheddingTear:
     (0, True)
     """
 
-    @checked
     def __init__(
         self,
         surface: Face | pv.PolyData,

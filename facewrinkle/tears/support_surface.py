@@ -12,8 +12,8 @@ import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
-from ..arguments import checked
 from ..array_types import Array, IntArray
+from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
@@ -149,7 +149,7 @@ class SupportSurface:
             if start not in EYE_SIDES:
                 raise unknown_name("side", start, EYE_SIDES)
             return lid_point(self._of_face(), EYE_SIDES[start])
-        point = vectors("start", start)[0]
+        point = vector("start", start)
         _, found = self.nearest(point[None])
         gap = float(np.linalg.norm(found[0] - point))
         if gap > allowed:
@@ -206,7 +206,7 @@ def support_surface(
 
 def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tuple[Array, Array]:
     """Return the unit vectors down (default -y) and, orthogonal to it, forward (default +z)."""
-    falling = vectors("down", (0.0, -1.0, 0.0) if down is None else down)[0]
+    falling = vector("down", (0.0, -1.0, 0.0) if down is None else down)
     length = float(np.linalg.norm(falling))
     if not length > 0.0:
         raise ParameterError("down must not be zero.")
@@ -218,7 +218,6 @@ def directions(down: npt.ArrayLike | None, forward: Array | None = None) -> tupl
     return falling, ahead / np.linalg.norm(ahead)
 
 
-@checked
 def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     """Return a point on the margin of the lower lid.
 
@@ -266,14 +265,3 @@ def _on_shut_lids(face: Face, eye: Eyeball, inner: Array, outer: Array, along: f
     if len(seen):
         return np.asarray(seen[np.argmax(seen @ eye.gaze)], dtype=np.float64)
     return np.asarray(support_surface(face).nearest(point[None])[1][0])
-
-
-def vectors(name: str, values: npt.ArrayLike) -> Array:
-    """Return finite points (n, 3); raise a ParameterError for anything else."""
-    try:
-        array = np.atleast_2d(np.asarray(values, dtype=np.float64))
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.ndim != 2 or array.shape[1] != 3 or not len(array) or not np.isfinite(array).all():
-        raise ParameterError(f"{name} must be finite coordinates, three for each point, received {values!r}.")
-    return array

@@ -286,8 +286,3 @@ def test_errors(face):
 def test_units_that_are_none(face, units):
     with pytest.raises(ParameterError, match="units"):
         fw.fit_face(face.mesh, face.landmarks, units=units)
-
-
-def test_an_atlas_has_to_be_one(face):
-    with pytest.raises(ParameterError, match="atlas must be an Atlas.*'muscles.toml'"):
-        fw.fit_face(face.mesh, face.landmarks, atlas="muscles.toml")

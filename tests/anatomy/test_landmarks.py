@@ -210,7 +210,7 @@ def test_unknown_names_are_left_out_with_a_warning():
     "value", [[1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0]
 )
 def test_coordinates_have_to_be_three_finite_numbers(value):
-    with pytest.raises(LandmarkError, match="'nasion' must have three finite coordinates"):
+    with pytest.raises(LandmarkError, match="'nasion' must be three finite numbers"):
         read_landmarks({"nasion": value})
 
 
@@ -259,7 +259,7 @@ def test_what_is_no_dictionary_of_landmarks(source):
 )
 def test_json_that_is_out_of_bounds(tmp_path, text):
     (tmp_path / "marks.json").write_text(text)
-    with pytest.raises(LandmarkError, match="not a JSON file|three finite coordinates"):
+    with pytest.raises(LandmarkError, match="not a JSON file|three finite numbers"):
         read_landmarks(tmp_path / "marks.json")
 
 

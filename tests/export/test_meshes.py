@@ -173,11 +173,9 @@ def test_a_glb_is_as_the_format_asks(moment, tmp_path):
     )  # a frame knows its unit
 
 
-@pytest.mark.parametrize(
-    "tears", [{"a": 1}, range(3), (1 for _ in "a"), pv.MultiBlock([None]), np.array(0.5), np.ma.masked], ids=type
-)
+@pytest.mark.parametrize("tears", [{"a": 1}, range(3), (1 for _ in "a"), pv.MultiBlock([None])], ids=type)
 def test_tears_are_surfaces(moment, tmp_path, tears):
-    with pytest.raises(ParameterError, match=r"tears must be (surfaces|an Iterable)"):
+    with pytest.raises(ParameterError, match="tears must be surfaces"):
         fw.write_mesh(moment.frame, tmp_path / "a.obj", moment.face, tears=tears)
     assert not list(tmp_path.iterdir())
 
@@ -276,9 +274,6 @@ def test_what_cannot_be_written_says_so(moment, tmp_path):
         fw.write_mesh(bare, tmp_path / "b.obj", face)
     for other in (pv.PolyData(), pv.Plane(), pv.PolyData(np.eye(3))):
         with pytest.raises(MeshError, match="a mesh of triangles is needed"):
-            fw.write_mesh(other, tmp_path / "b.obj")
-    for other in (pv.ImageData(dimensions=(2, 2, 2)), "mesh"):
-        with pytest.raises(ParameterError, match=r"frame must be a PolyData, received .*(ImageData|'mesh')"):
             fw.write_mesh(other, tmp_path / "b.obj")
     assert not list(tmp_path.glob("b*"))
 

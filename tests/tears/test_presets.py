@@ -82,5 +82,5 @@ def test_options_override_the_preset(face):
 def test_refuses(face):
     with pytest.raises(UnknownNameError, match="weeping"):
         preset("weepin", face)
-    with pytest.raises(ParameterError, match="face must be a Face"):
+    with pytest.raises(ParameterError, match="a preset needs a Face"):
         preset("weeping", pv.Sphere())

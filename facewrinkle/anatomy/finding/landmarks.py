@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pyvista as pv
 from threadpoolctl import ThreadpoolController
 
-from ...arguments import checked
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import read_surface
@@ -61,7 +60,6 @@ class Found:
     pose: Pose
 
 
-@checked
 def find_landmarks(
     mesh: pv.DataSet | str | Path,
     progress: Progress | None = None,

@@ -9,7 +9,6 @@ from typing import Any, Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import checked
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, unknown_name
 from ...geometry import profile
@@ -18,18 +17,6 @@ from ...geometry.smoothstep import smoothstep
 Fronts = Literal["straight", "round"]
 
 FRONTS: tuple[Fronts, ...] = ("straight", "round")
-
-
-def vector(name: str, value: npt.ArrayLike) -> Array:
-    """Return three finite coordinates (3,), read-only; a ParameterError for anything else."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        array = np.empty(0)
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise ParameterError(f"{name} must be three finite coordinates, received {value!r}.")
-    array.setflags(write=False)
-    return array
 
 
 def checked_points(points: npt.ArrayLike) -> Array:
@@ -53,7 +40,6 @@ def within(points: Array, centre: Array, radius: float) -> npt.NDArray[np.int64]
     return np.flatnonzero(square <= ((1.0 + 1e-6) * radius) ** 2)
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class Wrinkles:
     """Folds of the skin over a muscle.

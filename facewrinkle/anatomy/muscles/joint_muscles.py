@@ -10,8 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...array_types import Array
+from ...checks import vector
 from ...errors import ParameterError, check_range, unknown_name
-from .base import Muscle, unit, vector
+from .base import Muscle, unit
 
 
 @dataclass(frozen=True, eq=False)

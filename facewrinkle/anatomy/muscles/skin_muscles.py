@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
+from ...checks import vector
 from ...errors import ParameterError, check_range
 from ...geometry import profile
-from .base import Muscle, checked_points, unit, vector
+from .base import Muscle, checked_points, unit
 from .crease import Crease
 
 BELLY = (0.38, 0.7)

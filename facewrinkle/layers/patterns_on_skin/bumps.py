@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from ...arguments import checked
 from ...array_types import Array
 from ...errors import ParameterError, check_positive, check_range, check_whole
 from .. import patterns
@@ -16,7 +15,6 @@ from . import _kernels as kernels
 from .base import Pattern, ReliefAdder
 
 
-@checked
 @dataclass(frozen=True, kw_only=True)
 class Dimple(Pattern):
     """A pit (see :func:`facewrinkle.layers.patterns.dimple`); its t falls from infinity to `sharpest` as the strength
@@ -76,7 +74,6 @@ region.
 """
 
 
-@checked
 @dataclass(frozen=True, kw_only=True)
 class EyePouch(Pattern):
     """A pouch of skin that trembles (see :func:`facewrinkle.layers.patterns.eye_pouch`).

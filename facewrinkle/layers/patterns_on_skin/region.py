@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
-from ...arguments import checked
 from ...array_types import Array, BoolArray, IntArray
+from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
@@ -47,7 +47,6 @@ def given_centre(centre: npt.ArrayLike | None, words: dict[str, Any]) -> npt.Arr
     return given
 
 
-@checked
 @dataclass(frozen=True, eq=False)
 class Region:
     """An area of a surface.
@@ -112,8 +111,8 @@ class Region:
         check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.centre is not None:
-            check_vector("centre", self.centre)
-        if not np.any(check_vector("up", self.up)):
+            vector("centre", self.centre)
+        if not np.any(vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
         if self.select is None and self.centre is None:
             raise ParameterError("a region needs a centre, or a selection of vertices (select).")
@@ -160,11 +159,11 @@ class Region:
 
     def _middle(self, points: Array, weight: Array | None) -> Array:
         if self.centre is not None:
-            return check_vector("centre", self.centre)
+            return vector("centre", self.centre)
         return np.asarray(np.average(points, axis=0, weights=weight))
 
     def _check_place(self, points: Array, centre: ClosestPoint, half: Array | None) -> None:
-        if not np.any(tangents(centre.normal, check_vector("up", self.up))[1]):
+        if not np.any(tangents(centre.normal, vector("up", self.up))[1]):
             raise ParameterError(
                 f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
                 f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
@@ -192,7 +191,7 @@ class Region:
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
         if self.coordinates == "projected":  # not on the far side of the surface
-            return np.where(np.isfinite(laid), projected_chart(points, centre, check_vector("up", self.up)), np.nan)
+            return np.where(np.isfinite(laid), projected_chart(points, centre, vector("up", self.up)), np.nan)
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
         straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan
@@ -315,14 +314,3 @@ def check_size(size: npt.ArrayLike) -> Array:
     for length in lengths.ravel().tolist():
         check_positive("size", length, "It is the width and height of the region.")
     return np.broadcast_to(lengths, 2)
-
-
-def check_vector(name: str, value: npt.ArrayLike) -> Array:
-    """Return three finite numbers as an array, or raise an error that names them."""
-    try:
-        vector = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        vector = np.empty(0)
-    if vector.shape != (3,) or not np.isfinite(vector).all():
-        raise ParameterError(f"{name} must be three finite numbers, received {value!r}.")
-    return vector

@@ -8,11 +8,12 @@ import numpy as np
 
 from ...anatomy.face import Face
 from ...array_types import Array
+from ...checks import vector
 from ...errors import ParameterError, check_range
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
 from ..compression import StrainField, compression_along, principal_compression
-from .region import LaidRegion, check_vector
+from .region import LaidRegion
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Compression:
     def __post_init__(self) -> None:
         check_range("low", self.low, -10.0, 1.0)
         check_range("full", self.full, self.low + 1e-9, 1.0, "It has to be above low.")
-        if self.along is not None and not np.any(check_vector("along", self.along)):
+        if self.along is not None and not np.any(vector("along", self.along)):
             raise ParameterError("along must be a direction, received three zeros.")
 
     def __call__(self, epsilon: float) -> float:

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ...anatomy.face import Face
-from ...arguments import checked
 from ...array_types import Array
-from ...errors import ParameterError, check_range, check_whole
+from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import STEEPEST_SLIDE, level
 from ..base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
@@ -92,7 +91,6 @@ class WaveFolds:
     _known: tuple[float, Style, Face, FoldShapes, Array | None, WaveField] | None = None
     """The field that was found last, and what it was found from: a simulation that begins anew finds no other."""
 
-    @checked
     def __init__(
         self,
         depth: float = 1.0,
@@ -123,7 +121,7 @@ class WaveFolds:
                 f"received {families!r}."
             )
         self.families = families
-        self.inextensible = bool(inextensible)
+        self.inextensible = check_flag("inextensible", inextensible)
         self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
 
     def lacks_shapes(self, face: Face) -> bool:

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ...arguments import checked
 from ...array_types import Image
 from ...errors import MeshError, warn
 from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
@@ -25,7 +24,6 @@ SPILL = 0.02
 """Texture coordinates may go beyond an image by this much without a warning."""
 
 
-@checked
 def merged_texture(mesh: pv.PolyData) -> Image | None:
     """Return the image on a mesh; if there are several, merge them and change the texture coordinates of the mesh.
 

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ...arguments import checked
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, opened, sibling_file
@@ -66,7 +65,6 @@ def as_texture(image: object) -> Image:
     return np.ascontiguousarray(pixels[:, :, :3])
 
 
-@checked
 def read_texture(source: object, mesh: str | None = None) -> Image | None:
     """Return the image of a mesh file or a trimesh-like object.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ...arguments import checked
+from ...checks import vector, vectors
 from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
@@ -64,7 +64,6 @@ class CleanSurface:
     others: pv.PolyData | None = None
 
 
-@checked
 def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
     """Return a clean copy of a surface on which the algorithms can rely.
 
@@ -111,8 +110,9 @@ def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | 
     >>> surface.points.shape, surface.triangles.shape, surface.report
     ((9, 3), (8, 3), ())
     """
-    near = None if near is None else _vectors("near", np.atleast_2d(near))
-    forward = None if forward is None else _vectors("forward", np.atleast_2d(forward))[0]
+    near = None if near is None else vectors("near", near)
+    if forward is not None and not vector("forward", forward).any():
+        raise ParameterError("forward must be a direction, received (0, 0, 0).")
     source = read_surface(mesh)
     points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
     _check_finite(points, faces)
@@ -238,16 +238,6 @@ def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.P
     return others
 
 
-def _vectors(name: str, values: np.ndarray) -> np.ndarray:
-    """Return finite vectors (k, 3), after checking them."""
-    values = np.asarray(values, dtype=np.float64)
-    if values.ndim != 2 or values.shape[1] != 3 or not np.isfinite(values).all() or not values.any():
-        raise ParameterError(
-            f"{name} must be finite vectors of three numbers that are not all zero, received {values}."
-        )
-    return values
-
-
 def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:
     broken = np.flatnonzero(~(np.abs(points) < LARGEST).all(axis=1))
     broken = broken[np.isin(broken, triangles)] if len(broken) else broken  # unused points do no harm
@@ -290,7 +280,7 @@ def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndar
     areas = 0.5 * areas_doubled(points, triangles)
     apex = np.average(corners.mean(axis=1), axis=0, weights=areas)
     if forward is not None:
-        apex = apex - forward / np.linalg.norm(forward) * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
+        apex = apex - np.asarray(forward) / np.linalg.norm(forward) * np.linalg.norm(np.ptp(corners, axis=(0, 1)))
     a, b, c = (corners[:, corner] - apex for corner in range(3))
     volume = float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
     return volume if abs(volume) > 1e-6 * areas.sum() ** 1.5 else 0.0

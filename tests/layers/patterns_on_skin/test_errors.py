@@ -52,11 +52,10 @@ EVERYWHERE = {
     "endless": ("dimple", {"centre": TOP, "size": np.inf}, "size must be a finite number greater than 0, received inf"),
     "no place": ("dimple", {"size": 9.0}, "needs a centre"),
     "size 0": ("dimple", {"centre": TOP, "size": 0.0}, "size must be a finite number greater than 0, received 0"),
-    "size in words": ("dimple", {"centre": TOP, "size": "9"}, "size must be a number, a tuple or None, received '9'"),
-    "name of numbers": (
+    "size in words": (
         "dimple",
-        {"centre": TOP, "size": 9.0, "name": np.zeros(3)},
-        "name must be text, received a ndarray",
+        {"centre": TOP, "size": "9"},
+        "size must be a length, or width .* received '9'",
     ),
     "no centre": ("dimple", {"centre": "top", "size": 9.0}, "centre must be three finite numbers, received 'top'"),
     "up out of it": (

@@ -240,7 +240,7 @@ def test_unused_points_go_and_data_stay_with_their_points():
 
 @pytest.mark.parametrize("near", [[[0, 0]], [[0, 0, np.nan]]])
 def test_bad_landmarks(near):
-    with pytest.raises(ParameterError, match="near must be finite vectors"):
+    with pytest.raises(ParameterError, match="near must be rows of three finite numbers"):
         prepare(cap(), near=np.array(near))
 
 
