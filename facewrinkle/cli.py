@@ -40,19 +40,19 @@ QUIET = {"--quiet", "--help", "-h", "--version"}
 
 app = App(
     name="facewrinkle",
-    help="Wrinkles that muscles fold into faces: pictures, movies, time series, and Table 1 of the paper.\n\nWith "
+    help="Wrinkles that muscles fold into faces: pictures, movies, meshes, and Table 1 of the paper.\n\nWith "
     f"{VERBOSE}, every command shows the warnings of libraries, and where an error arose; with {NO_OUTSIDE}, it does "
     "not read images and other files that a mesh file names outside its own folder.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
-app.command("facewrinkle.commands.express:express", help="Write pictures, a movie and a time series of an expression.")
+app.command("facewrinkle.commands.express:express", help="Write pictures and a movie of an expression.")
 app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh and place skull, eyes and muscles under it.")
-app.command("facewrinkle.commands.tear:tear", help="Write pictures, a movie and two time series of a face that cries.")
-app.command("facewrinkle.commands.play:play", help="Write pictures, a movie and a time series of a recorded animation.")
+app.command("facewrinkle.commands.tear:tear", help="Write pictures and a movie of a face that cries.")
+app.command("facewrinkle.commands.play:play", help="Write pictures and a movie of a recorded animation.")
 app.command(
     "facewrinkle.commands.pattern:pattern",
-    help="Write pictures, a movie and a time series of a wrinkle pattern.",
+    help="Write pictures and a movie of a wrinkle pattern.",
 )
 app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
 app.command("facewrinkle.commands.rig:rig", help="Write a face with blend shapes that wrinkle, for other programs.")

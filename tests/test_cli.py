@@ -193,7 +193,7 @@ def test_the_module_runs():
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, capsys, command, shown):
     if command[0] != "table1":
-        command = [*command, "--no-movie", "--no-series", "--size", "60"]
+        command = [*command, "--no-movie", "--size", "60"]
     command = [*command, "--out", str(tmp_path)]
     assert main(command) == 0
     assert capsys.readouterr().err == ""

@@ -13,7 +13,6 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face_file import write_face
-from facewrinkle.disk import reserve
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
 from facewrinkle.files import bytes_of, check_file, drop_unfinished, replaced, text_of, written
@@ -128,16 +127,6 @@ def test_a_full_disk_keeps_what_was_there(small_disk, face):
             call()
     assert (small_disk / "head.glb").read_bytes() == b"an older head"
     assert sorted(file.name for file in small_disk.iterdir()) == ["head.glb", "rest"]
-
-
-def test_room_can_be_reserved(tmp_path, small_disk):
-    for folder in (tmp_path, small_disk):
-        (folder / "file").write_bytes(b"content")
-        reserve(folder / "file", 1_000_000)
-        assert (folder / "file").read_bytes() == b"content"
-    with pytest.raises(OSError, match="No space left"):
-        reserve(small_disk / "file", 10_000_000)
-    assert (small_disk / "file").read_bytes() == b"content"
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")

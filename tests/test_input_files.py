@@ -46,15 +46,17 @@ COMMANDS = {
     "photo": ("fit scan.obj --texture scan.png --landmarks marks.json --out . --quiet", "scan.png"),
     "scan, by its rig": ("rig head.glb --landmarks metres.json --shapes jawOpen --level 0 --out . --quiet", "head.glb"),
     "scan, by a mesh": (
-        "express surprise --face surprise.obj --landmarks marks.json --save-mesh obj --no-series --out . "
-        + " ".join(SHORT),
+        "express surprise --face surprise.obj --landmarks marks.json --save-mesh obj --out . " + " ".join(SHORT),
         "surprise.obj",
     ),
     "scan, by an animation": (
         f"express AU12 --face head.glb --landmarks metres.json --save-animation head.glb --out new {' '.join(SHORT)}",
         "head.glb",
     ),
-    "recording": (f"play recording.vtkhdf --max-level 0 --no-movie --out . {' '.join(SMALL)}", "recording.vtkhdf"),
+    "recording": (
+        f"play recording.vtkhdf --max-level 0 --no-movie --series --out . {' '.join(SMALL)}",
+        "recording.vtkhdf",
+    ),
 }
 
 

@@ -18,7 +18,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("array_types", "errors"),
-    ("checks", "files", "disk", "processes"),
+    ("checks", "files", "processes"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

@@ -26,7 +26,7 @@ from facewrinkle.compiling.listed import FILE, Listed
 TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0,0,0\n"
 
 COMMANDS = {
-    "express": (["express", "surprise", "--frames", "20"],),
+    "express": (["express", "surprise", "--frames", "20", "--series"],),
     "pattern": (["pattern", "forehead", "--frames", "4"],),
     "tear": (["tear", "dripping", "--seconds", "0.6"], ["tear", "shedding", "--seconds", "0.6"]),
     "play": (["play", "take.csv"], ["play", "express/surprise.vtkhdf", "--speed", "4"]),

@@ -45,7 +45,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report = Report(quiet)
     folder = output_folder(out, make=False)
     face = default_face()
-    output = OutputOptions(series=False)
+    output = OutputOptions()
     columns, rows = [], []
     with Scenes(face) as scenes:
         rows.append(_sides(face.mesh, scenes, "front"))

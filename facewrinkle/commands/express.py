@@ -1,4 +1,4 @@
-"""``facewrinkle express``: pictures, a movie and a time series of an expression."""
+"""``facewrinkle express``: pictures and a movie of an expression."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def express(
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and a time series of an expression.
+    """Write pictures and a movie of an expression.
 
     Parameters
     ----------

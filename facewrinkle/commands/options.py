@@ -160,7 +160,7 @@ class OutputOptions:
     movie
         Write a movie.
     series
-        Write all frames as a time series (VTKHDF), which ParaView plays.
+        Also write all frames as a time series (VTKHDF) for ParaView: some hundred kilobytes to a megabyte a frame.
     save_mesh
         Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
         (tears in a second file).
@@ -179,7 +179,7 @@ class OutputOptions:
     view: str | None = None
     fps: float = 25.0
     movie: bool = True
-    series: bool = True
+    series: bool = False
     save_mesh: Literal["glb", "gltf", "obj", "ply"] | None = None
     save_animation: Path | None = None
     animation_error: float = 0.1

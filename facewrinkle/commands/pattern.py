@@ -1,4 +1,4 @@
-"""``facewrinkle pattern``: pictures, a movie and a time series of a pattern on a face or any other surface."""
+"""``facewrinkle pattern``: pictures and a movie of a pattern on a face or any other surface."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def pattern(
     max_level: WholeOrNone = None,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and a time series of a pattern.
+    """Write pictures and a movie of a pattern.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ def play(
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and a time series of a recorded animation, or of a take on a face.
+    """Write pictures and a movie of a recorded animation, or of a take on a face.
 
     Parameters
     ----------

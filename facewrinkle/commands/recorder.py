@@ -15,12 +15,10 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..compiling.first_start import may_start
 from ..errors import MissingPackageError, warn
 from ..export import movie_writer, output_folder, write_mesh, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
-from ..export.series import write_series_aside
 from ..files import output_file, output_target
 from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
@@ -121,8 +119,7 @@ class Recorder:
             append = self._open_movie(stack) if self.output.movie else None
             frames = self._passing(clip, draw, watch, append, animation)
             if self.output.series:
-                write = write_series_aside if may_start() else write_series
-                self.files.append(write(map(clip.face.with_parts, frames), clip.times, self._path(".vtkhdf")))
+                self.files.append(write_series(map(clip.face.with_parts, frames), clip.times, self._path(".vtkhdf")))
             else:
                 deque(frames, maxlen=0)
         if append is not None:

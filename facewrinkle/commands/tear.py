@@ -1,4 +1,4 @@
-"""``facewrinkle tear``: pictures, a movie and two time series of a face that cries."""
+"""``facewrinkle tear``: pictures and a movie of a face that cries."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def tear(
     plain: bool = False,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures, a movie and two time series of a face that cries.
+    """Write pictures and a movie of a face that cries.
 
     Parameters
     ----------

@@ -3,32 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista as pv
+from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from ..errors import ParameterError, check_range
+from ..errors import ParameterError
 from ..files import not_written, output_file, replaced
-from .series_file import Writer, problem_of
-from .series_process import problem_aside
 
-LATEST = float(np.finfo(np.float32).max)
-"""The latest time that a file can hold, in single precision."""
+COMPRESSION = 1
+"""Level of compression of the HDF5 data, 0 to 9."""
+
+CHUNK = 2000
+"""Rows that are compressed together."""
+
+CELLS = {"Vertices": "Verts", "Lines": "Lines", "Polygons": "Polys", "Strips": "Strips"}
+"""Kinds of cells in the file, and their names in VTK."""
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
 
     Frames are taken and written one by one, so those of a generator such as `Simulation.run` are never all in memory.
-    Points, triangles, point data and field data (also the names of the muscles) are kept exactly, in their own
-    precision, and their number may change from frame to frame. VTK stores the times in single precision, and replaces
-    "/" and "." in names by "_".
+    Points, triangles, data of points and cells, and field data (also the names of the muscles) are kept exactly, in
+    their own precision, and their number may change from frame to frame. In names of arrays, "/" and "." become "_".
 
     Parameters
     ----------
     frames : iterable of pyvista.PolyData
-        All with the same point arrays.
+        All with the same arrays.
     times : iterable of float
         One for each frame, increasing.
     path : path
@@ -55,41 +62,174 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     ...     pv.read(path).n_points == pv.Sphere(theta_resolution=8).n_points
     True
     """
-    return _written_by(problem_of, frames, times, path)
-
-
-def write_series_aside(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
-    """Do what :func:`write_series` does, in a process of its own; in this one, where none can be started."""
-    return _written_by(problem_aside, frames, times, path)
-
-
-def _written_by(writer: Writer, frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
-    """Check the arguments, let a writer make the file, and return its path."""
     path = output_file(path, (".vtkhdf", ".hdf"))
-    steps = [check_range("a time", time, -LATEST, LATEST) for time in times]
-    stored = np.array(steps, dtype=np.float32)
-    if not steps or not np.isfinite(stored).all() or not (np.diff(stored) > 0).all():
-        raise ParameterError(f"times must be finite and increase (as float32), received {steps[:8]}.")
-    with replaced(path) as whole:
-        problem = writer(_checked(iter(frames), len(steps)), steps, whole)
-        if problem is not None:
-            raise not_written(path, problem)
+    steps = np.array(list(times), dtype=np.float64)
+    if not len(steps) or not np.isfinite(steps).all() or not (np.diff(steps) > 0).all():
+        raise ParameterError(f"times must be finite and increase, received {steps[:8].tolist()}.")
+    with replaced(path) as whole, ThreadPoolExecutor(max_workers=1) as thread:
+        # HDF5 works in a thread of its own, into which Ctrl-C does not break; this one waits for it.
+        series = thread.submit(_SeriesFile, whole).result()
+        try:
+            for frame, time in zip(_checked(iter(frames), len(steps)), steps, strict=True):
+                thread.submit(series.add, frame, time).result()
+                if series.problem is not None:
+                    break
+        finally:
+            thread.submit(series.close).result()
+        if series.problem is not None:
+            raise not_written(path, series.problem)
     return path
 
 
 def _checked(frames: Iterator[pv.PolyData], count: int) -> Iterator[pv.PolyData]:
     """Yield frames after checking that each has the arrays of the first; in the end, that they are as many as times."""
-    first: dict[str, tuple[str, tuple[int, ...]]] = {}
+    first: dict[str, object] = {}
     for number in range(count):
         frame = next(frames, None)
         if frame is None:
             raise ParameterError(f"{count} times need as many frames, received {number} frames.")
-        arrays = {name: (values.dtype.name, values.shape[1:]) for name, values in frame.point_data.items()}
+        arrays = _arrays(frame)
         first = arrays if number == 0 else first
         if arrays != first:
+            odd = {name: arrays.get(name, "none") for name in arrays | first if arrays.get(name) != first.get(name)}
             raise ParameterError(
-                f"all frames must have the point arrays of the first, {first}; frame {number} has {arrays}."
+                f"all frames must have the arrays of the first, {first}; frame {number} has other ones: {odd}."
             )
         yield frame
     if next(frames, None) is not None:
         raise ParameterError(f"every frame needs a time, received {count} times and more frames.")
+
+
+def _arrays(frame: pv.PolyData) -> dict[str, object]:
+    """Return types and shapes of the arrays of points and cells, and the names of the others."""
+    rows = {**frame.point_data, **frame.cell_data}
+    types = {name: (values.dtype.name, values.shape[1:]) for name, values in rows.items()}
+    return types | dict.fromkeys(frame.field_data, "field data")
+
+
+class _SeriesFile:
+    """A VTKHDF file ("transient PolyData"): arrays of all frames in a row, and where those of each frame begin.
+
+    Attributes
+    ----------
+    problem : OSError, optional
+        The first error of the disk. Nothing is added after it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        import h5py  # a fifth of a second
+
+        self._disk = _Disk(path)
+        self._file = h5py.File(self._disk, "w")
+        self._root = self._file.create_group("VTKHDF")
+        self._root.attrs.update(Type=np.bytes_("PolyData"), Version=[2, 2])
+        self._steps = self._root.create_group("Steps")
+        self._text = h5py.string_dtype("ascii")  # as VTK has it: its reader fails on others
+        self._count = 0
+
+    @property
+    def problem(self) -> OSError | None:
+        return self._disk.problem
+
+    def add(self, frame: pv.PolyData, time: float) -> None:
+        """Add a frame."""
+        points = np.asarray(frame.points)
+        self._append("Steps/PointOffsets", [self._append("Points", points)])
+        self._append("NumberOfPoints", [len(points)])
+        cells, ids = [], []
+        for kind, name in CELLS.items():
+            array = getattr(frame, f"Get{name}")()
+            offsets, connectivity = vtk_to_numpy(array.GetOffsetsArray()), vtk_to_numpy(array.GetConnectivityArray())
+            self._append(f"{kind}/NumberOfCells", [len(offsets) - 1])
+            self._append(f"{kind}/NumberOfConnectivityIds", [len(connectivity)])
+            cells.append(self._append(f"{kind}/Offsets", offsets.astype(np.int64)) - self._count)
+            ids.append(self._append(f"{kind}/Connectivity", connectivity.astype(np.int64)))
+        for name, value in (("CellOffsets", [cells]), ("ConnectivityIdOffsets", [ids]), ("Values", [time])):
+            self._append(f"Steps/{name}", value)
+        self._append("Steps/PartOffsets", [self._count])
+        self._append("Steps/NumberOfParts", [1])
+        for group, data in (("Point", frame.point_data), ("Cell", frame.cell_data), ("Field", frame.field_data)):
+            self._add_data(f"{group}Data", data)
+        self._count += 1
+
+    def _add_data(self, group: str, data: pv.DataSetAttributes) -> None:
+        for name, values in data.items():
+            stored, rows = _stored(name), np.atleast_1d(values)
+            self._append(f"Steps/{group}Offsets/{stored}", [self._append(f"{group}/{stored}", rows)])
+            if group == "FieldData":
+                self._append(f"Steps/FieldDataSizes/{stored}", [[int(np.prod(rows.shape[1:])), len(rows)]])
+        if self._count == 0 and group != "FieldData":
+            for number in range(data.NUM_ATTRIBUTES):
+                active = data.GetAbstractAttribute(number)
+                if active is not None:
+                    kind = np.bytes_(data.GetAttributeTypeAsString(number))
+                    self._root[f"{group}/{_stored(active.GetName())}"].attrs["Attribute"] = kind
+
+    def _append(self, name: str, rows: Any) -> int:
+        """Append rows to an array of the file, and return where they begin."""
+        rows = np.asarray(rows)
+        if self.problem is not None:
+            return 0
+        if rows.dtype.kind == "U":
+            rows = np.char.encode(rows, "utf-8").astype(object)
+        elif rows.dtype == bool:
+            rows = rows.view(np.uint8)
+        if name not in self._root:
+            self._root.create_dataset(
+                name,
+                shape=(0, *rows.shape[1:]),
+                maxshape=(None, *rows.shape[1:]),
+                chunks=(CHUNK, *rows.shape[1:]),
+                dtype=self._text if rows.dtype == object else rows.dtype,
+                compression=COMPRESSION,
+                shuffle=True,
+            )
+        array = self._root[name]
+        begin = len(array)
+        array.resize(begin + len(rows), axis=0)
+        array[begin:] = rows
+        return begin
+
+    def close(self) -> None:
+        """Finish the file."""
+        if self.problem is None:
+            self._steps.attrs["NSteps"] = self._count
+        self._file.close()
+        self._disk.close()
+
+
+def _stored(name: str) -> str:
+    return name.replace("/", "_").replace(".", "_")
+
+
+class _Disk(FileIO):
+    """A file that HDF5 writes, which keeps errors of the disk to itself: HDF5 crashes where it cannot write.
+
+    Attributes
+    ----------
+    problem : OSError, optional
+        The first error.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w+")
+        self.problem: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        rest = memoryview(data)
+        try:
+            while len(rest):
+                rest = rest[super().write(rest) :]
+        except OSError as problem:
+            self.problem = self.problem or problem
+        return len(data)
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        return super().read(size).ljust(size or 0, b"\0")  # where nothing could be written
+
+    def truncate(self, size: int | None = None, /) -> int:
+        try:
+            return super().truncate(size)
+        except OSError as problem:
+            self.problem = self.problem or problem
+            return self.tell()

@@ -146,7 +146,8 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                     "recording needs the same triangles at all times: write it without refinement."
                 )
     rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
-    written = [float(str(np.float32(time))) for time in times]  # VTK keeps single precision: this restores 0.1
+    # VTK itself writes single precision: this restores 0.1.
+    written = [float(str(np.float32(time))) if time == np.float32(time) else time for time in times]
     recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
     if others is None:
         return rest, recorded

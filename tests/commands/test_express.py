@@ -24,7 +24,7 @@ FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
 @pytest.fixture(scope="module")
 def surprise(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cli") / "new" / "folder"
-    assert main(["express", "surprise", *FEW, "--out", str(folder)]) == 0
+    assert main(["express", "surprise", *FEW, "--series", "--out", str(folder)]) == 0
     return folder
 
 
@@ -52,7 +52,7 @@ def test_express_series_holds_every_step(surprise):
 
 
 def test_express_reports_what_it_did(tmp_path, capsys):
-    assert main(["express", "AU4", *FEW, "--no-movie", "--no-series", "--out", str(tmp_path)]) == 0
+    assert main(["express", "AU4", *FEW, "--no-movie", "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     assert "4517 → " in out
@@ -66,12 +66,12 @@ def test_express_quiet_prints_nothing(tmp_path, capfd):
     name = "AU1=0.5,corrugator_l"
     assert main(["express", name, *FEW, "--quiet", "--out", str(tmp_path)]) == 0
     assert capfd.readouterr() == ("", "")
-    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".mp4", ".vtkhdf"}
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".mp4"}
 
 
 def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["express", "AU1=0.5, AU4", *FEW, "--no-movie", "--no-series"]) == 0
+    assert main(["express", "AU1=0.5, AU4", *FEW, "--no-movie"]) == 0
     assert (tmp_path / "output" / "AU1=0.5_AU4" / "AU1=0.5_AU4.png").is_file()
 
 
@@ -133,7 +133,7 @@ def test_express_on_another_mesh(tmp_path, capsys):
     head.mesh.scale(0.001).save(tmp_path / "head.vtp")
     write_landmarks({name: point * 0.001 for name, point in head.landmarks.items()}, tmp_path / "head.json")
     source = ["--face", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "head.json"), "--units", "m"]
-    few = [*FEW, "--no-movie", "--no-series", "--max-level", "1", "--depth", "0.1", "--view", "front"]
+    few = [*FEW, "--no-movie", "--max-level", "1", "--depth", "0.1", "--view", "front"]
     assert main(["express", "AU46", *source, *few, "--out", str(tmp_path / "out")]) == 0
     assert "4517 → " in capsys.readouterr().out
     assert (tmp_path / "out" / "AU46.png").is_file()
@@ -142,7 +142,7 @@ def test_express_on_another_mesh(tmp_path, capsys):
 def test_long_mixtures_have_short_file_names(tmp_path, capsys):
     name = ",".join(load_atlas().muscles)
     assert len(name) > 255
-    few = ["--frames", "1", "--size", "40", "--max-level", "1", "--depth", "0.1", "--no-movie", "--no-series"]
+    few = ["--frames", "1", "--size", "40", "--max-level", "1", "--depth", "0.1", "--no-movie"]
     assert main(["express", name, *few, "--out", str(tmp_path)]) == 0
     assert list(tmp_path.glob("*_closeup.png"))
 
@@ -163,7 +163,7 @@ def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(f
 
 @pytest.mark.parametrize("folds", ["wave", "paper"])
 def test_a_depth_that_skin_does_not_allow_is_said_and_can_be_had(tmp_path, capsys, folds):
-    command = ["express", "happiness", *FEW, "--no-movie", "--no-series", "--folds", folds, "--out", str(tmp_path)]
+    command = ["express", "happiness", *FEW, "--no-movie", "--folds", folds, "--out", str(tmp_path)]
     assert main([*command, "--depth", "1"]) == 0
     assert capsys.readouterr().err == ""
     assert main([*command, "--depth", "5"]) == 0
@@ -181,7 +181,7 @@ def deepest_furrow(printed):
 
 
 def test_maps_of_an_expression(tmp_path, capsys):
-    quick = ["--frames", "4", "--max-level", "1", "--size", "60", "--no-movie", "--no-series"]
+    quick = ["--frames", "4", "--max-level", "1", "--size", "60", "--no-movie"]
     assert main(["express", "AU1", "--maps", "64", *quick, "--out", str(tmp_path)]) == 0
     assert "AU1_normal.png, AU1_height.png, AU1_cavity.png, AU1_tension.png" in capsys.readouterr().out
     assert {f"AU1_{name}" for name in ("normal.png", "height.png", "maps.obj", "maps.json")} <= {

@@ -30,7 +30,7 @@ def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     assert not found["nose_tip"]["estimated"]
     for name in ("nose_tip", "mouth_l", "eye_r_outer"):
         np.testing.assert_allclose(found[name]["xyz"], _turned(head.landmarks[name]), atol=0.002)
-    few = ["--frames", "6", "--size", "96", "--no-movie", "--no-series", "--max-level", "1", "--view", "front"]
+    few = ["--frames", "6", "--size", "96", "--no-movie", "--max-level", "1", "--view", "front"]
     source = ["--face", str(tmp_path / "out" / "head.face")]
     assert main(["express", "AU4", *source, *few, "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out" / "AU4.png").is_file()

@@ -22,7 +22,7 @@ DELAYS = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 2.5, 3.0)
 @pytest.mark.parametrize(("number", "there"), list(zip(SIGNALS, (True, False, True), strict=False)))
 def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
     folder = tmp_path / "deep" / "out"
-    command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--size", "100", "--out", str(folder)]
+    command = [*PROGRAM, "express", "surprise", "--frames", "100000", "--size", "100", "--series", "--out", str(folder)]
     if there:
         folder.mkdir(parents=True)
         (folder / "surprise.mp4").write_bytes(b"of an earlier run")

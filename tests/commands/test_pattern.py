@@ -18,7 +18,7 @@ def heights(path):
 
 
 def test_a_preset_comes_and_goes(tmp_path, capsys):
-    assert main(["pattern", "frown", *FEW, "--depth", "2.0", "--number", "3", "--out", str(tmp_path)]) == 0
+    assert main(["pattern", "frown", *FEW, "--series", "--depth", "2.0", "--number", "3", "--out", str(tmp_path)]) == 0
     assert sorted(p.name for p in tmp_path.iterdir()) == [
         "pattern_frown.png",
         "pattern_frown.vtkhdf",
@@ -42,7 +42,7 @@ def test_on_any_surface_about_a_centre(tmp_path):
     pv.Sphere(radius=4.0, theta_resolution=40, phi_resolution=40).save(mesh)
     place = ["--face", str(mesh), "--units", "cm", "--centre", "0,0,4", "--extent", "2,1.5", "--up", "0,1,0.2"]
     out = ["--save-mesh", "ply", "--out", str(tmp_path / "out")]
-    assert main(["pattern", "dimple", *place, *FEW, "--depth", "3", "--quiet", *out]) == 0
+    assert main(["pattern", "dimple", *place, *FEW, "--series", "--depth", "3", "--quiet", *out]) == 0
     w = heights(tmp_path / "out" / "pattern_dimple.vtkhdf")
     assert w[4, 0] == pytest.approx(-3.0, abs=0.1)
     assert (w[:, 1] == 0.0).all()
@@ -52,7 +52,18 @@ def test_on_any_surface_about_a_centre(tmp_path):
 
 
 def test_an_expression_brings_it_out(tmp_path):
-    arguments = ["pattern", "dimple_l", "--expression", "AU12", "--frames", "14", "--size", "64", "--no-movie"]
+    arguments = [
+        "pattern",
+        "dimple_l",
+        "--expression",
+        "AU12",
+        "--frames",
+        "14",
+        "--size",
+        "64",
+        "--no-movie",
+        "--series",
+    ]
     assert main([*arguments, "--out", str(tmp_path), "--quiet"]) == 0
     deepest = -heights(tmp_path / "pattern_dimple_l.vtkhdf")[:, 0]
     assert deepest[0] == 0.0
@@ -62,7 +73,7 @@ def test_an_expression_brings_it_out(tmp_path):
 
 def test_a_movie(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
-    arguments = ["pattern", "eye_pouch", "--frames", "2", "--size", "64", "--no-series", "--out", str(tmp_path)]
+    arguments = ["pattern", "eye_pouch", "--frames", "2", "--size", "64", "--out", str(tmp_path)]
     assert main([*arguments, "--quiet"]) == 0
     assert (tmp_path / "pattern_eye_pouch.mp4").stat().st_size > 0
     assert not (tmp_path / "pattern_eye_pouch.vtkhdf").exists()

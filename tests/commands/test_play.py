@@ -53,7 +53,7 @@ def clip(face, played, tmp_path_factory):
 
 def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
-    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL]) == 0
+    assert main(["play", file, "--landmarks", landmarks, "--out", str(tmp_path), "--series", *SMALL]) == 0
     said, told = capsys.readouterr()
     assert "no wrinkles" not in told
     # Triangles change in every other frame: the deepest wrinkles may come a frame after the most motion.
@@ -85,7 +85,7 @@ def test_a_head_that_only_goes_along_is_told(face, tmp_path, capsys):
 
 def test_play_options(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
-    options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--no-series", "--depth", "0", "--view", "forehead"]
+    options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--depth", "0", "--view", "forehead"]
     assert (
         main(
             [
@@ -193,7 +193,7 @@ def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):
 def test_a_take_of_a_phone_on_a_face(tmp_path, capsys):
     take = tmp_path / "take.csv"
     take.write_text("time,browInnerUp,tongueOut,HeadYaw,HeadPitch,HeadRoll\n0,0,0,0,0,0\n0.2,0.6,0,0.2,0,0\n")
-    options = ["--gain", "browInnerUp=1.5", "--identity", "age=0.5", "--no-series", *SMALL]
+    options = ["--gain", "browInnerUp=1.5", "--identity", "age=0.5", *SMALL]
     animation = tmp_path / "take.glb"
     out = ["--out", str(tmp_path / "out"), "--save-animation", str(animation)]
     assert main(["play", str(take), *options, *out]) == 0

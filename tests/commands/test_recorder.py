@@ -15,9 +15,7 @@ from facewrinkle.commands import recorder
 from facewrinkle.commands.options import OutputOptions
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
 from facewrinkle.commands.report import Report
-from facewrinkle.compiling import first_start, helpers
 from facewrinkle.errors import MissingPackageError
-from facewrinkle.export import series_process
 from facewrinkle.mesh.arrays import GAZE
 from facewrinkle.plotting import Style, picture
 from facewrinkle.plotting.views import height_of
@@ -39,7 +37,7 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
         image = np.full((32, 48, 3), 60 * len(drawn), np.uint8)
         return lambda: image
 
-    made = Recorder(tmp_path / "new", "ball", OutputOptions(), Report(quiet=False))
+    made = Recorder(tmp_path / "new", "ball", OutputOptions(series=True), Report(quiet=False))
     made.record(clip, draw, lambda number, frame: numbers.append((number, frame.length)))
     assert [number for number, _ in numbers] == [0, 1, 2, 3]
     assert drawn == [length for _, length in numbers]
@@ -54,24 +52,10 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
     np.testing.assert_allclose(grey, [60.0, 120.0, 180.0, 240.0], atol=3.0)
 
 
-@pytest.mark.parametrize("allowed, cores, aside", [(True, 2, True), (True, 1, False), (False, 2, False)])
-def test_a_second_core_of_a_process_of_its_own_writes_the_series(clip, tmp_path, monkeypatch, allowed, cores, aside):
-    started, start = [], series_process._started
-    monkeypatch.setattr(series_process, "_started", lambda: started.append(start()) or started[-1])
-    monkeypatch.setattr(first_start, "allowed", allowed)
-    monkeypatch.setattr(helpers, "_cores", lambda: cores)
-    made = Recorder(tmp_path, "ball", OutputOptions(movie=False), Report(quiet=True))
-    made.record(clip, lambda frame: pytest.fail("it was drawn"), lambda number, frame: None)
-    assert made.files == [tmp_path / "ball.vtkhdf"] == list(tmp_path.iterdir())
-    assert len(started) == aside
-    lengths = [mesh.length for mesh in series_meshes(tmp_path / "ball.vtkhdf")]
-    np.testing.assert_allclose(lengths, pv.Sphere().length * np.array([2.0, 2.2, 2.4, 2.6]), rtol=1e-5)
-
-
 def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)  # a short name
     seen = []
-    made = Recorder(Path("out"), "ball", OutputOptions(movie=False, series=False), Report(quiet=False))
+    made = Recorder(Path("out"), "ball", OutputOptions(movie=False), Report(quiet=False))
     made.record(clip, lambda frame: pytest.fail("it was drawn"), lambda number, frame: seen.append(number))
     assert seen == [0, 1, 2, 3]
     made.save_mesh(clip.face.mesh, clip.face)
@@ -130,7 +114,7 @@ def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatc
     monkeypatch.setattr(recorder, "movie_writer", missing)
     stale = tmp_path / "AU4.mp4"
     stale.write_bytes(b"of an earlier run")
-    assert main(["express", "AU4", "--frames", "4", "--size", "64", "--out", str(tmp_path)]) == 0
+    assert main(["express", "AU4", "--frames", "4", "--size", "64", "--series", "--out", str(tmp_path)]) == 0
     out, err = capsys.readouterr()
     assert err == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed.\n"
     assert "AU4.mp4" not in out

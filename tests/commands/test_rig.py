@@ -86,7 +86,7 @@ def test_wrong_options_end_in_one_line(tmp_path, capsys, options, message):
 
 
 def test_expressions_and_patterns_are_written_as_animations(tmp_path, capsys):
-    quick = ["--no-movie", "--no-series", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
+    quick = ["--no-movie", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
     path = tmp_path / "frown.glb"
     assert main(["express", "frowning", "--frames", "6", "--save-animation", str(path), *quick]) == 0
     assert "frown.glb" in capsys.readouterr().out

@@ -17,7 +17,7 @@ FEW = ["--size", str(SIZE), "--seconds", "0.8", "--fps", "10"]
 @pytest.fixture(scope="module")
 def weeping(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tear") / "new"
-    assert main(["tear", "weeping", *FEW, "--plain", "--out", str(folder)]) == 0
+    assert main(["tear", "weeping", *FEW, "--plain", "--series", "--out", str(folder)]) == 0
     return folder
 
 
@@ -43,7 +43,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     write_landmarks(face.landmarks, tmp_path / "face.json")
     source = ["--face", str(tmp_path / "face.ply"), "--landmarks", str(tmp_path / "face.json")]
     folder = tmp_path / "out"
-    options = ["--expression", "AU4", "--no-movie", "--no-series", "--view", "left_eye", "--out", str(folder)]
+    options = ["--expression", "AU4", "--no-movie", "--view", "left_eye", "--out", str(folder)]
     options += ["--save-mesh", "obj", "--save-animation", str(tmp_path / "drops.glb")]
     assert main(["tear", "dripping", *FEW, *source, *options]) == 0
     out, err = capsys.readouterr()
@@ -62,7 +62,19 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
 def test_the_paper_s_tears_have_other_shapes(tmp_path):
     def tears(*options):
         folder = tmp_path / "_".join(["out", *options])
-        quick = ["--seconds", "0.6", "--fps", "10", "--size", "32", "--no-movie", "--plain", "--out", str(folder)]
+        quick = [
+            "--seconds",
+            "0.6",
+            "--fps",
+            "10",
+            "--size",
+            "32",
+            "--no-movie",
+            "--plain",
+            "--series",
+            "--out",
+            str(folder),
+        ]
         assert main(["tear", "one_tear", *quick, *options]) == 0
         return series_meshes(folder / "tear_one_tear_tears.vtkhdf")
 

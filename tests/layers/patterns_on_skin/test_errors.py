@@ -235,7 +235,7 @@ def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files,
         out = ball.facewrinkle.pattern("cheek", TOP, size=30.0, max_level=level or 6, **words)
         heard.append([str(w.message) for w in record])
     assert out.n_cells > ball.n_cells
-    arguments = ["--frames", "2", "--size", "32", "--no-movie", "--no-series", "--number", "9"]
+    arguments = ["--frames", "2", "--size", "32", "--no-movie", "--number", "9"]
     arguments += [] if level is None else ["--max-level", str(level)]
     place = ["--face", str(files / "ball.ply"), "--out", str(files / f"coarse{level}")]
     assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0
