@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
@@ -356,7 +357,7 @@ def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
     k = check_range("sharpness", sharpness, 0.0, 20.0)
     if k < 1e-6:
         return 0.5 * s
-    return np.asarray((np.i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
+    return np.asarray((i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
 
 
 def primary(*functions: PatternFunction) -> PatternFunction:

@@ -11,13 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-import numpy.typing as npt
-
 from ...array_types import Array
-
-ReliefAdder = Callable[[float, float, Array], None]
-"""A function of strength, t and heights (n,) that adds a pattern's relief to the heights."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,9 +19,8 @@ class Pattern:
     """A pattern: a plane, and heights over it.
 
     A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width (`aspect`);
-    `relief`, the height at a strength in [0, 1] and a t; `wave_vector`, the gradient of its phase; and `relief_adder`,
-    a faster form of `relief` for points that do not change. `moving` is True if its wavelengths change with t, `timed`
-    if it has a t other than its strength.
+    `relief`, the height at a strength in [0, 1] and a t; and `wave_vector`, the gradient of its phase. `moving` is
+    True if its wavelengths change with t, `timed` if it has a t other than its strength.
 
     Examples
     --------
@@ -68,16 +61,10 @@ class Pattern:
         """Return heights (k,), 0 at strength 0."""
         raise NotImplementedError
 
+    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
+        """Return `relief` as a function of strength and t: what does not change with these is computed once."""
+        return lambda strength, t: self.relief(x, y, strength, t, aspect)
+
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
         raise NotImplementedError
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """Return a function that adds `relief` times `weight` (k,) to the heights of the vertices `where` (k,)."""
-
-        def add(strength: float, t: float, out: Array) -> None:
-            out[where] += weight * self.relief(x, y, strength, t, aspect)
-
-        return add

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
 
 from ...array_types import Array
 from ...errors import ParameterError, check_positive, check_range, check_whole
 from .. import patterns
-from . import _kernels as kernels
-from .base import Pattern, ReliefAdder
+from .base import Pattern
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,18 +52,6 @@ class Dimple(Pattern):
         return steep * np.divide(x, r, out=np.ones_like(x), where=away), steep * np.divide(
             y, r, out=0.0 * y, where=away
         )
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        square, full = np.minimum(x * x + y * y, 1.0), np.log1p(1.0 / self.sharpest)
-
-        def add(strength: float, t: float, out: Array) -> None:
-            if strength > 0.0:
-                kernels.dent(where, weight, square, patterns.dimple_time(strength, self.sharpest), 1.0 / full, out)
-
-        return add
 
 
 CREASE_ABOVE, CREASE_BELOW, CREASE_ROUND = 0.22, 0.3, 0.06
@@ -165,25 +151,6 @@ class EyePouch(Pattern):
             d = np.abs(y / (np.pi * self.number[1]) + self.crease_at)
             up[d < 2.0 * CREASE_BELOW] = 0.5 / (CREASE_ABOVE * self.number[1])
         return across, up
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        turns = np.stack([np.cos(x), np.sin(x), np.cos(y), np.sin(y)], axis=1)
-        above, furrow = self._edge(y)
-        bumps, crease = weight * above, -weight * furrow
-
-        def add(strength: float, t: float, out: Array) -> None:
-            for share, now in ((1.0 - self.trembling, 0.0), (self.trembling, t)):
-                a, b = self.alpha * now, self.beta * now
-                shift = np.cos(a), np.sin(a), np.cos(b), np.sin(b)
-                if share > 0.0:
-                    kernels.pouch(where, bumps, turns, *shift, self.gamma, share * strength, out)
-            if self.crease > 0.0:
-                kernels.add(where, crease, strength, out)
-
-        return add
 
 
 @dataclass(frozen=True, kw_only=True)

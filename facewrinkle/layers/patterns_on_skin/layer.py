@@ -16,7 +16,7 @@ from ...geometry.refinement import Change
 from ..base import Displacement, SurfacePoints, SurfaceState
 from ..patterns import PatternFunction
 from . import presets
-from .base import Pattern, ReliefAdder
+from .base import Pattern
 from .kinds import pattern_of
 from .region import LaidRegion, Region, given_centre
 from .strength import Compression, RegionCompression
@@ -200,7 +200,9 @@ class PatternLayer:
         self._slopes = np.concatenate([self._slopes, slopes])
         self._weight = np.concatenate([self._weight, weight])
         self._n += len(created.points)
-        self._adders = self._relief_adders()
+        aspect = self._laid.aspect
+        self._planes = [(pattern, *pattern.plane(self._uv, aspect)) for pattern in self._sized]
+        self._reliefs = [pattern.relief_over(x, y, aspect) for pattern, x, y in self._planes]
         self._wave_t = np.nan
 
     def displacement(self, state: SurfaceState) -> Displacement:
@@ -208,8 +210,12 @@ class PatternLayer:
         strength = self.strength_at(state)
         height = np.zeros(self._n)
         if strength > 0.0:
-            for pattern, add in zip(self._sized, self._adders, strict=True):
-                add(strength, self.t_at(pattern, state.time + self.begin), height)
+            seconds = state.time + self.begin
+            relief = sum(
+                found(strength, self.t_at(pattern, seconds))
+                for pattern, found in zip(self._sized, self._reliefs, strict=True)
+            )
+            height[self._where] = self._depth * self._weight * relief
         self._height = height
         return Displacement(height, *self._spacing(strength, state))
 
@@ -235,13 +241,6 @@ class PatternLayer:
         return check_range(f"the t of {self.name} at {seconds:g} s", value, -1e6, 1e6)
 
     # --- vertices --------------------------------------------------------------------------------
-
-    def _planes(self) -> list[tuple[Pattern, Array, Array]]:
-        return [(pattern, *pattern.plane(self._uv, self._laid.aspect)) for pattern in self._sized]
-
-    def _relief_adders(self) -> list[ReliefAdder]:
-        aspect, weight = self._laid.aspect, self._depth * self._weight
-        return [pattern.relief_adder(x, y, aspect, self._where, weight) for pattern, x, y in self._planes()]
 
     def _spacing(self, strength: float, state: SurfaceState) -> tuple[Array, Array, BoolArray]:
         """Return `spacing`, `across` and `active` of :class:`Displacement`.
@@ -284,7 +283,7 @@ class PatternLayer:
         """Half the wavelength on the surface (k,), in the unit of the face, and the unit direction along it (k, 3)."""
         half, direction = np.full(len(self._where), np.inf), np.zeros((len(self._where), 3))
         du = np.eye(2)
-        for pattern, x, y in self._planes():
+        for pattern, x, y in self._planes:
             wx, wy = pattern.wave_vector(x, y, self.t_at(pattern, seconds), self._laid.aspect)
             # The planes are affine maps of (u, v): differences are exact.
             along = [np.subtract(pattern.plane(np.array([step]), self._laid.aspect),

@@ -7,14 +7,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
-import numpy.typing as npt
-from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
 from .. import patterns
-from . import _kernels as kernels
-from .base import Pattern, ReliefAdder
+from .base import Pattern
 from .variation import natural_variation
 
 Furrows = Literal["sharp", "paper"]
@@ -99,11 +96,24 @@ class Waves(Pattern):
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """See :class:`Pattern`."""
+        return self.relief_over(x, y, aspect)(strength, t)
+
+    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
+        """See :class:`Pattern`."""
         shift, share = self.variation_at(x, y, aspect)
-        sine, k = np.sin(self.phase(x, y, t, aspect) + shift), self.sharpness
+        full = share * self.amplitude(x, y)
+        return lambda strength, t: full * self.height(np.sin(self.phase(x, y, t, aspect) + shift), strength)
+
+    def amplitude(self, x: Array, y: Array) -> Array | float:
+        """Return the share of the height that the pattern has at a place, before variation."""
+        return 1.0
+
+    def height(self, sine: Array, strength: float) -> Array:
+        """Return the height of waves by the sine of their phase."""
+        k = self.sharpness
         if self.furrows == "paper" and k >= FLAT:
-            return np.asarray(share * strength * np.expm1(k * sine) / (2.0 * np.sinh(k)))
-        return np.asarray(share * strength * patterns.sharpened(sine, k))
+            return np.asarray(strength * np.expm1(k * sine) / (2.0 * np.sinh(k)))
+        return strength * patterns.sharpened(sine, k)
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
@@ -114,46 +124,3 @@ class Waves(Pattern):
     def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """Return the gradient of the phase, without variation."""
         raise NotImplementedError
-
-    def _adder_of_phase(
-        self, phase: Array, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """An adder of waves whose phase is the polynomial in t with these coefficients (3, k)."""
-        shift, share = self.variation_at(x, y, aspect)
-        phase[0] += shift
-        weight = weight * share
-
-        def fill(t: float, full: Array) -> None:
-            kernels.waves(weight, phase, float(t), *exponential_of(self.sharpness, self.furrows), full)
-
-        return scaled_by_strength(fill, where)
-
-
-def exponential_of(sharpness: float, furrows: Furrows) -> tuple[float, float, float]:
-    """Return a, b and c of ``a + b exp(c s)`` for a sine s: :func:`facewrinkle.layers.patterns.sharpened`, or the
-    paper's ``expm1(k s) / (2 sinh k)``.
-
-    Examples
-    --------
-    >>> exponential_of(0.0, "sharp")
-    (0.0, 0.5, 0.0)
-    """
-    if sharpness < FLAT:
-        return 0.0, 0.5, 0.0
-    size = 0.5 / np.sinh(sharpness)
-    if furrows == "paper":
-        return -size, size, sharpness
-    return float(i0(sharpness)) * size, -size, -sharpness
-
-
-def scaled_by_strength(fill: Callable[[float, Array], None], where: npt.NDArray[np.int64]) -> ReliefAdder:
-    """Return an adder of heights in proportion to the strength; `fill` computes them anew only if t has changed."""
-    full, last = np.empty(len(where)), [np.nan]
-
-    def add(strength: float, t: float, out: Array) -> None:
-        if t != last[0]:
-            fill(t, full)
-            last[0] = t
-        kernels.add(where, full, strength, out)
-
-    return add

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-import numpy.typing as npt
-from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
 from ...errors import ParameterError, check_range, unknown_name
 from .. import patterns
-from . import _kernels as kernels
-from .base import ReliefAdder
-from .waves import FLAT, Waves, exponential_of, scaled_by_strength
+from .waves import FLAT, Waves
 
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
 """Styles of forehead wrinkles, and their beta."""
@@ -91,15 +87,6 @@ class Forehead(Waves):
         turn = -2.0 * swing * (t * np.cos(th) - beta * np.cos(beta * th)) / (x * x + y * y)
         return 2.0 * x - y * turn, 2.0 * y + x * turn
 
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        th = patterns.angle(x, y)
-        sine, swing = np.sin(th), np.sin(self.beta * th)
-        phase = np.stack([x * x + y * y - swing**2, 2.0 * sine * swing, -(sine**2)])
-        return self._adder_of_phase(phase, x, y, aspect, where, weight)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Cheek(Waves):
@@ -151,13 +138,6 @@ class Cheek(Waves):
         """See :class:`Waves`."""
         steep = self.beta / np.maximum(np.hypot(x, y), 1e-12)
         return steep * x, steep * y
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        phase = np.stack([self.phase(x, y, 0.0, aspect), np.ones_like(x), np.zeros_like(x)])
-        return self._adder_of_phase(phase, x, y, aspect, where, weight)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,22 +204,6 @@ class Frown(Waves):
         if self.variant == "paper":
             return (y + t) / self.beta, x / self.beta
         return 1.0 / (self.beta * (y + t)), -x / (self.beta * (y + t) ** 2)
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        if self.variant == "paper":
-            phase = np.stack([x * y / self.beta + self.offset, x / self.beta, np.zeros_like(x)])
-            return self._adder_of_phase(phase, x, y, aspect, where, weight)
-        shift, share = self.variation_at(x, y, aspect)
-        waves = np.zeros((3, len(x)))
-
-        def fill(t: float, full: Array) -> None:  # its phase is no polynomial in t
-            waves[0] = self.phase(x, y, t, aspect) + shift
-            kernels.waves(weight * share, waves, 0.0, *exponential_of(self.sharpness, self.furrows), full)
-
-        return scaled_by_strength(fill, where)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -331,36 +295,17 @@ class EyeCorner(Waves):
         """Return the decay, which is 1 in the middle of the near border."""
         return np.asarray(np.exp(-0.5 * self.decay * (np.hypot(x, y) - 2.0 * self.radius)))
 
-    def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
-        """See :class:`Pattern`."""
+    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
+        """See :class:`Pattern`; the phase has no t."""
         shift, share = self.variation_at(x, y, aspect)
-        sine = np.sin(self.phase(x, y, t, aspect) + shift)
-        a, b, c = self._rising(strength)
-        return np.asarray(
-            share * self.amplitude(x, y) * (b * sine if self.sharpness < FLAT else a + b * np.exp(c * sine))
-        )
+        sine, full = np.sin(self.phase(x, y, 0.0, aspect) + shift), share * self.amplitude(x, y)
+        return lambda strength, t: full * self.height(sine, strength)
 
-    def _rising(self, strength: float) -> tuple[float, float, float]:
-        """Return a, b and c as `exponential_of`; the sharpness rises with the strength, the scale is that at 1."""
-        k = self.sharpness
-        if k < FLAT:
-            return 0.0, 0.5 * strength, 0.0
-        size = 0.5 / np.sinh(k)
+    def height(self, sine: Array, strength: float) -> Array:
+        """Return the height of waves, which grow sharper with the strength, on the scale of the sharpest."""
+        sharpest, k = self.sharpness, strength * self.sharpness
+        if sharpest < FLAT:
+            return np.asarray(0.5 * strength * sine)
         if self.furrows == "paper":
-            return -size, size, -strength * k
-        return float(i0(strength * k)) * size, -size, -strength * k
-
-    def relief_adder(
-        self, x: Array, y: Array, aspect: float, where: npt.NDArray[np.int64], weight: Array
-    ) -> ReliefAdder:
-        """See :class:`Pattern`."""
-        shift, share = self.variation_at(x, y, aspect)
-        sine = np.sin(self.phase(x, y, 0.0, aspect) + shift)
-        full = weight * share * self.amplitude(x, y)
-        scratch = np.empty(len(where))
-
-        def add(strength: float, t: float, out: Array) -> None:
-            if strength > 0.0:
-                kernels.standing(where, full, sine, *self._rising(strength), scratch, out)
-
-        return add
+            return np.asarray(np.expm1(-k * sine) / (2.0 * np.sinh(sharpest)))
+        return patterns.sharpened(sine, k) * float(np.sinh(k) / np.sinh(sharpest))
