@@ -41,7 +41,7 @@ _HOME = {
     "Wrinkles": "anatomy.muscles",
     "bake_layers": "rigging",
     "bake_maps": "rigging",
-    "compile_ahead": "compiling",
+    "compile_ahead": "commands.compile",
     "default_face": "anatomy.fitting",
     "find_landmarks": "anatomy.finding",
     "fit_face": "anatomy.fitting",

@@ -33,7 +33,7 @@ from .anatomy.muscles import SheetMuscle as SheetMuscle
 from .anatomy.muscles import SphincterMuscle as SphincterMuscle
 from .anatomy.muscles import TriangularMuscle as TriangularMuscle
 from .anatomy.muscles import Wrinkles as Wrinkles
-from .compiling import compile_ahead as compile_ahead
+from .commands.compile import compile_ahead as compile_ahead
 from .errors import FaceWrinkleError as FaceWrinkleError
 from .errors import FaceWrinkleWarning as FaceWrinkleWarning
 from .export import write_mesh as write_mesh

@@ -11,9 +11,7 @@ def program() -> NoReturn:
     import sys
 
     from .cli import main
-    from .compiling import first_start
 
-    first_start.allowed = True
     sys.exit(main())
 
 

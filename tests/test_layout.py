@@ -27,7 +27,6 @@ FLOORS = (
     ("plotting", "export", "accessor"),
     ("dataset", "rigging"),
     ("live",),
-    ("compiling",),
     ("commands",),
     ("cli",),
     ("__main__",),

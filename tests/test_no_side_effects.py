@@ -41,7 +41,7 @@ ON_PURPOSE = {
 """Functions whose name says that they change what they are given; what else they get stays as it is."""
 
 UNCALLED = {
-    "compile_ahead": "takes no data: tests/compiling",
+    "compile_ahead": "takes no data: tests/commands/test_compile.py",
     "Motion": "a protocol",
     "studio": "opens a page: tests/live",
     "anatomy.muscles.Fronts": "a type",

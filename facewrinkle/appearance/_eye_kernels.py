@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def between_lids(paint, height, order, upper, lower, tears, out):
     """Paint (k, 3) of an eye with the shadows of the lids and the wet lower margin, as bytes.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def coherence(points, height, triangles, deep, rings, out):
     """Coherence of the directions in which a height rises, at the vertices `deep` (n,) and around them; else 1.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def on_skin(corners, weights, heights, points, normals, lines, up):
     """Points (k, p, 3) of hairs at heights (p,) above points of triangles, and the normals there."""
     for i in range(corners.shape[0]):
@@ -22,7 +22,7 @@ def on_skin(corners, weights, heights, points, normals, lines, up):
                 up[i, j, c] = normal
 
 
-@njit(cache=True)
+@compiled
 def slide(hairs, below, share, knots, up, lines):
     """Move points of hairs over the skin, by motions of the knots (m, 3) along their brow, in place."""
     for n in range(len(hairs)):
@@ -36,7 +36,7 @@ def slide(hairs, below, share, knots, up, lines):
                 lines[i, j, c] += knots[k, c] * (1.0 - t) + knots[k + 1, c] * t - rise * up[i, j, c]
 
 
-@njit(cache=True)
+@compiled
 def across(lines, towards, out):
     """Unit vectors across lines (k, p, 3) and directions (k, p, 3), by differences of the points of each line."""
     last = lines.shape[1] - 1
@@ -54,7 +54,7 @@ def across(lines, towards, out):
             out[i, j, 0], out[i, j, 1], out[i, j, 2] = a / length, b / length, c / length
 
 
-@njit(cache=True)
+@compiled
 def lashes(root, centre, upwards, path, droop, lines, out):
     """Lashes (k, p, 3) along paths [aside, up, ahead] from roots (k, 3), and the directions (k, p, 3) ahead.
 
@@ -90,7 +90,7 @@ def lashes(root, centre, upwards, path, droop, lines, out):
                 lines[i, j, c] = root[i, c] + aside + path[i, j, 2] * out[i, j, c]
 
 
-@njit(cache=True)
+@compiled
 def strands(lines, side, up, length, aside, points, sides, ups):
     """Strands beside hairs: s of them (k s, p, 3) for each, with lengths (k, s), shifted aside by (k, s, p)."""
     each = length.shape[1]
@@ -104,7 +104,7 @@ def strands(lines, side, up, length, aside, points, sides, ups):
                     ups[i * each + s, j, c] = up[i, j, c]
 
 
-@njit(cache=True)
+@compiled
 def ribbons(lines, side, up, half, places, normals):
     """Both borders (k, p, 2, 3) of ribbons along lines (k, p, 3), `half` (k, p) of their width from them."""
     for i in range(lines.shape[0]):

@@ -10,7 +10,6 @@ import pyvista as pv
 
 from ..anatomy.fitting import default_face
 from ..array_types import Image
-from ..compiling import first_start
 from ..export import output_folder
 from ..plotting import save_picture, side_by_side, stacked
 from ..plotting.views import Style
@@ -40,7 +39,6 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
-    first_start.begin("express")
     begin = time.perf_counter()
     report = Report(quiet)
     folder = output_folder(out, make=False)

@@ -15,7 +15,6 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..layers.base import Layer
 from ..motion.base import Motion
@@ -80,7 +79,6 @@ def express(
     maps
         Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
-    first_start.begin("express")
     begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)

@@ -11,7 +11,6 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
-from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.smoothstep import smoothstep
 from ..layers.patterns_on_skin.layer import PatternLayer
@@ -82,7 +81,6 @@ def pattern(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
-    first_start.begin("pattern")
     output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
     Style(output.pixels, output.view or "front")  # refuses an unknown one

@@ -14,7 +14,6 @@ import pyvista as pv
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.fitting import fit_face
-from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry.normals import vertex_areas
 from ..motion.animation import read_animation
@@ -83,7 +82,6 @@ def play(
     follow
         Turn the camera with the head.
     """
-    first_start.begin("play")
     begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)

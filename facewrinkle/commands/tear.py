@@ -13,7 +13,6 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..compiling import first_start
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..plotting import side_by_side
@@ -73,7 +72,6 @@ def tear(
     plain
         Draw the movie without refraction, which is quicker.
     """
-    first_start.begin("tear")
     begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
     folder = output.folder(stem, source.label)

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def volume(a, b, c):
     """Six times the volume that three vectors span."""
     x = a[0] * (b[1] * c[2] - b[2] * c[1])
     return x + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])
 
 
-@njit(cache=True)
+@compiled
 def meet(points, corners, rays, weights, depth):
     """Barycentric weights (p, 3) and depths (p,) at which rays (p, 3) from the origin meet triangles (p, 3) of points.
 
@@ -34,7 +34,7 @@ def meet(points, corners, rays, weights, depth):
         depth[i] = (u * a[2] + v * b[2] + w * c[2]) / total
 
 
-@njit(cache=True)
+@compiled
 def nearest(places, points, numbers, far, out):
     """Write the number of the point (k, 3) that is nearest to each place (p, 3), if it is within a distance."""
     for i in range(len(places)):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 SWEEPS = 2
 """Further passes over all vertices, once each has a first value."""
 
 
-@njit(cache=True)
+@compiled
 def _push(heap, keys, size, vertex, key):
     i = size
     while i > 0 and keys[(i - 1) // 2] > key:
@@ -19,7 +19,7 @@ def _push(heap, keys, size, vertex, key):
     heap[i], keys[i] = vertex, key
 
 
-@njit(cache=True)
+@compiled
 def _pop(heap, keys, size):
     """Remove and return the smallest of `size` entries."""
     top, key = heap[0], keys[0]
@@ -39,13 +39,13 @@ def _pop(heap, keys, size):
     return top, key
 
 
-@njit(cache=True)
+@compiled
 def _wrapped(angle):
     """The angle, less whole turns, in [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
 
 
-@njit(cache=True)
+@compiled
 def _through(points, i, j, k, distance, angle):
     """Distance and angle at i of the straight line through the edge j k, and the angle by which it misses the edge.
 
@@ -76,7 +76,7 @@ def _through(points, i, j, k, distance, angle):
     return u, angle[j] + share * turn, 0.0
 
 
-@njit(cache=True)
+@compiled
 def polar(points, triangles, offsets, around, first, reach, distance, angle):
     """Fill in distances and angles, from those at the triangle `first` outwards to `reach`, nearest vertices first.
 

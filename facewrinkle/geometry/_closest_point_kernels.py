@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def closest(points, triangles, query):
     """Triangle, barycentric coordinates and distance of the point of a mesh that is closest to `query`."""
     best, found = np.inf, 0
@@ -22,7 +22,7 @@ def closest(points, triangles, query):
     return found, weights, np.sqrt(best)
 
 
-@njit(cache=True)
+@compiled
 def closest_in_triangle(p, a, b, c, weights):
     """Squared distance of p from the triangle abc; the barycentric coordinates of the closest point go to `weights`.
 
@@ -67,7 +67,7 @@ def closest_in_triangle(p, a, b, c, weights):
     return from_ca
 
 
-@njit(cache=True)
+@compiled
 def _share(along, length):
     """Position on a side, from 0 to 1, given the dot product of an offset with the side, and the side squared."""
     return 0.0 if length == 0.0 else min(max(along / length, 0.0), 1.0)

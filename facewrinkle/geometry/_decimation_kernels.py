@@ -6,7 +6,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 FREE, ON_LINE, FIXED = 0, 1, 2
 """Kinds of vertices: free, on a line that it may only leave along the line, and never removed."""
@@ -33,7 +33,7 @@ MOST_NEIGHBOURS = 64
 """Vertices with more neighbours than this are not removed, and no vertex gets more."""
 
 
-@njit(cache=True)
+@compiled
 def _neighbours(v, triangles, alive, head, following, out):
     """Write the neighbours of a vertex to `out`, drop dead triangles from its list, and return the count.
 
@@ -69,13 +69,13 @@ def _neighbours(v, triangles, alive, head, following, out):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _distance(points, a, b):
     x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
     return np.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
+@compiled
 def _measured(points, a, b, c, normal):
     """Write the unit normal of a triangle to `normal`, and return its quality."""
     squares = 0.0
@@ -91,7 +91,7 @@ def _measured(points, a, b, c, normal):
     return 2.0 * np.sqrt(3.0) * double / squares if squares > 0.0 else 0.0
 
 
-@njit(cache=True)
+@compiled
 def _least_facing(normals, normal, a, b, c):
     least = 1.0
     for v in (a, b, c):
@@ -99,7 +99,7 @@ def _least_facing(normals, normal, a, b, c):
     return least
 
 
-@njit(cache=True)
+@compiled
 def _shape_after(v, u, points, normals, size, triangles, alive, head, following, before, after):
     """Return the worst quality of the triangles around v once v is merged into u; -1 if a triangle would turn over, or
     become too long or too thin.
@@ -129,7 +129,7 @@ def _shape_after(v, u, points, normals, size, triangles, alive, head, following,
     return worst
 
 
-@njit(cache=True)
+@compiled
 def _sides(v, w, triangles, alive, head, following):
     """Number of triangles at the edge from v to w."""
     count, corner = 0, head[v]
@@ -140,7 +140,7 @@ def _sides(v, w, triangles, alive, head, following):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
     """Link condition: v and u share no neighbours but those opposite to their edge, and what becomes one was not the
     border, or the whole of a piece.
@@ -177,7 +177,7 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
     return True
 
 
-@njit(cache=True)
+@compiled
 def _cut(points, u, v, w):
     """Distance of v from the straight line from u to w."""
     square, along, length = 0.0, 0.0, 0.0
@@ -189,7 +189,7 @@ def _cut(points, u, v, w):
     return np.sqrt(max(square - (along * along / length if length > 0.0 else 0.0), 0.0))
 
 
-@njit(cache=True)
+@compiled
 def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
     """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
     best, found = 0.0, -1
@@ -216,7 +216,7 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
     return found
 
 
-@njit(cache=True)
+@compiled
 def _shortest(v, count, ring, points, size):
     """Length of the shortest edge of a vertex, relative to the edges that are wanted."""
     least = np.inf
@@ -225,7 +225,7 @@ def _shortest(v, count, ring, points, size):
     return least
 
 
-@njit(cache=True)
+@compiled
 def _cut_from_line(v, u, loop, left, lines):
     """Take v out of its line, in which u was its neighbour."""
     w = lines[v, 0] + lines[v, 1] - u
@@ -237,7 +237,7 @@ def _cut_from_line(v, u, loop, left, lines):
     left[loop[v]] -= 1
 
 
-@njit(cache=True)
+@compiled
 def _merge(v, u, triangles, alive, head, following):
     """Merge v into u."""
     corner = head[v]
@@ -254,7 +254,7 @@ def _merge(v, u, triangles, alive, head, following):
     head[v] = -1
 
 
-@njit(cache=True)
+@compiled
 def _enqueue(v, gap, heap, key, kind, spacing):
     """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
     if kind[v] != FIXED and gap < spacing and gap != key[v]:
@@ -262,7 +262,7 @@ def _enqueue(v, gap, heap, key, kind, spacing):
         heappush(heap, (gap, v))
 
 
-@njit(cache=True)
+@compiled
 def decimate(points, normals, size, triangles, kind, lines, loop, left, least, spacing, target):
     """Merge vertices into neighbours, the closest first, until none is closer than `spacing` of the wanted size.
 

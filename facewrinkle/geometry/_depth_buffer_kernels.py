@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def rasterise(x, y, z, triangles, low, high, first, numbers, depth):
     """Write the z of triangles and their numbers, from `first`, into the nodes where they are in front of all before.
 

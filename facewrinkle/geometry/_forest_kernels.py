@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 # Columns of a node. FACE links the list of its edge (three sides each). CHILD of a leaf is NONE, or links the worklist:
 # LAST_QUEUED, or NEXT_QUEUED - y before leaf y. FLAGS holds the level from bit LEVEL on, and bit s is set if side s has
@@ -39,7 +39,7 @@ ROOM = 9
 # become part of what calls them.
 
 
-@njit(cache=True)
+@compiled
 def _hang(nodes, edges, x, s):
     """Put side s of node x into the list of its edge."""
     e = nodes[x, EDGE + s]
@@ -49,7 +49,7 @@ def _hang(nodes, edges, x, s):
         nodes[x, FLAGS] |= 1 << s
 
 
-@njit(cache=True)
+@compiled
 def _unhang(nodes, edges, x, s):
     """Take side s of node x out of the list of its edge."""
     e = nodes[x, EDGE + s]
@@ -62,7 +62,7 @@ def _unhang(nodes, edges, x, s):
     nodes[side // 3, FACE + side % 3] = nodes[x, FACE + s]
 
 
-@njit(cache=True)
+@compiled
 def _push(nodes, state, x):
     """Put leaf x at the end of the worklist, if it is not in it."""
     if nodes[x, CHILD] == NONE:
@@ -75,7 +75,7 @@ def _push(nodes, state, x):
         state[COUNT] += 1
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _pop(nodes, state):
     x = state[FIRST]
     state[FIRST] = NEXT_QUEUED - nodes[x, CHILD]
@@ -84,7 +84,7 @@ def _pop(nodes, state):
     return x
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _take(table, link, state, free, used, count):
     """Return the first of `count` consecutive rows: freed ones, or new ones at the end."""
     row = state[free]
@@ -96,19 +96,19 @@ def _take(table, link, state, free, used, count):
     return row
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _new_node(nodes, x, a, b, c, level):
     nodes[x, VERTEX], nodes[x, VERTEX + 1], nodes[x, VERTEX + 2] = a, b, c
     nodes[x, CHILD], nodes[x, FLAGS] = NONE, level << LEVEL
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _new_edge(edges, e, a, b, whole, host):
     edges[e, END], edges[e, END + 1], edges[e, MIDPOINT], edges[e, HALF] = a, b, NONE, NONE
     edges[e, WHOLE], edges[e, N_SPLIT], edges[e, SIDES], edges[e, HOST] = whole, 0, NONE, host
 
 
-@njit(cache=True)
+@compiled
 def plant(nodes, edges, points, ends, sides, triangles):
     """Fill the first rows of the tables with the M0 triangles."""
     for e in range(len(ends)):
@@ -125,7 +125,7 @@ def plant(nodes, edges, points, ends, sides, triangles):
             points[triangles[t, s], POINT_HOST] = t
 
 
-@njit(cache=True)
+@compiled
 def _must_split(nodes, edges, x):
     """Return True if leaf x has midpoints on two sides, or a neighbour two levels finer."""
     hanging = nodes[x, FLAGS] & HANGING
@@ -138,7 +138,7 @@ def _must_split(nodes, edges, x):
     return False
 
 
-@njit(cache=True)
+@compiled
 def _push_illegal(nodes, edges, state, e):
     side = edges[e, SIDES]
     while side >= 0:
@@ -148,7 +148,7 @@ def _push_illegal(nodes, edges, state, e):
         side = nodes[x, FACE + side % 3]
 
 
-@njit(cache=True)
+@compiled
 def _bisect(nodes, edges, points, state, e, level):
     """Give edge e a midpoint and two halves, and queue the leaves that cannot stay leaves with it."""
     mid = state[N_POINTS]
@@ -169,24 +169,24 @@ def _bisect(nodes, edges, points, state, e, level):
         _push_illegal(nodes, edges, state, np.int64(edges[e, WHOLE]))
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _eldest(state, x):
     """Return the first of the siblings of a node x that has some."""
     return x - (x - state[N_ROOTS]) % 4
 
 
-@njit(cache=True)
+@compiled
 def _parent(nodes, state, x):
     return NONE if x < state[N_ROOTS] else nodes[_eldest(state, x), FAMILY]
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _root(nodes, state, x):
     """Return the M0 triangle that node x lies in."""
     return x if x < state[N_ROOTS] else np.int64(nodes[_eldest(state, x) + 1, FAMILY])
 
 
-@njit(cache=True)
+@compiled
 def _split_red(nodes, edges, points, state, x):
     child = _take(nodes, FAMILY, state, FREE_NODES, N_NODES, 4)
     inner = _take(edges, WHOLE, state, FREE_INNER, N_EDGES, 3)
@@ -219,7 +219,7 @@ def _split_red(nodes, edges, points, state, x):
             _hang(nodes, edges, node, s)
 
 
-@njit(cache=True)
+@compiled
 def grow(nodes, edges, points, state, marked, max_level):
     """Split the marked leaves and all that must follow; return False if the tables are full and must grow first."""
     for i in range(len(marked)):
@@ -237,7 +237,7 @@ def grow(nodes, edges, points, state, marked, max_level):
     return True
 
 
-@njit(cache=True)
+@compiled
 def _candidates(nodes, state, leaf, marked, status, found):
     """List the nodes whose four children are leaves and all marked, both green halves; return their number."""
     for i in range(len(leaf)):
@@ -259,7 +259,7 @@ def _candidates(nodes, state, leaf, marked, status, found):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _may_close(nodes, edges, x):
     """Return True if node x would be a legal leaf, by the numbers of split nodes on its edges."""
     hanging = 0
@@ -273,7 +273,7 @@ def _may_close(nodes, edges, x):
     return hanging < 2
 
 
-@njit(cache=True)
+@compiled
 def _wait_for(nodes, edges, status, waiting, count, e):
     """Put the nodes on edge e that are taken on the pile of those to look at; return their number on it."""
     side = edges[e, SIDES]
@@ -287,7 +287,7 @@ def _wait_for(nodes, edges, status, waiting, count, e):
     return count
 
 
-@njit(cache=True)
+@compiled
 def _reopen_illegal(nodes, edges, status, found, waiting):
     """Close all candidates at once, then reopen those that cannot be leaves, until nothing changes."""
     count = len(found)
@@ -311,7 +311,7 @@ def _reopen_illegal(nodes, edges, status, found, waiting):
                         count = _wait_for(nodes, edges, status, waiting, count, np.int64(edges[e, WHOLE]))
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def _free(table, row, count, link, state, free):
     for i in range(row, row + count):
         for j in range(table.shape[1]):
@@ -320,7 +320,7 @@ def _free(table, row, count, link, state, free):
     state[free] = row
 
 
-@njit(cache=True)
+@compiled
 def _close(nodes, edges, state, x):
     """Make node x a leaf."""
     child = np.int64(nodes[x, CHILD])
@@ -332,7 +332,7 @@ def _close(nodes, edges, state, x):
     nodes[x, CHILD] = NONE
 
 
-@njit(cache=True)
+@compiled
 def _join(nodes, edges, state, e):
     """Undo the bisection of edge e."""
     _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
@@ -343,7 +343,7 @@ def _join(nodes, edges, state, e):
         side = nodes[side // 3, FACE + side % 3]
 
 
-@njit(cache=True)
+@compiled
 def prune(nodes, edges, state, leaf, marked, status, found, waiting, gone):
     """Remove sibling leaves where all four are marked, and set `gone` for the vertices that vanish.
 
@@ -363,7 +363,7 @@ def prune(nodes, edges, state, leaf, marked, status, found, waiting, gone):
                     _join(nodes, edges, state, e)
 
 
-@njit(cache=True)
+@compiled
 def renumber(table, first, last, numbers):
     """Replace the vertices in columns `first` to `last - 1` by their new numbers; NONE stays."""
     for i in range(len(table)):
@@ -372,14 +372,14 @@ def renumber(table, first, last, numbers):
                 table[i, j] = numbers[table[i, j]]
 
 
-@njit(cache=True)
+@compiled
 def read_roots(nodes, state, leaf, out):
     """Write the M0 triangle of every leaf."""
     for i in range(len(leaf)):
         out[i] = _root(nodes, state, np.int64(leaf[i]))
 
 
-@njit(cache=True)
+@compiled
 def read_leaves(nodes, edges, n_roots, triangles, leaf):
     """Write the leaves, depth first from every root, with green halves; return the number of triangles."""
     m = 0
@@ -410,7 +410,7 @@ def read_leaves(nodes, edges, n_roots, triangles, leaf):
     return m
 
 
-@njit(cache=True)
+@compiled
 def weigh(points, triangles0, corners, barycentric, first):
     """Give each vertex from `first` on the mean of the barycentric coordinates of the two it is the midpoint of."""
     for v in range(first, len(corners)):

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def area_vector(points, i, j, k):
     """Normal of the triangle of three points, twice its area long."""
     ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
@@ -19,7 +19,7 @@ def area_vector(points, i, j, k):
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
-@njit(cache=True)
+@compiled
 def accumulate(points, triangles, out):
     """Sum the normals of the triangles at each vertex, weighted by area; not normalised."""
     out[:] = 0.0
@@ -32,7 +32,7 @@ def accumulate(points, triangles, out):
             out[v, 2] += nz
 
 
-@njit(cache=True)
+@compiled
 def double_areas(points, triangles, out):
     """Twice the area of the triangles at each vertex."""
     out[:] = 0.0
@@ -45,7 +45,7 @@ def double_areas(points, triangles, out):
         out[k] += area
 
 
-@njit(cache=True)
+@compiled
 def slid_double_areas(points, slide, heights, directions, triangles, out):
     """Turn :func:`double_areas` into those after a slide (n, 3); return six times the volume that slide and heights
     sweep, less the sum of heights times areas.
@@ -82,7 +82,7 @@ def slid_double_areas(points, slide, heights, directions, triangles, out):
     return rest
 
 
-@njit(cache=True)
+@compiled
 def first_values(vertices, values, out, differs):
     """The value (n, d) at the first corner of each vertex, and True for corners (k,) that have another one."""
     seen = np.zeros(len(out), np.bool_)
@@ -97,7 +97,7 @@ def first_values(vertices, values, out, differs):
             differs[i] |= values[i, c] != out[v, c]
 
 
-@njit(cache=True)
+@compiled
 def normalise(vectors):
     """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):
@@ -109,7 +109,7 @@ def normalise(vectors):
             vectors[v, 2] = z / length
 
 
-@njit(cache=True)
+@compiled
 def find_moved(bare, displaced, bit, moved):
     """Set a bit of `moved` (n,) at vertices that are displaced."""
     for v in range(len(bare)):
@@ -117,7 +117,7 @@ def find_moved(bare, displaced, bit, moved):
             moved[v] |= bit
 
 
-@njit(cache=True)
+@compiled
 def touch(moved, triangles, touched):
     """Set at the corners of each triangle the bits (n,) of all of its corners."""
     for f in range(len(triangles)):
@@ -129,7 +129,7 @@ def touch(moved, triangles, touched):
             touched[k] |= bits
 
 
-@njit(cache=True)
+@compiled
 def around(triangles, touched):
     """The triangles with a corner that is touched (n,)."""
     near = np.empty((len(triangles), 3), triangles.dtype)
@@ -142,7 +142,7 @@ def around(triangles, touched):
     return near[:count]
 
 
-@njit(cache=True)
+@compiled
 def changed(before, smooth, bit, touched, out):
     """Turn normals `out` (n, 3), not normalised, into `smooth` plus their change from `before`, where touched."""
     for v in range(out.shape[0]):
@@ -159,7 +159,7 @@ def changed(before, smooth, bit, touched, out):
         out[v, 0], out[v, 1], out[v, 2] = x, y, z
 
 
-@njit(cache=True)
+@compiled
 def interpolate(values, corners, barycentric, out):
     """Linear interpolation of values (n0, d) at points with three corners and weights each."""
     for i in range(corners.shape[0]):
@@ -169,7 +169,7 @@ def interpolate(values, corners, barycentric, out):
             out[i, k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
 
 
-@njit(cache=True)
+@compiled
 def displace(points, heights, directions, out):
     """points + heights * directions, row by row."""
     for i in range(points.shape[0]):
@@ -177,7 +177,7 @@ def displace(points, heights, directions, out):
             out[i, k] = points[i, k] + heights[i] * directions[i, k]
 
 
-@njit(cache=True)
+@compiled
 def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across, active, bends):
     """Take over the spacing that a layer needs at each vertex, where it is finer, and where the layer is active."""
     for v in range(len(spacing)):
@@ -190,7 +190,7 @@ def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across,
             bends[v] |= own_bends
 
 
-@njit(cache=True)
+@compiled
 def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
     split, fine, largest,
@@ -240,7 +240,7 @@ def mark_triangles(
     return late
 
 
-@njit(cache=True)
+@compiled
 def keep_restless(triangles, roots, active, kept, fine):
     """Clear `fine` (m,) in base triangles that are `kept` (m0,), where a corner is active; keep no others on."""
     here = np.zeros(len(kept), np.bool_)
@@ -253,7 +253,7 @@ def keep_restless(triangles, roots, active, kept, fine):
         kept[root] = here[root]
 
 
-@njit(cache=True)
+@compiled
 def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
     """Interpolate values (m0, 3, d) at corners of base triangles for the corners (m, 3, d) of the triangles in them.
 
@@ -276,7 +276,7 @@ def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
                     out[t, k, c] += share * values[root, j, c]
 
 
-@njit(cache=True)
+@compiled
 def heights_above(place, up, local, triangles, step, deep, tolerance, out):
     """Heights above each place (k, 3), along its direction, of the highest of the triangles over or under it.
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from ._mesh_kernels import area_vector
-from .compilation import njit
+from .compilation import compiled
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz):
     """Linear and quadratic part, along n, of the area vector of sides a and b that become a + t u and b + t v."""
     linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
@@ -17,7 +17,7 @@ def growth(nx, ny, nz, ax, ay, az, bx, by, bz, ux, uy, uz, vx, vy, vz):
     return linear, nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def root(square, linear, spare):
     """Return the place between 0 and 1 at which a parabola that is `spare` at 0 becomes negative.
 
@@ -30,7 +30,7 @@ def root(square, linear, spare):
     return factor
 
 
-@njit(cache=True)
+@compiled
 def limit(points, heights, directions, triangles, demanded, aim, factors):
     """Lower `factors` of the heights at the corners of triangles of which less than the share `demanded` would be left.
 
@@ -61,7 +61,7 @@ def limit(points, heights, directions, triangles, demanded, aim, factors):
     return found
 
 
-@njit(cache=True)
+@compiled
 def limit_slides(points, lifted, slides, triangles, demanded, aim, factors):
     """Lower `factors` of the slides (n, 3) of a lifted surface, as :func:`limit` does those of heights over the bare
     one: each triangle keeps the share `demanded` of its bare area, seen along its bare normal.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def rasterise(corners, triangle, shares, hits):
     """Fill in the triangle (h, w) that each texel's middle lies in, its barycentric coordinates (h, w, 3), and the
     number of triangles there; `corners` (m, 3, 2) are in texels from the lower left.

@@ -6,26 +6,26 @@ from __future__ import annotations
 import numpy as np
 
 from ._mesh_kernels import area_vector
-from .compilation import njit
+from .compilation import compiled
 
 LEANING = 0.5
 """Square of the cosine of the angle by which a triangle, or the surface around it, turns before it is looked at."""
 
 
-@njit(cache=True)
+@compiled
 def _cross(points, triangle, out):
     """Write the area vector (3,) of a triangle, twice its area long."""
     out[0], out[1], out[2] = area_vector(points, triangle[0], triangle[1], triangle[2])
 
 
-@njit(cache=True)
+@compiled
 def crosses(points, triangles, out):
     """Write the area vectors (m, 3) of triangles, twice their areas long."""
     for t in range(triangles.shape[0]):
         _cross(points, triangles[t], out[t])
 
 
-@njit(cache=True)
+@compiled
 def _near(a, b):
     """Return True if two directions are less apart than the angle of `LEANING`."""
     dot, one, two = 0.0, 0.0, 0.0
@@ -36,7 +36,7 @@ def _near(a, b):
     return dot > 0.0 and dot * dot > LEANING * one * two
 
 
-@njit(cache=True)
+@compiled
 def turned(points, triangles, rest, least, marked):
     """Mark (n,) the corners of triangles that have turned far from their area vectors (m, 3) at rest, or shrunk to
     about a share of their area; return their number.
@@ -56,7 +56,7 @@ def turned(points, triangles, rest, least, marked):
     return count
 
 
-@njit(cache=True)
+@compiled
 def touching(triangles, marked):
     """Return the numbers of triangles with a marked corner."""
     count = 0
@@ -71,7 +71,7 @@ def touching(triangles, marked):
     return out
 
 
-@njit(cache=True)
+@compiled
 def doubtful(points, triangles, rest, least, marked, chosen):
     """Return those of the chosen triangles, all that have a marked corner, that face elsewhere than the surface around
     their marked corners, now or at rest, or that have shrunk to about a share of their area.
@@ -104,7 +104,7 @@ def doubtful(points, triangles, rest, least, marked, chosen):
     return out[:count]
 
 
-@njit(cache=True)
+@compiled
 def correlations(points, at_rest, triangles, chosen, offsets, ring, out):
     """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen triangles.
 
@@ -122,7 +122,7 @@ def correlations(points, at_rest, triangles, chosen, offsets, ring, out):
                     _add_offset(points, at_rest, v, ring[f], corner, counted, out[i])
 
 
-@njit(cache=True)
+@compiled
 def _add_offset(points, at_rest, v, w, corner, counted, out):
     """Add the product of the offsets from v to w at rest and now, over its square at rest, unless it was counted."""
     if counted[w] == corner:
@@ -137,7 +137,7 @@ def _add_offset(points, at_rest, v, w, corner, counted, out):
                 out[k, j] += (at_rest[w, k] - at_rest[v, k]) * (points[w, j] - points[v, j]) / square
 
 
-@njit(cache=True)
+@compiled
 def shares(points, triangles, chosen, facing, double_area, out):
     """Write the areas (k,) of chosen triangles along directions (k, 3), relative to rest."""
     now = np.empty(3)
@@ -146,7 +146,7 @@ def shares(points, triangles, chosen, facing, double_area, out):
         out[i] = (now[0] * facing[i, 0] + now[1] * facing[i, 1] + now[2] * facing[i, 2]) / double_area[i]
 
 
-@njit(cache=True)
+@compiled
 def turn_back(points, triangles, chosen, facing, double_area, free, least, sweeps):
     """Move free vertices (n,) until no chosen triangle has less than a share of its area along its direction (k, 3).
 

@@ -6,7 +6,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from .compilation import njit
+from .compilation import compiled
 
 SINGULAR = 0.05
 """Distance from a node, relative to its radius, within which its weight grows no further."""
@@ -29,7 +29,7 @@ TERMS = 6
 """Of a polynomial of degree 2 in the plane."""
 
 
-@njit(cache=True)
+@compiled
 def nearest_nodes(points, offsets, ring, nodes):
     """Number of the node, in `nodes`, that is nearest to each vertex along the edges of the mesh; -1 without a way."""
     n = len(points)
@@ -58,7 +58,7 @@ def nearest_nodes(points, offsets, ring, nodes):
     return owner
 
 
-@njit(cache=True)
+@compiled
 def _kernel(d, detour):
     """Weight at a distance d < 1 from a node; smooth, 0 at 1, large near 0."""
     t = min(max((detour - DETOUR) / DETOUR_FADE, 0.0), 1.0)
@@ -66,7 +66,7 @@ def _kernel(d, detour):
     return fade * (1.0 - d) ** 4 * (4.0 * d + 1.0) / (d * d + SINGULAR * SINGULAR)
 
 
-@njit(cache=True)
+@compiled
 def _solve(matrix, right):
     """Solve a symmetric positive definite system in place (Cholesky)."""
     n = len(right)
@@ -88,7 +88,7 @@ def _solve(matrix, right):
         right[i] /= matrix[i, i]
 
 
-@njit(cache=True)
+@compiled
 def _tangents(normal, one, two):
     """Two directions that complete a unit normal to a frame."""
     k = np.argmin(np.abs(normal))
@@ -100,7 +100,7 @@ def _tangents(normal, one, two):
     two[2] = normal[0] * one[1] - normal[1] * one[0]
 
 
-@njit(cache=True)
+@compiled
 def _spread(node, points, radius, offsets, ring, length, way, queue, waiting, touched):
     """Write to `way` the lengths of ways along edges from a node to the vertices around, listed in `touched`; return
     their number. `way` is infinite, and no vertex `waiting`, before.
@@ -126,7 +126,7 @@ def _spread(node, points, radius, offsets, ring, length, way, queue, waiting, to
     return count
 
 
-@njit(cache=True)
+@compiled
 def shares(points, nodes, radius, offsets, ring):
     """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near, by node."""
     n = len(points)
@@ -164,7 +164,7 @@ def shares(points, nodes, radius, offsets, ring):
     return vertices[:at], numbers[:at], values[:at]
 
 
-@njit(cache=True)
+@compiled
 def _fit(point, count, found, nodes, share, normal, scale, frame, basis, matrix, right):
     """Replace the shares of nodes by their weights in the polynomial, of degree 2 in the tangent plane, that fits their
     values best by these shares; its value at the point is the sum of weighted values.
@@ -197,7 +197,7 @@ def _fit(point, count, found, nodes, share, normal, scale, frame, basis, matrix,
         share[i] /= total
 
 
-@njit(cache=True)
+@compiled
 def fit_rows(points, nodes, normals, radius, indptr, indices, values):
     """Replace the shares of nodes at each vertex, in sparse rows, by their weights."""
     basis, matrix, right = np.empty((MOST, TERMS)), np.empty((TERMS, TERMS)), np.empty(TERMS)
@@ -222,7 +222,7 @@ def fit_rows(points, nodes, normals, radius, indptr, indices, values):
         )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def interpolate(indptr, indices, weights, values, out):
     """Sum weighted values (k, 3) for each vertex."""
     for v in range(len(out)):

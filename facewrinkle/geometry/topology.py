@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 
 from ..array_types import BoolArray, IntArray
 from ..errors import MeshError
-from .compilation import njit
+from .compilation import compiled
 
 
 def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
@@ -52,7 +52,7 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-@njit(cache=True)
+@compiled
 def _find_edges(triangles: IntArray, first: IntArray, chain: IntArray, edges: IntArray, sides: IntArray) -> int:
     n_edges = 0
     for t in range(len(triangles)):

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 LANES = np.uint64(0x00FF00FF00FF00FF)
 """Red and blue of two pixels; of pixels shifted by a byte, green and opacity."""
 
 
-@njit(cache=True)
+@compiled
 def unpack(pixels, out):
     """Pixels (w,) as bytes (w, 3)."""
     for x in range(len(pixels)):
@@ -24,7 +24,7 @@ def unpack(pixels, out):
         out[x, 2] = (p >> np.uint32(16)) & np.uint32(255)
 
 
-@njit(cache=True)
+@compiled
 def over(pixels, background, out):
     """Pixels (h, w) over a background."""
     height, width = out.shape[:2]
@@ -42,7 +42,7 @@ def over(pixels, background, out):
         unpack(done, out[y])
 
 
-@njit(cache=True)
+@compiled
 def halved_over(pairs, background, out):
     """Pixels, of which two beside each other are a number of `pairs` (2 h, w), reduced to means of four."""
     height, width = out.shape[:2]

@@ -11,7 +11,7 @@ from scipy import sparse
 from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 
-from facewrinkle.geometry.compilation import njit
+from facewrinkle.geometry.compilation import compiled
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -86,7 +86,7 @@ class Chart:
         return cells, weights / weights.sum(axis=1, keepdims=True)
 
 
-@njit(cache=True)
+@compiled
 def _best(at, corners, candidates):  # type: ignore[no-untyped-def]
     """Of the candidates (q, k) at points (q, 2), those with the largest least barycentric weight, and the weights."""
     cells, weights = np.empty(len(at), np.int64), np.empty((len(at), 3))

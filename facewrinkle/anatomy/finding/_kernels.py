@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry.compilation import njit
+from ...geometry.compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def protrusion(points, pairs):
     """Offsets of points from the mean of themselves and of those that they are paired with."""
     total, count = np.zeros_like(points), np.ones(len(points))
@@ -20,7 +20,7 @@ def protrusion(points, pairs):
     return points - (points + total) / count[:, None]
 
 
-@njit(cache=True)
+@compiled
 def within(points, place, reach):
     """True for points that lie within reach of a place."""
     inside = np.empty(len(points), np.bool_)
@@ -30,7 +30,7 @@ def within(points, place, reach):
     return inside
 
 
-@njit(cache=True)
+@compiled
 def polar_map(points, nose, axes, radius, heights):
     """Largest height of the points over the rings and sectors about a nose, over the radius; -inf where there is none.
 
@@ -50,7 +50,7 @@ def polar_map(points, nose, axes, radius, heights):
             heights[ring, sector] = max(heights[ring, sector], z)
 
 
-@njit(cache=True)
+@compiled
 def mismatch(heights, template, weights, cap, missing):
     """Mean difference (sectors,) of two polar maps, with the first turned by every number of sectors.
 
@@ -81,7 +81,7 @@ def mismatch(heights, template, weights, cap, missing):
     return cost / weights.sum()
 
 
-@njit(cache=True)
+@compiled
 def best_rolls(points, noses, axes, reach, radius, template, weights, cap, missing):
     """Mismatch (k, a) of every candidate at its best roll, and that roll in sectors: nose k looks along axes[k, a, 2].
 
@@ -103,7 +103,7 @@ def best_rolls(points, noses, axes, reach, radius, template, weights, cap, missi
     return cost, roll
 
 
-@njit(cache=True)
+@compiled
 def local_coordinates(points, origin, axes):
     """Return (points - origin) @ axes.T."""
     out = np.empty_like(points)
@@ -114,7 +114,7 @@ def local_coordinates(points, origin, axes):
     return out
 
 
-@njit(cache=True)
+@compiled
 def alignment_sums(depth, model, weight, x, y, tolerance):
     """Sums for a Gauss-Newton step that aligns depths (rows, columns), at x (columns,) and y (rows,), with a model's.
 
@@ -150,7 +150,7 @@ def alignment_sums(depth, model, weight, x, y, tolerance):
     return count, total, square, right
 
 
-@njit(cache=True)
+@compiled
 def gauss_newton_sums(faces, slopes, template, shown, weight, field):
     """Sums over the channels for a Gauss-Newton step of a warp.
 
@@ -181,7 +181,7 @@ def gauss_newton_sums(faces, slopes, template, shown, weight, field):
     return pull, metric
 
 
-@njit(cache=True)
+@compiled
 def bilinear(image, k, l, v, u):
     """An image at row k + v and column l + u, interpolated bilinearly."""
     upper = image[k, l] + u * (image[k, l + 1] - image[k, l])

@@ -1,0 +1,54 @@
+"""Compiling ahead: what commands call afterwards is compiled, and nothing else is left behind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import facewrinkle as fw
+from facewrinkle.cli import main
+from facewrinkle.commands import compile as command
+
+SEVERAL = """
+import sys
+from numba.core.registry import CPUDispatcher
+import facewrinkle as fw
+from facewrinkle.cli import main
+
+def compiled():
+    modules = [module for name, module in sys.modules.items() if name.startswith("facewrinkle.")]
+    kernels = {x for module in modules for x in vars(module).values() if isinstance(x, CPUDispatcher)}
+    return {(kernel.__module__, kernel.__name__, types) for kernel in kernels for types in kernel.signatures}
+
+done = []
+def progress(steps, n):
+    for step in steps:
+        done.append(n)
+        yield step
+
+fw.compile_ahead(progress)
+assert done == [len(done)] * len(done) and len(done) > 5, done
+before = compiled()
+assert len(before) > 80, len(before)
+for command in (["express", "happiness", "--frames", "20"], ["tear", "one_tear", "--seconds", "1"]):
+    assert main([*command, "--size", "64", "--quiet", "--out", sys.argv[1]]) == 0
+print(compiled() - before)
+"""
+
+
+def test_what_commands_call_is_compiled_ahead(tmp_path):
+    run = [sys.executable, "-c", SEVERAL, str(tmp_path / "out")]
+    done = subprocess.run(run, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.stdout.strip() == "set()", done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_command_shows_progress_and_tells_the_time(monkeypatch, capsys):
+    done = []
+    monkeypatch.setattr(command, "_cases", lambda folder: [lambda: done.append(folder.is_dir())] * 3)
+    assert main(["compile"]) == 0
+    assert capsys.readouterr().out.strip().endswith(" s")
+    assert main(["compile", "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    fw.compile_ahead()
+    assert done == [True] * 9
