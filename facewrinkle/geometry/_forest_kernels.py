@@ -76,15 +76,6 @@ def _push(nodes, state, x):
 
 
 @compiled(inline="always")
-def _pop(nodes, state):
-    x = state[FIRST]
-    state[FIRST] = NEXT_QUEUED - nodes[x, CHILD]
-    state[COUNT] -= 1
-    nodes[x, CHILD] = NONE
-    return x
-
-
-@compiled(inline="always")
 def _take(table, link, state, free, used, count):
     """Return the first of `count` consecutive rows: freed ones, or new ones at the end."""
     row = state[free]
@@ -169,21 +160,10 @@ def _bisect(nodes, edges, points, state, e, level):
         _push_illegal(nodes, edges, state, np.int64(edges[e, WHOLE]))
 
 
-@compiled(inline="always")
-def _eldest(state, x):
-    """Return the first of the siblings of a node x that has some."""
-    return x - (x - state[N_ROOTS]) % 4
-
-
 @compiled
 def _parent(nodes, state, x):
-    return NONE if x < state[N_ROOTS] else nodes[_eldest(state, x), FAMILY]
-
-
-@compiled(inline="always")
-def _root(nodes, state, x):
-    """Return the M0 triangle that node x lies in."""
-    return x if x < state[N_ROOTS] else np.int64(nodes[_eldest(state, x) + 1, FAMILY])
+    eldest = x - (x - state[N_ROOTS]) % 4
+    return NONE if x < state[N_ROOTS] else nodes[eldest, FAMILY]
 
 
 @compiled
@@ -191,7 +171,9 @@ def _split_red(nodes, edges, points, state, x):
     child = _take(nodes, FAMILY, state, FREE_NODES, N_NODES, 4)
     inner = _take(edges, WHOLE, state, FREE_INNER, N_EDGES, 3)
     nodes[x, CHILD] = child
-    level, root = nodes[x, FLAGS] >> LEVEL, _root(nodes, state, x)
+    level, root = nodes[x, FLAGS] >> LEVEL, x
+    if x >= state[N_ROOTS]:
+        root = np.int64(nodes[x - (x - state[N_ROOTS]) % 4 + 1, FAMILY])
     nodes[child, FAMILY], nodes[child + 1, FAMILY] = x, root
     for s in range(3):
         e = np.int64(nodes[x, EDGE + s])
@@ -233,7 +215,11 @@ def grow(nodes, edges, points, state, marked, max_level):
             or state[N_POINTS] + ROOM > len(points)
         ):
             return False
-        _split_red(nodes, edges, points, state, _pop(nodes, state))
+        x = state[FIRST]
+        state[FIRST] = NEXT_QUEUED - nodes[x, CHILD]
+        state[COUNT] -= 1
+        nodes[x, CHILD] = NONE
+        _split_red(nodes, edges, points, state, x)
     return True
 
 
@@ -361,22 +347,6 @@ def prune(nodes, edges, state, leaf, marked, status, found, waiting, gone):
                 if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
                     gone[edges[e, MIDPOINT]] = True
                     _join(nodes, edges, state, e)
-
-
-@compiled
-def renumber(table, first, last, numbers):
-    """Replace the vertices in columns `first` to `last - 1` by their new numbers; NONE stays."""
-    for i in range(len(table)):
-        for j in range(first, last):
-            if table[i, j] >= 0:
-                table[i, j] = numbers[table[i, j]]
-
-
-@compiled
-def read_roots(nodes, state, leaf, out):
-    """Write the M0 triangle of every leaf."""
-    for i in range(len(leaf)):
-        out[i] = _root(nodes, state, np.int64(leaf[i]))
 
 
 @compiled

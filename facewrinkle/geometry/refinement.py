@@ -202,9 +202,12 @@ class RedGreenForest:
         n_nodes, n_edges, _ = self._used
         kept = np.flatnonzero(~gone)
         self._points[: len(kept)] = self._points[kept]
-        kernels.renumber(self._nodes[:n_nodes], kernels.VERTEX, kernels.VERTEX + 3, numbers)
-        kernels.renumber(self._edges[:n_edges], kernels.END, kernels.MIDPOINT + 1, numbers)
-        kernels.renumber(self._points[: len(kept)], kernels.OF, kernels.OF + 2, numbers)
+        for vertices in (
+            self._nodes[:n_nodes, kernels.VERTEX : kernels.VERTEX + 3],
+            self._edges[:n_edges, kernels.END : kernels.MIDPOINT + 1],
+            self._points[: len(kept), kernels.OF : kernels.OF + 2],
+        ):
+            vertices[:] = np.where(vertices >= 0, numbers[vertices], kernels.NONE)
         self._state[kernels.N_POINTS] = len(kept)
         self._corners, self._barycentric = self._corners[kept], self._barycentric[kept]
         self._read_leaves()
@@ -237,9 +240,9 @@ class RedGreenForest:
     @property
     def root(self) -> IntArray:
         """The M0 triangle (m,) that each triangle lies in."""
-        out = np.empty_like(self._leaf)
-        kernels.read_roots(self._nodes, self._state, self._leaf, out)
-        return out
+        leaf, n_roots = self._leaf, len(self._base)
+        second = leaf - (leaf - n_roots) % 4 + 1  # of its four siblings
+        return np.where(leaf < n_roots, leaf, self._nodes[np.maximum(second, 0), kernels.FAMILY])
 
     @property
     def vertex_level(self) -> IntArray:
