@@ -37,7 +37,7 @@ def test_command(benchmark, results, notes, draw, installed, tmp_path, what):
     arguments, goal, pictures = COMMANDS[what]
     environment = dict(installed)
     if what.startswith("first"):
-        environment |= dict.fromkeys(("NUMBA_CACHE_DIR", "FACEWRINKLE_CACHE_DIR"), str(tmp_path / "cache"))
+        environment["NUMBA_CACHE_DIR"] = str(tmp_path / "cache")
     measured = []
     benchmark.group = "commands"
     benchmark.pedantic(lambda: measured.append(run(arguments, tmp_path / "out", environment)), rounds=1)

@@ -24,7 +24,7 @@ sim.express("surprise")
 assert sim.step().n_cells >= 4517
 """
 
-CACHES = "NUMBA_CACHE_DIR", "FACEWRINKLE_CACHE_DIR"
+CACHES = ("NUMBA_CACHE_DIR",)
 
 LIBRARIES = """
 import numba, pyvista, scipy.sparse.csgraph, scipy.sparse.linalg, scipy.spatial

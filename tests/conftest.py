@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
 import hashlib
 import os
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import warnings
 from functools import lru_cache
 from pathlib import Path
@@ -20,9 +17,7 @@ import numpy as np
 import pytest
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
-if "PYTEST_XDIST_WORKER" not in os.environ:  # workers share it; nothing is taken that an earlier run found
-    os.environ["FACEWRINKLE_CACHE_DIR"] = tempfile.mkdtemp(prefix="facewrinkle-tests-")
-    atexit.register(shutil.rmtree, os.environ["FACEWRINKLE_CACHE_DIR"], ignore_errors=True)
+if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores
 # More than a hundred interpreters are started: without bytecode each compiles the package anew, for half a second.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
@@ -46,12 +41,6 @@ def fingerprint(mesh):
 @pytest.fixture(scope="session", name="fingerprint")
 def _fingerprint():
     return fingerprint
-
-
-@pytest.fixture
-def nothing_kept(monkeypatch):
-    """Shapes and lines of faces are found anew, also in processes that a test starts."""
-    monkeypatch.setenv("FACEWRINKLE_CACHE_DIR", "")
 
 
 @pytest.fixture

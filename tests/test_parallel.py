@@ -43,7 +43,6 @@ def in_processes(method: str) -> Executor:
     return ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method))
 
 
-@pytest.mark.usefixtures("nothing_kept")
 @pytest.mark.parametrize("kind", ["threads", "spawn", "fork"])
 def test_the_same_bytes_in_threads_and_processes(here, kind):
     if kind == "fork" and sys.platform != "linux":

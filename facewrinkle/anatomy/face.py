@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import Any, Self, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,11 @@ from .skull import Tissue, tissue_of
 from .teeth import behind_lips
 from .youth import fold_depth
 
+T = TypeVar("T")
+
+REMEMBERED = 4
+"""The most things of a name that are remembered with a face."""
+
 LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
 """Muscles that close an eye and tighten its lower lid."""
 
@@ -49,7 +54,8 @@ class Face:
     """A rest mesh with landmarks, skull, eyes and muscles, all in the mesh's own unit and coordinates.
 
     :func:`facewrinkle.default_face` and :func:`facewrinkle.fit_face` make one; :func:`facewrinkle.surface` makes one
-    without anatomy of any surface.
+    without anatomy of any surface. A face does not change: its skins, simulations and scenes share what they found from
+    it. Make another one with :meth:`with_muscles` or ``dataclasses.replace``.
 
     Attributes
     ----------
@@ -151,6 +157,10 @@ class Face:
         zero = np.zeros(len(points))
         tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero.astype(bool))
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a copy, also a pickled one, is made from: what was found from it is found anew."""
+        return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
 
     def __repr__(self) -> str:
         return f"Face({self.mesh.n_cells} triangles, {len(self.landmarks)} landmarks, {len(self.muscles)} muscles)"
@@ -294,6 +304,10 @@ class Face:
         return sum(rates.get(name, 0.0) * muscle.angle for name, muscle in jaws) if jaws else None
 
     @cached_property
+    def _remembered(self) -> dict[str, dict[Hashable, Any]]:
+        return {}
+
+    @cached_property
     def _attachments(self) -> Attachments:
         return Attachments(self.parts, self.eyes, self.mandible, self.points, self.triangles, self.frame.pupil_distance)
 
@@ -413,6 +427,28 @@ class Face:
         3.0
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})
+
+
+def per_face(face: Face, name: str, key: Hashable, make: Callable[[], T]) -> T:
+    """Return what was made of a face under a name and a key, or make it.
+
+    It lives as long as the face, or until four others of its name were made. All who ask share it.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> per_face(face, "sum", 1, lambda: [0.5]) is per_face(face, "sum", 1, lambda: [0.7])
+    True
+    """
+    made = face._remembered.setdefault(name, {})
+    if key not in made:
+        thing = make()
+        while len(made) >= REMEMBERED:
+            made.pop(next(iter(made)), None)  # others may draw in threads
+        made[key] = thing
+    found: T = made[key]
+    return found
 
 
 def _frames_of_triangles(corners: Array) -> Array:

@@ -22,6 +22,7 @@ from .brow_hairs import BrowHairs
 from .face import Face
 from .fitting import mean_face
 from .head import load_head
+from .known_folds import restore, to_store
 from .parts import Follows, Part, eyes_of
 
 VERSION = 1
@@ -29,6 +30,7 @@ SUFFIX = ".face"
 _DATA = "point_data/"
 _PARTS = "parts"
 _BROWS = "brows/"
+_FOLDS = "folds/"
 
 LARGEST_FILE = 2**31
 """The most bytes that the arrays of a face may take."""
@@ -37,7 +39,8 @@ LARGEST_FILE = 2**31
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
 
-    Muscles that were changed are not in it: :func:`read_face` places those of an atlas.
+    Muscles that were changed are not in it: :func:`read_face` places those of an atlas. If a simulation has found the
+    lines of its wave folds, which takes seconds, they are in the file.
 
     Raises
     ------
@@ -69,6 +72,7 @@ def write_face(face: Face, path: str | Path) -> Path:
         arrays["likeness"] = face.likeness
     if face.brows is not None:
         arrays |= {_BROWS + name: values for name, values in vars(face.brows).items()}
+    arrays |= {_FOLDS + name: values for name, values in to_store(face).items()}
     arrays |= _stored("", face.mesh, face.texture, face.source_points)
     for name, part in face.parts.items():
         key = f"{_PARTS}/{name}/"
@@ -196,7 +200,7 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     of_parts = _within(data, f"{_PARTS}/")
     parts = {name: _part(_within(of_parts, f"{name}/")) for name in sorted({key.split("/")[0] for key in of_parts})}
     brows = _within(data, _BROWS)
-    return dataclasses.replace(
+    face = dataclasses.replace(
         face,
         confidences=known,
         texture=data.get("texture"),
@@ -209,3 +213,5 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
         age=float(data["age"]),
         template=mean_face(face.atlas) if data["varies_head"] else None,
     )
+    restore(face, _within(data, _FOLDS))
+    return face

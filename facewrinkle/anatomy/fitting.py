@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +22,7 @@ from .brow_hairs import BrowHairs
 from .face import Face
 from .head import load_head
 from .identity import Identity, head_of
+from .known_folds import folds_of_head, restore
 from .landmarks import (
     NOT_ON_SKIN,
     REFUSED,
@@ -103,12 +104,13 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
     face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=person.age)
-    return face if head.points is load_head().points else dataclasses.replace(face, template=mean_face(face.atlas))
+    if head.points is not load_head().points:
+        return dataclasses.replace(face, template=mean_face(face.atlas))
+    restore(face, folds_of_head())
+    return face
 
 
-_MEAN_FACES: WeakKeyDictionary[Atlas, Face] = WeakKeyDictionary()
-
-
+@lru_cache(maxsize=4)
 def mean_face(atlas: Atlas) -> Face:
     """Return the mean head with the muscles of an atlas, made once.
 
@@ -118,9 +120,7 @@ def mean_face(atlas: Atlas) -> Face:
     >>> mean_face(load_atlas()) is mean_face(load_atlas())
     True
     """
-    if atlas not in _MEAN_FACES:
-        _MEAN_FACES[atlas] = default_face(atlas=atlas)
-    return _MEAN_FACES[atlas]
+    return default_face(atlas=atlas)
 
 
 def fit_face(

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..anatomy.fitting import fitted_brows
 from ..array_types import Array
 from ..mesh import with_normals
@@ -23,9 +23,6 @@ from .skin_paint import SkinPainter
 
 FEWER_LASHES, FEWER_BROWS = 2, 6
 """Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""
-
-STORED = "_appearance"
-"""The attribute under which a face keeps its appearance, as it keeps what else is derived from it."""
 
 
 class Appearance:
@@ -53,8 +50,7 @@ class Appearance:
     @classmethod
     def of(cls, face: Face) -> Self:
         """Return the appearance of a face, made at the first call."""
-        kept: Self = vars(face).setdefault(STORED, cls(face))
-        return kept
+        return per_face(face, "appearance", None, lambda: cls(face))
 
     def at(self, frame: pv.PolyData) -> Seen:
         """Return what is seen in a frame of :meth:`facewrinkle.Simulation.step`, or in ``face.mesh``."""

@@ -24,6 +24,7 @@ from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from ..plotting import Scene, save_picture, side_by_side, stacked
 from ..plotting.views import Style
+from ..simulation.fold_shapes import find_folds
 from .parsing import parse_units
 from .report import Report, face_facts
 
@@ -83,6 +84,8 @@ def fit(
     for ending in (SUFFIX, ".png"):
         output_target(folder / f"{stem}{ending}")  # before anything is written
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
+    with report.waiting("Finding its lines"):
+        find_folds(face)
     write_face(face, folder / f"{stem}{SUFFIX}")
     with report.waiting("Drawing"):
         save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")

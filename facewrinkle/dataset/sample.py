@@ -28,7 +28,6 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import points_and_triangles
-from ..mesh.keeping import unkept
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Style, View, add_lamps
 from ..plotting.wet import TearScene
@@ -196,8 +195,7 @@ class SampleMaker:
         for attempt in range(ATTEMPTS):
             plan = plan_of(self.spec, index, attempt)
             try:
-                with unkept("lines"):  # each person's are others
-                    return self._made(plan, refused)
+                return self._made(plan, refused)
             except BadDraw as problem:
                 refused.append(str(problem))
         raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")

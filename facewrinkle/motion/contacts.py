@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..anatomy.joint_weights import JointWeights
 from ..array_types import Array, IntArray
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from . import _plane_kernels
 from .flat_triangles import FIRMER, FIRMEST, LAST_AREA, LEAST_AREA, flat_triangles
-from .kept_parts import kept
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, facing_lips
 from .lip_thickness import behind_lips
@@ -86,7 +85,7 @@ class Contacts:
         angles = np.zeros(len(area))
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
-        self.solids, self.lips, self.lids, self.flesh = kept(
+        self.solids, self.lips, self.lids, self.flesh = per_face(
             face, "surfaces", (area.tobytes(), angles.tobytes()), lambda: _surfaces(face, area, angles)
         )
         self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)

@@ -23,7 +23,6 @@ from ..array_types import Array, BoolArray, IntArray
 from ..geometry.normals import vertex_normals
 from . import _plane_kernels as kernels
 from .constraints import from_lips
-from .kept_parts import read_only
 from .solids import SLACK, samples_of
 
 LIP_DISTANCE = 0.1
@@ -73,13 +72,10 @@ class FacingSkin:
     allowed: Array
     stiffness: Array
 
-    def __post_init__(self) -> None:
-        read_only(list(vars(self).values()))  # here, as loops are compiled apart for arrays that can be written
-
     def gaps(self, x: Array) -> Array:
         """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
         out, full = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
-        none = read_only(full.copy())
+        none = full.copy()
         kernels.plane_energy(x, self.corners, self.shares, self.triangles, full, none, none, out, np.empty((0, 3)))
         return out
 

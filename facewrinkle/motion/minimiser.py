@@ -15,7 +15,6 @@ from ..array_types import Array, IntArray
 from ..geometry.nested_dissection import nested_dissection
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
-from .kept_parts import read_only
 
 DISSECTED_FROM = 50_000
 """With more vertices nested dissection orders the factors, as minimum degree takes many times as long; with fewer, the
@@ -232,7 +231,6 @@ class Factors:
         for k, matrix in enumerate(matrices):  # one by one: on fine meshes factors take gigabytes
             ordered = matrix[order][:, order].tocsc()
             self._keep(k, order, splu(ordered, permc_spec=ordering, diag_pivot_thresh=0.0, options=options))
-        read_only(list(vars(self).values()))
 
     def _keep(self, k: int, order: IntArray, factor: SuperLU) -> None:
         """Keep what solving for coordinate k needs of its factors."""

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
@@ -26,7 +26,6 @@ from .base import NONE_BY_NAME
 from .constraints import lip_tethers, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
-from .kept_parts import kept
 from .lip_pressure import closing_forces
 from .material import SkinMaterial
 from .minimiser import Factors, Minimiser
@@ -107,11 +106,6 @@ class Skin:
     ) -> None:
         self.time_step = check_positive("time_step", time_step, "It is in seconds.")
         iterations = check_whole("iterations", iterations, 1, 1e9)
-        if lost := face.joint_weights.keys() - face.muscles.keys():
-            raise ParameterError(
-                f"face.muscles has lost {min(lost)!r}, by which skin turns with a lid or the jaw. Make a face without "
-                "it: dataclasses.replace(face, muscles={...}) with all muscles that it is to have."
-            )
         self._alone = OneThread("this skin", "fw.Skin(face)")
         m = self.material = material or SkinMaterial()
         self.names = tuple(face.muscles)
@@ -122,12 +116,12 @@ class Skin:
         self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face)
         self._build_tethers(face)
-        self._bending, self._pull, resistance = kept(face, "matrices", m, lambda: self._matrices(face, whole))
+        self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face, whole))
         self._bent = self._bending.indices.astype(np.uint32)
         self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
-        factors = kept(face, "factors", (m, self.time_step), self._factors)
+        factors = per_face(face, "factors", (m, self.time_step), self._factors)
         self._minimiser = Minimiser(factors, self._area, iterations, self.contacts)
         self.reset()
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from functools import cached_property
-from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..anatomy.reduced_face import reduced_face
 from ..array_types import Array, IntArray
 from ..errors import check_whole
@@ -18,7 +17,6 @@ from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
-from .kept_parts import content
 from .lid_surfaces import lid_ridges
 
 SKIN_VERTICES = 4400
@@ -101,15 +99,10 @@ class SkinMesh:
 
     @staticmethod
     def of(face: Face, vertices: int | None = SKIN_VERTICES) -> SkinMesh:
-        """Return the mesh of a face: that of another skin of it, as long as there is one and the face is the same."""
+        """Return the mesh of a face, which its skins share."""
         if vertices is None or face.mesh.n_points <= WORTHWHILE * check_whole("vertices", vertices, 100, 1e9):
             return SkinMesh(face, vertices)
-        made = _MADE.setdefault(face, WeakValueDictionary())
-        key = vertices, content(face)
-        mesh = made.get(key) if key[1] is not None else None
-        if mesh is None:
-            mesh = made[key] = SkinMesh(face, vertices)
-        return mesh
+        return per_face(face, "skin mesh", vertices, lambda: SkinMesh(face, vertices))
 
     def follow(self, displacement: Array) -> Array:
         """Return the displacement (n, 3) of the given face's vertices from that (k, 3) of the vertices of the mesh.
@@ -138,10 +131,6 @@ class SkinMesh:
         before = self._points + displacement
         after = self._untangling.untangled(before)
         return displacement if after is before else displacement + (after - before)
-
-
-_MADE: WeakKeyDictionary[Face, WeakValueDictionary[tuple[int, str | None], SkinMesh]] = WeakKeyDictionary()
-"""Meshes that skins have, by their faces, wanted numbers of vertices, and what the faces were then."""
 
 
 def edge_lengths(face: Face, count: int) -> Array:

@@ -23,7 +23,6 @@ from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
 from .constraints import from_lips
-from .kept_parts import read_only
 
 SLACK = 0.02
 """Depth to which skin that touches a solid at rest may enter it before it is pushed, mm: so rest is an equilibrium."""
@@ -89,9 +88,6 @@ class Solids:
     stiffness: Array
     angles: Array
 
-    def __post_init__(self) -> None:
-        read_only(list(vars(self).values()))  # here, as loops are compiled apart for arrays that can be written
-
     def gaps(self, points: Array) -> Array:
         """Return the distances (k,) of all samples from their solids at rest, for positions (n, 3)."""
         gaps, normal = np.empty(len(self.corners)), np.empty(3)
@@ -108,7 +104,7 @@ class Solids:
         kernels.turn(origins, joint.centre, joint.axis, angles)
         for k in range(3):
             kernels.turn(axes[:, k], np.zeros(3), joint.axis, angles)
-        return read_only((origins, axes))
+        return origins, axes
 
 
 def joined(solids: Sequence[Solids]) -> Solids:

@@ -8,14 +8,13 @@ compressed, and flatten where it is stretched.
 from __future__ import annotations
 
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..appearance.microrelief import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array
 from ..geometry.normals import vertex_normals
@@ -48,7 +47,7 @@ class Relief:
 
     def __init__(self, face: Face, pixel: float, rows: int) -> None:
         self._face, self._angle = face, np.radians(VIEW_ANGLE) / rows
-        self._places = _KNOWN.setdefault(face, _Places())
+        self._places = per_face(face, "relief", None, _Places)
         self._fade = 1.0 - float(smoothstep((pixel / face.frame.scale - FADING[0]) / (FADING[1] - FADING[0])))
 
     @staticmethod
@@ -113,9 +112,6 @@ class _Places:
         """Keep the numbers of the last frame, and of those few before it that are of other arrays."""
         others = [each for each in known if each.rest is not last.rest]
         self._known = last, *others[: MOST - 1]  # at once, should scenes of a face be drawn in threads
-
-
-_KNOWN: WeakKeyDictionary[Face, _Places] = WeakKeyDictionary()
 
 
 def _strengths(points: Array, face: Face, before: Array, strengths: Array) -> Array:

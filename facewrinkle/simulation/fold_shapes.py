@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Mapping
-from weakref import WeakKeyDictionary
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
+from ..anatomy.known_folds import KnownFolds, known_folds
 from ..array_types import Array
 from ..errors import ParameterError
 from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
+from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
-from ..mesh.keeping import kept
+from ..layers.wave_folds.packets import Style
 from ..motion.action_units import units_of
 from ..motion.base import Motion
 from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
-from .stored_shapes import stored_shapes
 
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
 
 FRAMES = 48
 """Frames of a recording without shapes that are looked at."""
-
-_KNOWN: WeakKeyDictionary[Face, dict[SkinMaterial, FoldShapes]] = WeakKeyDictionary()
-"""Shapes of the action units of faces, by the material of their skin."""
 
 
 def give_shapes(layers: Iterable[object], face: Face, motion: Motion) -> None:
@@ -76,10 +74,7 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
             "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
         )
     home, material = face.template or face, _material(motion)
-    known = _KNOWN.setdefault(home, {})
-    if material not in known:
-        known[material] = _of_muscles(home, material)
-    return dataclasses.replace(known[material], face=home)
+    return per_face(home, "fold shapes", material, lambda: _of_muscles(home, material))
 
 
 def _material(motion: Motion) -> SkinMaterial:
@@ -88,29 +83,42 @@ def _material(motion: Motion) -> SkinMaterial:
 
 def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
-    groups, inputs = unit_groups(face), inputs_of(face, material)
-    stored = stored_shapes(face, inputs)
-    if stored is not None and stored[0].keys() >= {unit for group in groups.values() for unit in group}:
-        return in_families(groups, *stored)
-    return in_families(groups, kept("shapes", inputs, lambda: relaxed_shapes(face, material)))
+    if material != SkinMaterial():
+        return in_families(face, relaxed_shapes(face, material))
+    known = find_folds(face)
+    return in_families(face, known.shapes, known.lines)
+
+
+def find_folds(face: Face) -> KnownFolds:
+    """Return the shapes of a face in full motion and the lines of its wave folds, found unless they are known.
+
+    They go into its file from then on; see :func:`facewrinkle.write_face`.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> list(find_folds(fw.default_face()).shapes)[:3]
+    ['AU1', 'AU2', 'AU4']
+    """
+    known = known_folds(face)
+    if not known.shapes:
+        known.shapes = relaxed_shapes(face, SkinMaterial())
+        known.lines = found_lines(face, in_families(face, known.shapes), 1.0, Style())
+    return known
 
 
 def in_families(
-    groups: Mapping[str, Iterable[str]], shapes: Mapping[str, Array], lines: Mapping[str, np.ndarray] | None = None
+    face: Face, shapes: Mapping[str, Array], lines: Mapping[str, npt.NDArray[Any]] | None = None
 ) -> FoldShapes:
     """Return shapes by action unit in their groups, with the lines that were found from them."""
-    return FoldShapes({name: [shapes[unit] for unit in group] for name, group in groups.items()}, lines=lines)
+    families = {name: [shapes[unit] for unit in group] for name, group in unit_groups(face).items()}
+    return FoldShapes(families, face, lines)
 
 
 def unit_groups(face: Face) -> dict[str, list[str]]:
     """Return the names of the action units that the atlas of a face has, by family."""
     units = _units(face)
     return {name: _different(units, group) for name, group in GROUPS.items()}
-
-
-def inputs_of(face: Face, material: SkinMaterial) -> object:
-    """Return all that the shapes of a face depend on."""
-    return dataclasses.replace(face, texture=None), material
 
 
 def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:

@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eye_placement import place_eyeballs
+from facewrinkle.anatomy.face import per_face
 from facewrinkle.anatomy.jaw import jaw_weights
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from facewrinkle.appearance.mouth import Mouth
@@ -350,3 +351,15 @@ def test_landmarks_go_with_a_head_that_turns(face):
     turned["rest"], turned.field_data["pose"] = face.points, pose
     for name, place in face.landmarks_on(turned).items():
         np.testing.assert_allclose(place, pose[:3, :3] @ face.landmarks[name] + pose[:3, 3], atol=1e-9)
+
+
+def test_things_are_made_once_for_a_face_and_a_key():
+    face, made = fw.default_face(), []
+    for key in (1, 1, 2, 1):
+        assert per_face(face, "part", key, lambda key=key: made.append(key) or key) == key
+    assert made == [1, 2]
+    assert per_face(dataclasses.replace(face), "part", 1, lambda: "its own") == "its own"
+    for key in (3, 4, 5, 5):
+        per_face(face, "part", key, lambda key=key: made.append(key))
+    per_face(face, "part", 1, lambda: made.append("anew"))
+    assert made == [1, 2, 3, 4, 5, "anew"]

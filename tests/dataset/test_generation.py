@@ -27,7 +27,6 @@ from facewrinkle.dataset import verification as verification_module
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.shards import Shard, shards_of, write_shard
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
-from facewrinkle.mesh import keeping
 
 pytest.importorskip("pyarrow", reason="data sets need pyarrow")
 SPEC = {"size": [48, 48], "quick": True, "shard": 2, "per_person": 2, "tears": {"share": 0.0}}
@@ -70,12 +69,8 @@ def test_a_sample_is_the_same_in_any_order(small, backwards):
                 assert tar.extractfile(f"{index:09d}.{ending}").read() == content
 
 
-def test_what_a_scene_showed_before_does_not_show(tmp_path, monkeypatch):
-    """Lamps, the shader of skin, a texture and tears, in one scene: each sample is once the first and once the second.
-
-    What is found for a person of a set is of no use later, and does not fill the folder of what is kept.
-    """
-    monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
+def test_what_a_scene_showed_before_does_not_show():
+    """Lamps, the shader of skin, a texture and tears, in one scene: each sample comes once first and once second."""
     expression = {"neutral": 0.0, "named": 1.0, "names": ["happiness", "sadness"]}
     spec = Spec.of({**SPEC, "quick": False, "tears": {"share": 1.0}, "expression": expression})
     made = []
@@ -88,10 +83,8 @@ def test_what_a_scene_showed_before_does_not_show(tmp_path, monkeypatch):
         assert (sample.labels["part"] == PARTS.index("tear")).any()
     views = [sample.facts["plan"]["camera"] for sample in made[0].values()]
     assert views[0] != views[1]
-    assert not list(tmp_path.glob("facewrinkle-lines-*"))
 
 
-@pytest.mark.usefixtures("nothing_kept")
 def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
     pytest.importorskip("distributed", reason="several workers need Dask")
     other, done = tmp_path / "other", []

@@ -219,7 +219,6 @@ def played(stem):
 """
 
 
-@pytest.mark.usefixtures("nothing_kept")
 def test_the_same_bytes_in_every_process_with_any_number_of_threads():
     stem = FACES / "ict_face_narrow"
     face = str(stem) if stem.with_suffix(".obj").exists() else ""

@@ -1,7 +1,7 @@
 """Layers of folds by name, and the motions that wave folds are found from.
 
 layers    the kinds, by name; a surface without landmarks or muscles
-files     shapes that are kept
+head      its stored shapes and lines, against those that are found anew
 faces     frames of layers that other faces have used, against those of new layers
 shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
 """
@@ -14,21 +14,17 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
+from facewrinkle.anatomy.known_folds import known_folds
 from facewrinkle.anatomy.muscles import SheetMuscle
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import Lines, found_lines
 from facewrinkle.layers.wave_folds.packets import Style
-from facewrinkle.mesh import keeping
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.playback import Playback
-from facewrinkle.simulation import fold_shapes as fold_shapes_module
-from facewrinkle.simulation import stored_shapes
 from facewrinkle.simulation.fold_layers import fold_layers
-from facewrinkle.simulation.fold_shapes import fold_shapes
-
-STORED = stored_shapes.FILE
+from facewrinkle.simulation.fold_shapes import find_folds, fold_shapes, relaxed_shapes
 
 
 def test_the_kinds_of_folds(face):
@@ -91,52 +87,42 @@ def test_variations_of_the_head_share_the_lines_of_the_mean_head():
     assert fw.default_face().template is None
 
 
-def test_shapes_are_the_same_from_a_file(face, tmp_path, monkeypatch):
-    monkeypatch.setenv(keeping.FOLDER, str(tmp_path))
-    monkeypatch.setattr(stored_shapes, "FILE", tmp_path / "none.npz")
-    first = fold_shapes_module._of_muscles(face, SkinMaterial()).families
-    monkeypatch.delattr(fold_shapes_module, "Pulled")
-    again = fold_shapes_module._of_muscles(face, SkinMaterial()).families
-    assert list(again) == list(first) == list(GROUPS)
-    for name, shapes in first.items():
-        np.testing.assert_array_equal(again[name], shapes)
-    with pytest.raises(NameError):  # another skin takes other shapes
-        fold_shapes_module._of_muscles(face, SkinMaterial(bending=0.9 * SkinMaterial().bending))
-
-    monkeypatch.setattr(stored_shapes, "FILE", STORED)
-    monkeypatch.setenv(keeping.FOLDER, "")
-    assert stored_shapes.stored_shapes(face, fold_shapes_module.inputs_of(face, SkinMaterial())) is not None, (
-        "the built-in head or its atlas is another one: run python -m tools.build_shapes"
+def test_the_stored_shapes_of_the_head_are_those_of_its_skin(face):
+    stored, simulated = find_folds(face).shapes, relaxed_shapes(face, SkinMaterial())
+    assert known_folds(fw.default_face()).shapes.keys() == simulated.keys(), (
+        "the built-in head or its atlas is another one: run python -m tools.build_folds"
     )
-    stored = fold_shapes_module._of_muscles(face, SkinMaterial()).families
-    assert list(stored) == list(GROUPS)
-    for name, shapes in first.items():
-        for unit, ours, simulated in zip(GROUPS[name], stored[name], shapes, strict=False):
-            change = np.linalg.norm(ours - simulated, axis=1).max()
-            assert change < 0.1, (
-                f"the stored shape of {unit} and others are not those of the skin any more, by {change:.2f} mm, which "
-                "is more than skin at rest may be off: run python -m tools.build_shapes"
-            )
+    assert list(fold_shapes(face, fw.Skin(face)).families) == list(GROUPS)
+    for unit, shape in simulated.items():
+        change = np.linalg.norm(stored[unit] - shape, axis=1).max()
+        assert change < 0.1, (
+            f"the stored shape of {unit} and others are not those of the skin any more, by {change:.2f} mm, which "
+            "is more than skin at rest may be off: run python -m tools.build_folds"
+        )
+
+
+def test_what_is_known_is_known_of_this_face_alone(face):
     fewer = dict(list(face.muscles.items())[1:])
-    for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=71.0)):
-        assert stored_shapes.stored_shapes(other, fold_shapes_module.inputs_of(other, SkinMaterial())) is None
+    for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=0.5)):
+        assert not known_folds(other).shapes
+    softer = SkinMaterial(bending=0.9 * SkinMaterial().bending)
+    assert fold_shapes(face, fw.Skin(face, material=softer)).lines is None
 
 
-def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face, monkeypatch):
-    monkeypatch.setenv(keeping.FOLDER, "")
-    shapes = fold_shapes_module._of_muscles(face, SkinMaterial())
+def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
+    shapes = fold_shapes(face, fw.Skin(face))
     found = found_lines(face, shapes, 1.0, Style())
-    assert list(shapes.lines) == list(found), "run python -m tools.build_shapes"
+    assert list(shapes.lines) == list(found), "run python -m tools.build_folds"
     for name, array in found.items():
         stored = shapes.lines[name]
         assert stored.dtype.kind == array.dtype.kind
         if array.dtype.kind == "f":
-            np.testing.assert_allclose(stored, array, rtol=1e-6, atol=1e-6, err_msg="run python -m tools.build_shapes")
+            np.testing.assert_allclose(stored, array, rtol=1e-6, atol=1e-6, err_msg="run python -m tools.build_folds")
         else:
-            np.testing.assert_array_equal(stored, array, err_msg="run python -m tools.build_shapes")
+            np.testing.assert_array_equal(stored, array, err_msg="run python -m tools.build_folds")
     others = Lines(face, shapes, 1.0, Style(seed=1)), Lines(face, shapes, 1.1, Style())
     ours = Lines(face, shapes, 1.0, Style())
-    np.testing.assert_array_equal(ours.packets[0].phase, found["phase 0"])
+    np.testing.assert_array_equal(ours.packets[0].phase, shapes.lines["phase 0"])
     assert all(other.packets[0].phase[:5].tolist() != found["phase 0"][:5].tolist() for other in others)
 
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from functools import cached_property
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ...anatomy.face import Face
+from ...anatomy.face import Face, per_face
 from ...array_types import Array
 from ...errors import ParameterError
 from ...geometry import _mesh_kernels as mesh_kernels
 from ...geometry.interpolation import interpolated
 from ...geometry.normals import vertex_normals
-from ...mesh.keeping import kept
 from ..base import SurfacePoints
 from ..compression import StrainField
 from .families import FoldShapes, strength_of, tensors_of
@@ -53,8 +50,7 @@ class Lines:
         if shapes.lines is not None and (density, style) == (1.0, Style()):
             arrays = dict(shapes.lines)
         else:
-            inputs = dataclasses.replace(face, texture=None), shapes.families, density, style
-            arrays = kept("lines", inputs, lambda: found_lines(face, shapes, density, style))
+            arrays = found_lines(face, shapes, density, style)
         self.names = tuple(arrays["names"].tolist())
         columns = [{name: arrays[f"{name} {k}"] for name in (*KEPT, COMPRESSION)} for k in range(len(self.names))]
         self.packets = [Packets.of_arrays(own) for own in columns]
@@ -69,11 +65,7 @@ class Lines:
     @staticmethod
     def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
         """Return the lines of a face; those found before are not found anew."""
-        parts = [shape for own in shapes.families.values() for shape in own]
-        known, key = _FOUND.setdefault(face, {}), (tuple(shapes.families), tuple(map(id, parts)), density, style)
-        if key not in known:
-            known[key] = Lines(face, shapes, density, style), parts  # keeps the arrays, whose ids are in the key
-        return known[key][0]
+        return per_face(face, "lines", (shapes, density, style), lambda: Lines(face, shapes, density, style))
 
 
 def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
@@ -86,10 +78,6 @@ def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) ->
         arrays |= {f"{name} {k}": getattr(packets, name) for name in KEPT}
         arrays[f"{COMPRESSION} {k}"] = strength_of(tensor)
     return arrays
-
-
-_FOUND: WeakKeyDictionary[Face, dict[tuple[object, ...], tuple[Lines, list[Array]]]] = WeakKeyDictionary()
-"""Lines that were found before, by the face that they are on, which they must not keep: `FoldShapes` would."""
 
 
 class WaveField:

@@ -88,9 +88,6 @@ class WaveFolds:
     stateless = True
     """See :class:`facewrinkle.layers.base.Layer`."""
 
-    _known: tuple[float, Style, Face, FoldShapes, Array | None, WaveField] | None = None
-    """The field that was found last, and what it was found from: a simulation that begins anew finds no other."""
-
     def __init__(
         self,
         depth: float = 1.0,
@@ -149,14 +146,7 @@ class WaveFolds:
                 "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
                 "with muscles or with a recording, or set its `shapes`."
             )
-        if self._known is not None:
-            *known, theirs, field = self._known
-            same = factors is theirs if factors is None or theirs is None else np.array_equal(factors, theirs)
-            if same and known[:2] == [self.density, self.style] and known[2] is face and known[3] is self.shapes:
-                return field
-        field = WaveField(face, self.shapes, self.density, self.style, factors)
-        self._known = self.density, self.style, face, self.shapes, factors, field
-        return field
+        return WaveField(face, self.shapes, self.density, self.style, factors)
 
     # --- the layer protocol ----------------------------------------------------------------------
 
