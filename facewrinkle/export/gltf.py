@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..array_types import Array, Single
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
+from ..mesh.formats.materials import linear_light
 from .model import WATER_INDEX, WATER_OPACITY, Model
 from .morphs import Morphs, WeightTrack
 
@@ -137,7 +138,7 @@ class _File:
         if model.png is not None:
             surface["baseColorTexture"] = {"index": self.texture(model.png)}
         elif model.colours is not None:  # they would multiply the texture
-            attributes["COLOR_0"] = self.accessor(_linear_light(model.colours), normalized=True)
+            attributes["COLOR_0"] = self.accessor(_opaque_light(model.colours), normalized=True)
         else:
             surface["baseColorFactor"] = [1.0, 1.0, 1.0, WATER_OPACITY] if model.water else SKIN_COLOUR
         kind = "<u2" if len(model.points) <= 0xFFFF else "<u4"
@@ -286,8 +287,7 @@ def _normalized(vectors: Array) -> Array:
     return np.where(lengths > 0.0, vectors / np.maximum(lengths, 1e-300), [0.0, 1.0, 0.0])
 
 
-def _linear_light(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint16]:
+def _opaque_light(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint16]:
     """Linear light (n, 4) in 65,535ths, opaque, of sRGB colours (n, 3)."""
-    srgb = colours / 255.0
-    light = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    light = linear_light(colours)
     return np.rint(65535.0 * np.hstack([light, np.ones((len(light), 1))])).astype("<u2")

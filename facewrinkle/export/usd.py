@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..array_types import Array, Single
 from ..errors import MissingPackageError
 from ..files import written
+from ..mesh.formats.materials import linear_light
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
 from .model import Model
 from .morphs import Morphs, WeightTrack
@@ -147,8 +148,8 @@ def _fill(mesh: Any, model: Model) -> None:
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(np.stack([points.min(axis=0), points.max(axis=0)]))
     if model.colours is not None:
-        linear = (model.colours / 255.0) ** 2.2
-        mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(linear.astype(np.float32))
+        light = linear_light(model.colours)
+        mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(light.astype(np.float32))
     if model.uv is not None:
         places = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex")
         places.Set(model.uv.astype(np.float32))

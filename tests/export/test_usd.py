@@ -67,6 +67,13 @@ def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
         np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
 
 
+def test_colours_are_those_of_the_mesh(face, tmp_path):
+    rig = fw.rig(replace(face, texture=None), "jawOpen", "none", 0)
+    for ending in ("usda", "glb"):
+        found = fw.read_surface(fw.write_rig(rig, tmp_path / f"head.{ending}"))
+        np.testing.assert_array_equal(found["Colors"][: face.mesh.n_points], face.mesh["Colors"])
+
+
 def test_pictures_lie_beside(face, tmp_path):
     pytest.importorskip("PIL")
     ramp = np.linspace(40, 200, 64).astype(np.uint8)

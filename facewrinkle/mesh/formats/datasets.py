@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -78,6 +79,7 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
     if not isinstance(data, pv.DataSet):
         raise MeshError(f"{name} is {type_of(data)}, which holds no surface. Pass a PolyData.")
     if not isinstance(data, pv.PolyData):
+        _check_grid(data, name)
         data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
     if data.n_points == 0:
         raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
@@ -115,6 +117,22 @@ def _count_faces(data: Any) -> int:
     if isinstance(data, pv.PolyData):
         return data.n_faces + data.n_strips
     return data.n_cells if isinstance(data, pv.DataSet) else 0
+
+
+def _check_grid(data: Any, name: str) -> None:
+    """Raise a MeshError for a grid that only states its points or cells: VTK, which makes them all from a few numbers,
+    ends the interpreter if they do not fit into the memory.
+    """
+    if isinstance(data, pv.ImageData | pv.RectilinearGrid):
+        raise MeshError(
+            f"{name} must hold triangles, quads or polygons, and is a grid of {' x '.join(map(str, data.dimensions))} "
+            "points. Take its surface first, such as mesh.contour() or mesh.extract_surface() gives."
+        )
+    if isinstance(data, pv.StructuredGrid) and math.prod(data.dimensions) != data.n_points:
+        raise MeshError(
+            f"{name} is a grid of {' x '.join(map(str, data.dimensions))} points, and holds {data.n_points}. The "
+            "data are damaged: export it again."
+        )
 
 
 def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:

@@ -26,6 +26,7 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...errors import FaceWrinkleError, MeshError
 from ...files import bytes_of, sibling_file
+from .materials import srgb
 from .obj_off import Primitive, strip_triangles
 
 __all__ = ["Document", "read_gltf_file"]
@@ -382,13 +383,6 @@ class Document:
         if values.shape[1] != width:
             raise self.broken(f"accessor {index} has {values.shape[1]} numbers per row, and needs {width}")
         return values
-
-
-def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
-    linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
-    share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
-    return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
 
 
 def _is_transparent(material: Mapping[str, Any]) -> bool:

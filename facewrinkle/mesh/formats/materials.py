@@ -1,4 +1,4 @@
-"""Materials of OBJ files."""
+"""Materials of OBJ files, and colours as glTF and USD store them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,12 @@ import re
 from collections.abc import Iterable
 from io import StringIO
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from ...array_types import Array
 from ...errors import MeshError, warn
 from ...files import sibling_file, text_of
 
@@ -28,6 +33,26 @@ def uncommented(line: str) -> str:
     'usemtl skin#2 '
     """
     return _COMMENT.sub("", line) if "#" in line else line
+
+
+def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
+    linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
+    share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
+
+
+def linear_light(colours: npt.NDArray[np.uint8]) -> Array:
+    """Linear light (n, 3), from 0 to 1, of colours in sRGB: the inverse of :func:`srgb`.
+
+    Examples
+    --------
+    >>> greys = np.arange(256, dtype=np.uint8)[:, None].repeat(3, axis=1)
+    >>> bool((srgb(linear_light(greys)) == greys).all())
+    True
+    """
+    share = colours / 255.0
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
 
 
 def _library_files(folder: Path, library: str) -> list[Path | None]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...errors import FaceWrinkleError, MeshError, MissingPackageError, warn
 from ...files import check_inside
-from .gltf import srgb
+from .materials import srgb
 from .obj_off import Primitive, polygon_triangles
 from .probing import probe_usd
 

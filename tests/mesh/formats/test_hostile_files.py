@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import os
 import struct
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -182,6 +184,43 @@ def test_an_offset_that_crashes_vtk(tmp_path):
         for number in (-1, 2**62, -(2**62)):
             (tmp_path / "mesh.vtk").write_bytes(seed[:place] + struct.pack(">q", number) + seed[place + 8 :])
             assert outcome(tmp_path / "mesh.vtk") == "refused"
+
+
+VAST = {
+    "points.vtk": "DATASET STRUCTURED_POINTS\nDIMENSIONS 100000 100000 100000\nORIGIN 0 0 0\nSPACING 1 1 1\n",
+    "rectilinear.vtk": "DATASET RECTILINEAR_GRID\nDIMENSIONS 3000 3000 3000\n"
+    + "".join(f"{axis}_COORDINATES 3000 float\n" + "0 " * 3000 + "\n" for axis in "XYZ"),
+    "image.vti": '<VTKFile type="ImageData" version="1.0"><ImageData WholeExtent="0 99999 0 99999 0 99999" '
+    'Origin="0 0 0" Spacing="1 1 1"><Piece Extent="0 99999 0 99999 0 99999"/></ImageData></VTKFile>',
+    "blocks.vtm": '<VTKFile type="vtkMultiBlockDataSet" version="1.0"><vtkMultiBlockDataSet>'
+    '<DataSet index="0" file="image.vti"/></vtkMultiBlockDataSet></VTKFile>',
+}
+"""Small files of grids of which VTK would make more points than any memory holds."""
+
+
+@pytest.mark.parametrize(
+    "source", [*(repr(name) for name in VAST if name != "image.vti"), "IMAGE", "STRUCTURED", "BLOCKS"]
+)
+def test_vast_grids_are_refused(tmp_path, source):
+    """In a process of its own: VTK ends it where it finds no memory."""
+    for name, text in VAST.items():
+        head = "# vtk DataFile Version 3.0\nvast\nASCII\n" if name.endswith(".vtk") else ""
+        (tmp_path / name).write_text(head + text)
+    program = (
+        "import pyvista as pv, facewrinkle as fw\n"
+        "IMAGE = pv.ImageData(dimensions=(3000, 3000, 3000))\n"
+        "BLOCKS = pv.MultiBlock([pv.Sphere(), IMAGE])\n"
+        "STRUCTURED = pv.StructuredGrid()\n"
+        "STRUCTURED.points = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]\n"
+        "STRUCTURED.SetDimensions(30000, 30000, 1)\n"
+        f"try: fw.read_surface({source})\nexcept fw.FaceWrinkleError as error: print(error)"
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr
+    assert ("data are damaged" if source == "STRUCTURED" else "Take its surface first") in run.stdout
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="only where a process can die of a signal")
