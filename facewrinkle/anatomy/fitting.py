@@ -15,8 +15,16 @@ import pyvista as pv
 from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.interpolation import barycentric
-from ..mesh import CleanSurface, as_texture, merged_texture, prepare, read_surface, read_texture, to_polydata
-from ..mesh.arrays import IMAGE
+from ..mesh import (
+    CleanSurface,
+    as_texture,
+    merged_texture,
+    outside_images,
+    prepare,
+    read_surface,
+    read_texture,
+    to_polydata,
+)
 from .atlas import Atlas
 from .brow_hairs import BrowHairs
 from .face import Face
@@ -212,7 +220,7 @@ def fit_face(
         source_points=clean.source_points,
         confidences={} if search is None else search.confidences,
         likeness=None if search is None else search.confidence,
-        report=clean.report,
+        report=clean.report + (outside_images(source, mesh) if texture is None else ()),
         texture=image,
     )
     for sentence in _left_out(face):
@@ -308,7 +316,9 @@ def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.
     if clean.active_texture_coordinates is not None:
         if texture is not None:
             return as_texture(texture)
-        found = merged_texture(clean) if IMAGE in clean.cell_data else read_texture(mesh)
+        found = merged_texture(clean)
+        if found is None and not isinstance(mesh, str | Path):
+            found = read_texture(mesh)
         return None if found is None else found[:, :, :3]
     if texture is not None:
         raise MeshError(
@@ -407,11 +417,13 @@ def surface(
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
     """
-    clean = prepare(mesh)
+    source = read_surface(mesh)
+    clean = prepare(source)
     face = Face.without_anatomy(clean.mesh, millimetres(units), clean.source_points)
     others = clean.others
     parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
-    return dataclasses.replace(face, parts=parts, report=clean.report, texture=_image(mesh, texture, clean.mesh))
+    report = clean.report + (outside_images(source, mesh) if texture is None else ())
+    return dataclasses.replace(face, parts=parts, report=report, texture=_image(mesh, texture, clean.mesh))
 
 
 def fitted_brows(face: Face) -> BrowHairs:

@@ -14,8 +14,7 @@ from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
 from ..files import reading
 from ..geometry.topology import boundary_loops
-from ..mesh import merged_texture, prepare, read_surface, read_texture
-from ..mesh.arrays import IMAGE
+from ..mesh import merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
 from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts
@@ -61,18 +60,16 @@ def _of_mesh(path: Path) -> dict[str, str]:
         warnings.simplefilter("ignore", FaceWrinkleWarning)  # it is in the table
         clean = prepare(source)
     rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
-    has_uv = source.active_texture_coordinates is not None
-    texture = None
-    if has_uv:
-        texture = merged_texture(clean.mesh) if IMAGE in clean.mesh.cell_data else read_texture(path)
-    rows["texture coordinates"] = "yes" if has_uv else "no"
+    texture = merged_texture(clean.mesh)
+    rows["texture coordinates"] = "no" if source.active_texture_coordinates is None else "yes"
     if path.suffix.lower() in GLTF:
         with reading(path):
             shapes, animations = shapes_of_gltf(path)
         for label, names in shapes.items():
             rows[f"shapes of {label} ({len(names)})"] = ", ".join(names)
         rows["animations"] = ", ".join(animations) or "none"
-    return rows | _surface(clean.points, clean.triangles, texture is not None, clean.report)
+    report = outside_images(source, path) + clean.report
+    return rows | _surface(clean.points, clean.triangles, texture is not None, report)
 
 
 def _surface(points: Array, triangles: IntArray, textured: bool, report: tuple[str, ...]) -> dict[str, str]:

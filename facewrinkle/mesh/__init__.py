@@ -20,8 +20,7 @@ from .arrays import (
     with_normals,
 )
 from .formats.reading import read_surface
-from .formats.texture_atlas import merged_texture
-from .formats.textures import as_texture, read_texture
+from .formats.textures import as_texture, merged_texture, outside_images, read_texture
 from .refining import refine
 from .repair.prepare import CleanSurface, prepare
 from .seams import add_seams, corner_texture, refine_seams, split_at_seams
@@ -39,6 +38,7 @@ __all__ = [
     "interpolated_point_data",
     "merged_texture",
     "of_own_arrays",
+    "outside_images",
     "points_and_triangles",
     "prepare",
     "read_surface",

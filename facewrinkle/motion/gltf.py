@@ -17,7 +17,7 @@ from ..array_types import Array
 from ..errors import MeshError, check_range, unknown_name, warn
 from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
-from ..mesh.formats.obj_off import Primitive
+from ..mesh.formats.polygons import Primitive
 from .action_units import named_shapes
 from .recorded import Recorded
 from .skinning import Bones
@@ -48,29 +48,28 @@ def read_gltf(
 ) -> tuple[pv.PolyData, Recorded]:
     """Read the meshes of a glTF file at rest, and their recording; see :func:`facewrinkle.read_animation`."""
     document = Document(path)
-    with document.checked():
-        world = document.world()
-        models = [_Model.of(document, node, world) for node in document.shown]
-        models = [model for model in models if model.primitives]
-        clips = _clips(document)
-        skin = _chosen(document, models, clips, mesh)
-        tracks = _tracks(document, models, skin, clips, animation) if shapes is None else _posed(path, skin, shapes)
-        scene = _Scene(document, world, tracks)
-        surface, recorded = _animated(scene, skin)
-        if recorded is None:
-            raise MeshError(
-                f"{path.name}: no animation ({', '.join(clips)}) moves {skin.label}: neither its shapes nor its node "
-                "nor bones. Name another mesh with mesh=."
-            )
-        surfaces, companions, start = [surface], {}, surface.n_points
-        for model in models:
-            if model is not skin:
-                other, own = _animated(scene, model, recorded)
-                surfaces.append(other)
-                if own is not None:
-                    companions[start] = own
-                start += other.n_points
-        return merged_surfaces(surfaces), replace(recorded, companions=companions)
+    world = document.world()
+    models = [_Model.of(document, node, world) for node in document.shown]
+    models = [model for model in models if model.primitives]
+    clips = _clips(document)
+    skin = _chosen(document, models, clips, mesh)
+    tracks = _tracks(document, models, skin, clips, animation) if shapes is None else _posed(path, skin, shapes)
+    scene = _Scene(document, world, tracks)
+    surface, recorded = _animated(scene, skin)
+    if recorded is None:
+        raise MeshError(
+            f"{path.name}: no animation ({', '.join(clips)}) moves {skin.label}: neither its shapes nor its node "
+            "nor bones. Name another mesh with mesh=."
+        )
+    surfaces, companions, start = [surface], {}, surface.n_points
+    for model in models:
+        if model is not skin:
+            other, own = _animated(scene, model, recorded)
+            surfaces.append(other)
+            if own is not None:
+                companions[start] = own
+            start += other.n_points
+    return merged_surfaces(surfaces), replace(recorded, companions=companions)
 
 
 # --- what is in the file --------------------------------------------------------------------------
@@ -211,10 +210,9 @@ def _tracks(
 def shapes_of_gltf(path: Path) -> tuple[dict[str, tuple[str, ...]], tuple[str, ...]]:
     """Return the names of the shapes of each mesh of a glTF file that has some, and those of its animations."""
     document = Document(path)
-    with document.checked():
-        world = document.world()
-        models = [_Model.of(document, node, world) for node in document.shown]
-        return {model.label: model.names for model in models if model.names}, tuple(_clips(document))
+    world = document.world()
+    models = [_Model.of(document, node, world) for node in document.shown]
+    return {model.label: model.names for model in models if model.names}, tuple(_clips(document))
 
 
 def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, Track]:

@@ -16,8 +16,8 @@ import pyvista as pv
 from ..array_types import Array
 from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
-from ..mesh.formats.obj_off import Primitive
-from ..mesh.formats.usd import checked, opened, primitive_of, shown
+from ..mesh.formats.polygons import Primitive
+from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded
 from .track import Track
 
@@ -30,11 +30,6 @@ BORDER_TIMES = 16
 
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:
     """Read the meshes of a USD stage at rest, and their recording; see :func:`facewrinkle.read_animation`."""
-    with checked(path):
-        return _read(path, mesh)
-
-
-def _read(path: Path, mesh: str | None) -> tuple[pv.PolyData, Recorded]:
     stage = _baked(opened(path))
     found = [_Mesh(prim, path) for prim in shown(stage)]
     chosen = _chosen([model for model in found if model.count], mesh, path.name)

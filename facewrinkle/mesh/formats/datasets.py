@@ -4,52 +4,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-from ...errors import MeshError, type_of, warn
-from ...files import sibling_file
-from ..arrays import COLORS, IMAGE, IMAGES, MESH, PART, TEXTURE, use_texture, with_data
+from ...errors import MeshError, type_of
+from ..arrays import COLORS, IMAGE, IMAGES, MESH, PART, TEXTURE, to_polydata, use_texture, with_data
 from ..seams import add_seams
 from .merging import merged_surfaces, set_images, set_meshes
-from .obj_off import Polygons, polygon_triangles
+from .polygons import Polygons, polygon_triangles
 
 
-def from_polygons(polygons: Polygons, name: str, folder: Path | None = None) -> pv.PolyData:
-    """Triangles of the polygons of a file; `name` is for errors, `folder` that of its images."""
-    padded = [number for face in polygons.faces for number in (len(face), *face)]
-    mesh = pv.PolyData()
-    mesh.points = polygons.points
-    mesh.faces = np.array(padded, dtype=np.int64)
+def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
+    """Triangles of the polygons of a file; `name` is for errors."""
+    _check_counts(len(polygons.points), len(polygons.counts), name)
+    split = polygon_triangles(polygons.points[polygons.vertices], polygons.counts)
+    surface = to_polydata(polygons.points, polygons.vertices[split])
+    face = np.repeat(np.arange(len(polygons.counts)), polygons.counts)[split[:, 0]]
     if polygons.texture is not None:
-        mesh.point_data[TEXTURE] = polygons.texture
-        use_texture(mesh, TEXTURE)
+        surface.point_data[TEXTURE] = polygons.texture
+        use_texture(surface, TEXTURE)
     if polygons.colors is not None:
-        mesh.point_data[COLORS] = _colours(polygons.colors)
-    surface = from_dataset(mesh, name)
+        surface.point_data[COLORS] = _colours(polygons.colors)
     if polygons.corners is not None:
-        add_seams(surface, _at_triangles(polygons.corners, polygons.faces, mesh))
-    face = np.repeat(np.arange(len(polygons.faces)), [len(face) for face in polygons.faces])[:, None]
+        add_seams(surface, polygons.corners[split])
     if polygons.meshes is not None:
-        set_meshes(surface, polygons.meshes[_at_triangles(face, polygons.faces, mesh)[:, 0, 0].astype(np.int64)])
-    if folder is not None and polygons.images and polygons.texture is not None:
-        places = {name: _place(folder, name) for name in sorted(set(polygons.images) - {""})}
-        images = np.array([places.get(name, "") for name in polygons.images])
-        set_images(surface, images[_at_triangles(face, polygons.faces, mesh)[:, 0, 0]])
+        set_meshes(surface, polygons.meshes[face])
+    if polygons.images is not None and polygons.texture is not None:
+        set_images(surface, polygons.images[face])
     return surface
-
-
-def _place(folder: Path, name: str) -> str:
-    """The path of an image, "" with a warning if it may not be read."""
-    try:
-        return str((sibling_file(folder, name) or folder / Path(name).name).absolute())
-    except MeshError as problem:
-        warn(f"the texture is left out: {problem}")
-        return ""
 
 
 def _colours(values: np.ndarray) -> np.ndarray:
@@ -58,15 +43,6 @@ def _colours(values: np.ndarray) -> np.ndarray:
         return values
     share = values / (255.0 if values.max() <= 255 else 65535.0)
     return np.asarray(np.rint(255.0 * np.clip(share, 0.0, 1.0)), dtype=np.uint8)
-
-
-def _at_triangles(values: np.ndarray, faces: list[list[int]], mesh: pv.PolyData) -> np.ndarray:
-    """Values (c, d) at the corners of polygons, for the corners (m, 3, d) of the triangles that they are split into."""
-    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
-    counts = np.array([len(face) for face in faces], dtype=np.int64)
-    if (counts == 3).all():
-        return np.asarray(values.reshape(len(faces), 3, -1))
-    return np.asarray(values[polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], counts)])
 
 
 def from_dataset(data: Any, name: str) -> pv.PolyData:
@@ -81,13 +57,7 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
     if not isinstance(data, pv.PolyData):
         _check_grid(data, name)
         data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
-    if data.n_points == 0:
-        raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
-    if not _count_faces(data):
-        raise MeshError(
-            f"{name} has {data.n_points} points and no faces. A surface is needed: export polygons (not "
-            "points or lines), or reconstruct one with mesh.reconstruct_surface()."
-        )
+    _check_counts(data.n_points, _count_faces(data), name)
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
     for key in (IMAGE, MESH) if data.is_all_triangles else ():  # of a surface that was read before
@@ -96,6 +66,16 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
     if PART in surface.point_data and surface.point_data[PART].dtype.kind in "iu":  # a frame of a simulation
         set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
     return surface
+
+
+def _check_counts(n_points: int, n_faces: int, name: str) -> None:
+    if n_points == 0:
+        raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
+    if n_faces == 0:
+        raise MeshError(
+            f"{name} has {n_points} points and no faces. A surface is needed: export polygons (not points or lines), "
+            "or reconstruct one with mesh.reconstruct_surface()."
+        )
 
 
 def _numbers(values: np.ndarray) -> bool:

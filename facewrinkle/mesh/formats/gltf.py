@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections import Counter
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -24,10 +22,10 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
-from ...errors import FaceWrinkleError, MeshError
+from ...errors import MeshError, warn
 from ...files import bytes_of, sibling_file
-from .materials import srgb
-from .obj_off import Primitive, strip_triangles
+from .materials import image_place, srgb
+from .polygons import Primitive, strip_triangles
 
 __all__ = ["Document", "read_gltf_file"]
 
@@ -54,9 +52,8 @@ def read_gltf_file(path: Path) -> list[Primitive]:
         For a file that is damaged or compressed (Draco, meshopt), or lacks something it refers to.
     """
     document = Document(path)
-    with document.checked():
-        world = document.world()
-        return [primitive for node in document.shown for primitive in document.primitives(node, world)]
+    world = document.world()
+    return [primitive for node in document.shown for primitive in document.primitives(node, world)]
 
 
 class Document:
@@ -91,16 +88,6 @@ class Document:
 
     def broken(self, reason: str) -> MeshError:
         return MeshError(f"{self.path.name} cannot be read: {reason}. The file is damaged or cut off: export it again.")
-
-    @contextmanager
-    def checked(self) -> Iterator[None]:
-        """Turn any error from a structure that makes no sense into a MeshError."""
-        try:
-            yield
-        except FaceWrinkleError:
-            raise
-        except (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as problem:
-            raise self.broken(f"its structure makes no sense ({type(problem).__name__}: {problem})") from None
 
     def _chunks(self, raw: bytes) -> tuple[bytes, bytes]:
         """The JSON text and the binary chunk of a GLB file."""
@@ -243,7 +230,11 @@ class Document:
 
     def label(self, node: int) -> str:
         """The name of the mesh of a node or of the node, else its number."""
-        return str(self._at("meshes", self.nodes[node]["mesh"]).get("name") or self.nodes[node].get("name") or node)
+        return next(str(name) for name in self.names(node) if name)
+
+    def names(self, node: int) -> tuple[str | None, str | None, str]:
+        """The names of the mesh of a node and of the node, if they have any, and its number."""
+        return self._at("meshes", self.nodes[node]["mesh"]).get("name"), self.nodes[node].get("name"), str(node)
 
     def primitives(self, node: int, world: Array) -> list[Primitive]:
         """The mesh of a node in the coordinates of the scene, given the matrices of all nodes."""
@@ -324,11 +315,19 @@ class Document:
         try:
             if (texture := self._texture(primitive)) is not None:
                 number, how = texture
-                return f"{self.path.absolute()}#{number}", None, how
-            factor = self._surface(primitive)["baseColorFactor"]
-            return "", np.array(factor, dtype=np.float64).reshape(1, 4), {}
-        except (MeshError, KeyError, TypeError, ValueError, AttributeError):  # a mesh is read even without its colours
+                return self._image_place(number), None, how
+            factor = self._surface(primitive).get("baseColorFactor")
+            return "", None if factor is None else np.array(factor, dtype=np.float64).reshape(1, 4), {}
+        except (MeshError, KeyError, TypeError, ValueError, AttributeError) as problem:
+            warn(f"the texture is left out: a material makes no sense ({type(problem).__name__}: {problem}).")
             return "", None, {}
+
+    def _image_place(self, number: int) -> str:
+        """The file of an image, or the name of one within this file."""
+        uri = self._at("images", number).get("uri")
+        if uri is None or uri.startswith("data:"):
+            return f"{self.path.absolute()}#{number}"
+        return image_place(self.path.parent, unquote(uri))
 
     def _surface(self, primitive: dict[str, Any]) -> dict[str, Any]:
         """Colour properties of the material of a primitive; emitted light is the colour of a material that is black."""
@@ -353,21 +352,6 @@ class Document:
         return int(chosen["source"]), how
 
     # --- images ------------------------------------------------------------------------------------
-
-    def images(self, mesh: str | None = None) -> Counter[int]:
-        """Count the corners of faces that each image is on: on all meshes, or on the mesh of this name, or that of the
-        node of this name or number.
-        """
-        named = {n["mesh"] for i, n in enumerate(self.nodes) if "mesh" in n and mesh in (n.get("name"), str(i))}
-        found: Counter[int] = Counter()
-        for number, entry in enumerate(self.file.get("meshes") or []):
-            if mesh is not None and entry.get("name") != mesh and number not in named:
-                continue
-            for primitive in entry["primitives"]:
-                if (texture := self._texture(primitive)) is not None and "TEXCOORD_0" in primitive["attributes"]:
-                    corners = primitive.get("indices", primitive["attributes"]["POSITION"])
-                    found[texture[0]] += self._at("accessors", corners)["count"]
-        return found
 
     def image(self, number: int) -> bytes:
         """Return the bytes of an image, as in a PNG or JPEG file."""

@@ -35,6 +35,15 @@ def uncommented(line: str) -> str:
     return _COMMENT.sub("", line) if "#" in line else line
 
 
+def image_place(folder: Path, name: str) -> str:
+    """The path of an image by the name that another file gives it, "" with a warning if it may not be read."""
+    try:
+        return name and str((sibling_file(folder, name) or folder / Path(name).name).absolute())
+    except MeshError as problem:
+        warn(f"the texture is left out: {problem}")
+        return ""
+
+
 def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
     linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 from ...errors import MeshError
 from ..arrays import COLORS, IMAGE, MESH, MOVED, TEXTURE, blended, images_of, name_images, to_polydata, use_texture
 from ..seams import add_seams, corner_texture
-from .obj_off import Primitive
+from .polygons import Primitive
 
 MISSING = {COLORS: np.uint8(255), MOVED: 0.0}
 """Values for meshes without colours or motion that are merged with others that have them."""

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...files import bytes_of
-from .obj_off import Polygons, check_vertices, strip_triangles, textured
+from .materials import image_place
+from .polygons import Polygons, check_vertices, strip_triangles, textured
 
 __all__ = ["read_ply"]
 
@@ -53,7 +54,7 @@ def read_ply(path: Path) -> Polygons:
     MeshError
         For a header that makes no sense, fewer data than it announces, or a face whose vertex does not exist.
     """
-    elements, order, body = _header(path, bytes_of(path))
+    elements, order, image, body = _header(path, bytes_of(path))
     try:
         found = _body(elements, order, body)
     except (ValueError, OverflowError):
@@ -74,12 +75,13 @@ def read_ply(path: Path) -> Polygons:
     if (lengths < 3).any():
         number = int(np.argmax(lengths < 3))
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
-    faces = [part.tolist() for part in np.split(numbers, np.cumsum(lengths)[:-1]) if len(part)]
-    check_vertices(path, faces, len(points))
-    texture, corners = _texture(vertex, face, lengths, faces, len(points))
+    lengths, numbers = lengths.astype(np.int64), numbers.astype(np.int64)
+    check_vertices(path, lengths, numbers, len(points))
+    texture, corners = _texture(vertex, face, lengths, numbers, len(points))
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
-    return Polygons(points, faces, texture, corners, colors)
+    images = np.full(len(lengths), image_place(path.parent, image))
+    return Polygons(points, lengths, numbers, texture, corners, colors, images)
 
 
 def _of_strips(numbers: np.ndarray) -> np.ndarray:
@@ -94,14 +96,15 @@ def _broken(path: Path, reason: str) -> MeshError:
     return MeshError(f"{path.name} cannot be read: {reason}. The file is damaged or cut off: export it again.")
 
 
-def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
-    """Elements of the file, its byte order (None for text), and the data after the header."""
+def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, str, bytes]:
+    """Elements of the file, its byte order (None for text), the image that it names, and the data after the header."""
     line_end = rb"[ \t]*(?:\r\n|\n|\r)"
     found = re.match(rb"ply" + line_end + rb"(.*?)(?<=[\r\n])end_header" + line_end, data, re.DOTALL)
     if found is None:
         raise _broken(path, "it has no header from 'ply' to 'end_header'")
     elements: list[Element] = []
     orders: list[str | None] = []
+    images = [""]
     for line in found[1].decode("utf-8", errors="replace").splitlines():
         try:
             match line.split():
@@ -113,6 +116,8 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
                     elements[-1][2].append((name, NUMBERS[kind], NUMBERS[length]))
                 case ["property", kind, name]:
                     elements[-1][2].append((name, NUMBERS[kind], None))
+                case ["comment", "TextureFile", _, *_]:
+                    images.append(line.split(None, 2)[2].strip())
                 case [] | ["comment" | "obj_info", *_]:
                     pass
                 case _:
@@ -121,7 +126,7 @@ def _header(path: Path, data: bytes) -> tuple[list[Element], str | None, bytes]:
             raise _broken(path, f"its header says {line.strip()[:60]!r}") from None
     if not orders:
         raise _broken(path, "its header names no format")
-    return elements, orders[0], data[found.end() :]
+    return elements, orders[0], images[:2][-1], data[found.end() :]
 
 
 def _body(elements: list[Element], order: str | None, body: bytes) -> dict[str, tuple[Columns, Lists]]:
@@ -196,7 +201,7 @@ def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
 
 
 def _texture(
-    vertex: Columns, face: Lists, lengths: np.ndarray, faces: list[list[int]], n_points: int
+    vertex: Columns, face: Lists, lengths: np.ndarray, numbers: np.ndarray, n_points: int
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Texture coordinates of the points, and of the corners where points have several."""
     for u, v in COORDINATES:
@@ -205,4 +210,4 @@ def _texture(
     sizes, values = face.get("texcoord", (lengths, lengths))
     if "texcoord" not in face or (sizes != 2 * lengths).any():
         return None, None
-    return textured(faces, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)
+    return textured(numbers, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)

@@ -18,8 +18,7 @@ SECONDS, PER_SECOND = 8, 1_000_000
 MEMORY, PER_BYTE = 2 * 2**30, 20
 """Bytes of memory that reading may take, and the further ones for each byte of the file."""
 
-READERS = {
-    ".stl": "vtkIOGeometry.vtkSTLReader",
+OF_VTK = {
     ".vtk": "vtkIOLegacy.vtkGenericDataObjectReader",
     ".vtp": "vtkIOXML.vtkXMLPolyDataReader",
     ".vtu": "vtkIOXML.vtkXMLUnstructuredGridReader",
@@ -96,7 +95,7 @@ os._exit(0)
 
 def probe(path: Path) -> None:
     """Raise a MeshError if VTK cannot read a file without harm; what else is wrong with it is found later."""
-    _probe(path, _VTK, READERS[path.suffix.lower()], "VTK")
+    _probe(path, _VTK, OF_VTK[path.suffix.lower()], "VTK")
 
 
 def probe_usd(path: Path) -> None:

@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 import html
-import logging
 import os
 import re
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +18,11 @@ from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_t
 from .datasets import from_dataset, from_polygons
 from .gltf import read_gltf_file
 from .merging import from_primitives
-from .obj_off import read_obj, read_off
 from .ply import read_ply
-from .probing import probe
+from .polygons import read_obj, read_off, read_stl
+from .probing import OF_VTK, probe
 from .usd import read_usd_file
 
-OF_VTK = (".stl", ".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".hdf")
 GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf), USD"
@@ -115,9 +110,11 @@ def _kind_of(path: Path) -> tuple[str, tuple[str, ...]] | None:
 def _read_by_ending(path: Path) -> pv.PolyData:
     match path.suffix.lower():
         case ".obj":
-            return from_polygons(read_obj(path), path.name, path.parent)
+            return from_polygons(read_obj(path), path.name)
         case ".off":
             return from_polygons(read_off(path), path.name)
+        case ".stl":
+            return from_polygons(read_stl(path), path.name)
         case ".ply":
             return from_polygons(read_ply(path), path.name)
         case ending if ending in GLTF:
@@ -132,35 +129,19 @@ def _read_by_ending(path: Path) -> pv.PolyData:
     raise MeshError(f"{path.name}: there is no reader {ending}. Export the mesh as one of: {READABLE}.")
 
 
-@contextmanager
-def _vtk_messages() -> Iterator[list[str]]:
-    """Collect the errors of VTK's readers, which would otherwise be printed several times."""
-    messages: list[str] = []
-
-    def collect(record: logging.LogRecord) -> bool:
-        messages.append(record.getMessage().splitlines()[0])
-        return False
-
-    root = logging.getLogger()
-    root.addFilter(collect)
-    try:
-        with warnings.catch_warnings(), pv.vtk_verbosity("off"), pv.VtkErrorCatcher():
-            warnings.simplefilter("ignore")
-            yield messages
-    finally:
-        root.removeFilter(collect)
-
-
 def _read_with_vtk(path: Path) -> Any:
     if path.suffix.lower() == ".vtm":
         _check_pieces(path)
     probe(path)
     data = None
-    with _vtk_messages() as messages:
+    with pv.vtk_verbosity("off"), pv.VtkErrorCatcher(send_to_logging=False) as caught:
         try:
             data = pv.get_reader(str(path)).read()
         except Exception as problem:  # every format fails in its own way
-            messages.append(str(problem).splitlines()[-1])
+            messages = [str(problem).splitlines()[-1]]
+        else:
+            messages = []
+    messages = [event.alert.splitlines()[0] for event in caught.error_events if event.alert] + messages
     if data is None or _is_empty(data):
         useful = [line for line in messages if not line.startswith("Algorithm")]
         reason = useful[0] if useful else "VTK finds nothing in it"

@@ -1,27 +1,34 @@
-"""Images on meshes: named or held by a mesh file, or given by the user."""
+"""Images on meshes: named or held by a mesh file, or given by the user; several become one."""
 
 from __future__ import annotations
 
 import io
 import os
-import re
-import warnings
-from collections import Counter
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
-from ...files import bytes_of, check_file, opened, sibling_file
+from ...files import bytes_of, check_file, is_outside, reading
+from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
+from ..seams import corner_texture
 from .gltf import Document
-from .obj_off import read_obj
-from .reading import GLTF
+from .merging import from_primitives, set_texture
+from .reading import GLTF, read_surface
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
+
+BORDER = 4
+"""Pixels by which each of several images is continued beyond its edges, as renderers blend neighbouring pixels."""
+
+SPILL = 0.02
+"""Texture coordinates may go beyond an image by this much without a warning."""
 
 
 def as_texture(image: object) -> Image:
@@ -98,25 +105,168 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     ...     read_texture(fw.write_mesh(sheet.mesh, f"{folder}/sheet.obj", sheet)).shape
     (4, 8, 3)
     """
+    if not isinstance(source, str | Path):
+        return _of_object(source)
+    path = Path(os.path.expanduser(source))
     try:
-        if not isinstance(source, str | Path):
-            return _of_object(source)
-        path = Path(os.path.expanduser(source))
-        match path.suffix.lower():
-            case ".obj":
-                check_file(path)
-                return _most_named(path, Counter(image for image in read_obj(path).images if image))
-            case ".ply":
-                return _most_named(path, _comments_of_ply(path))
-            case ending if ending in GLTF:
-                document = _document(path)
-                with document.checked():
-                    counts = document.images(mesh)
-                names = Counter({str(number): count for number, count in counts.items()})
-                return _image_of_document(document, int(_most_frequent(names, path.name))) if names else None
+        surface = read_surface(path) if mesh is None else _of_mesh(path, mesh)
+        numbers = np.asarray([] if surface is None else surface.cell_data.get(IMAGE, []), dtype=np.int64)
+        counts = np.bincount(numbers[numbers >= 0])
+        if surface is None or not counts.any():
+            return None
+        names = images_of(surface)
+        if len(names) > 1:
+            taken, *others = [repr(_short(names[number])) for number in np.argsort(-counts, kind="stable")]
+            warn(f"{path.name} has several textures; took {taken}, which most faces have, and not {', '.join(others)}.")
+        return _opened(names[counts.argmax()])[:, :, :3]
     except MeshError as problem:
         warn(f"the texture is left out: {problem}")
     return None
+
+
+@checked
+def merged_texture(mesh: pv.PolyData) -> Image | None:
+    """Return the image on a mesh; if there are several, merge them and change the texture coordinates of the mesh.
+
+    Several images, such as those of a head and its ears, are put side by side, with a patch of plain colour for
+    triangles that have none.
+
+    Parameters
+    ----------
+    mesh : PolyData
+        The result of :func:`facewrinkle.read_surface`, or a part of it.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w, 3), or (h, w, 4) if it is transparent; or None
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        For an image that cannot be read, and if one of several images is repeated.
+    """
+    numbers = np.asarray(mesh.cell_data.get(IMAGE, np.full(mesh.n_cells, -1)), dtype=np.int64)
+    if not (numbers >= 0).any() or mesh.active_texture_coordinates is None:
+        return None
+    images: dict[int, Image] = {}
+    for number in np.unique(numbers[numbers >= 0]).tolist():
+        try:
+            images[number] = _opened(images_of(mesh)[number])
+        except MeshError as problem:
+            warn(f"the texture is left out: {problem}")
+    if not images:
+        return None
+    numbers = np.where(np.isin(numbers, list(images)), numbers, -1)
+    if (numbers == -1).any():
+        images[-1] = _patch(mesh, numbers == -1, images)
+    if len(images) == 1:
+        return images.popitem()[1]
+    return _side_by_side(mesh, numbers, images)
+
+
+def _opened(source: str) -> Image:
+    """Read an image: a file, `a.glb#3` for one in a glTF file, or `a.usdz[b.png]` for one in a USD package."""
+    file, _, number = source.rpartition("#")
+    if number.isdigit() and Path(file).suffix.lower() in GLTF:
+        with reading(Path(file)):
+            return decoded(Document(Path(file)).image(int(number)), _short(source), alpha=True)
+    package, _, name = source.removesuffix("]").partition("[")
+    if source.endswith("]") and package.lower().endswith(".usdz"):
+        try:
+            with ZipFile(package) as archive:
+                return decoded(archive.read(name), name, alpha=True)
+        except (OSError, KeyError, BadZipFile) as problem:
+            raise MeshError(f"{Path(package).name} does not hold the image {name!r} ({problem}).") from None
+    if not Path(source).is_file():
+        raise MeshError(f"the image {_short(source)!r} is not there. Put it beside the mesh.")
+    return image_of_file(Path(source), alpha=True)
+
+
+def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
+    """Return a sentence on images that a mesh file names outside of its folder, if it does; `mesh` is what was read."""
+    if not isinstance(source, str | Path):
+        return ()
+    folder = Path(os.path.expanduser(source)).parent
+    outside = [str(Path(name).resolve()) for name in images_of(mesh) if is_outside(folder, name)]
+    return (f"Read images from outside the folder of the mesh: {', '.join(outside)}.",) if outside else ()
+
+
+def _short(source: str) -> str:
+    """The name of an image without its folder."""
+    return Path(source).name
+
+
+def _of_mesh(path: Path, name: str) -> pv.PolyData | None:
+    """The mesh or node of a glTF file by its name or number; None if there is none."""
+    if path.suffix.lower() not in GLTF:
+        return None
+    check_file(path)
+    with reading(path):
+        document = Document(path)
+        world = document.world()
+        named = [node for node in document.shown if name in document.names(node)]
+        parts = [part for node in named for part in document.primitives(node, world)]
+        return from_primitives(parts, path) if parts else None
+
+
+def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
+    """A small image in the colour of the triangles without an image, else in the median colour of the largest image."""
+    colours = mesh.point_data.get(COLORS)
+    own = None if colours is None else np.asarray(colours)[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
+    if own is None or own.dtype != np.uint8 or own.min() == 255:
+        own = max(images.values(), key=lambda image: image.size)[..., :3].reshape(-1, 3)
+    return np.tile(np.median(own, axis=0).astype(np.uint8), (2, 2, 1))
+
+
+def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dict[int, Image]) -> Image:
+    """Put images in a row, by number, and move the texture coordinates of the mesh to their places in it."""
+    channels = max(image.shape[2] for image in images.values())
+    factor = min(1.0, LARGEST_SIDE / sum(image.shape[1] + 2 * BORDER for image in images.values()))
+    row = {number: _padded(_reduced(image, factor), channels) for number, image in images.items()}
+    height, width = max(image.shape[0] for image in row.values()), sum(image.shape[1] for image in row.values())
+    out = np.zeros((height, width, channels), np.uint8)
+    corners = np.array(corner_texture(mesh))
+    left, repeated = 0, []
+    for number, image in row.items():
+        h, w = image.shape[0], image.shape[1]
+        out[:h, left : left + w] = image
+        mine = numbers == number
+        place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
+        place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat: each triangle lies in one tile
+        if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
+            repeated.append(_short(images_of(mesh)[number]))
+        place = np.clip(place, 0.0, 1.0)
+        x = left + BORDER + place[..., 0] * (w - 2 * BORDER)
+        y = BORDER + (1.0 - place[..., 1]) * (h - 2 * BORDER)
+        corners[mine] = np.stack([x / width, 1.0 - y / height], axis=2)
+        left += w
+    if repeated:
+        warn(
+            f"images that are repeated on the mesh, {', '.join(repeated)}, are cut off where they are put into one "
+            "with others. Bake the textures into one image."
+        )
+    for name in (CORNERS, IMAGE):  # the merged image is in no file
+        mesh.cell_data.pop(name, None)
+    mesh.field_data.pop(IMAGES, None)
+    set_texture(mesh, corners)
+    return out
+
+
+def _reduced(image: Image, factor: float) -> Image:
+    """Scale an image down by a factor."""
+    if factor == 1.0:
+        return image
+    from PIL import Image as Pillow
+
+    size = [max(int(factor * side), 1) for side in image.shape[1::-1]]
+    return np.asarray(Pillow.fromarray(image).resize((size[0], size[1]), Pillow.Resampling.BOX))
+
+
+def _padded(image: Image, channels: int) -> Image:
+    """Add an opaque channel to an image that lacks one, and continue the image by `BORDER` on all sides."""
+    if image.shape[2] < channels:
+        image = np.dstack([image, np.full(image.shape[:2], 255, np.uint8)])
+    return np.pad(image, ((BORDER, BORDER), (BORDER, BORDER), (0, 0)), mode="edge")
 
 
 def image_of_file(path: Path, *, alpha: bool = False) -> Image:
@@ -125,24 +275,21 @@ def image_of_file(path: Path, *, alpha: bool = False) -> Image:
     return decoded(bytes_of(path), path.name, alpha=alpha)
 
 
-def image_of_gltf(path: Path, number: int, *, alpha: bool = False) -> Image:
-    """Read an image of a glTF file by its number, as `image_of_file` does."""
-    return _image_of_document(_document(path), number, alpha=alpha)
-
-
 def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
     """Decode the bytes of an image, as `image_of_file` does."""
     from PIL import Image as Pillow
     from PIL import UnidentifiedImageError
 
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error", Pillow.DecompressionBombWarning)
-            with Pillow.open(io.BytesIO(data)) as image:
-                if max(image.size) > LARGEST_SIDE:
-                    raise MeshError(f"{name} has {image.size[0]} x {image.size[1]} pixels, {LARGEST_SIDE} are allowed.")
-                mode = "RGBA" if alpha and image.has_transparency_data else "RGB"
-                return np.array(_in_eight_bits(image).convert(mode))
+        with Pillow.open(io.BytesIO(data)) as image:
+            width, height = image.size
+            if max(width, height) > LARGEST_SIDE or width * height > (Pillow.MAX_IMAGE_PIXELS or np.inf):
+                raise MeshError(
+                    f"the image {name} has {width} x {height} pixels. At most {LARGEST_SIDE} are allowed along a side, "
+                    f"and {Pillow.MAX_IMAGE_PIXELS} in all: make it smaller."
+                )
+            mode = "RGBA" if alpha and image.has_transparency_data else "RGB"
+            return np.array(_in_eight_bits(image).convert(mode))
     except MeshError:
         raise
     except UnidentifiedImageError:
@@ -166,40 +313,3 @@ def _of_object(source: Any) -> Image | None:
     material = getattr(getattr(source, "visual", None), "material", None)
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
     return None if image is None else as_texture(image)
-
-
-def _document(path: Path) -> Document:
-    check_file(path)
-    return Document(path)
-
-
-def _image_of_document(document: Document, number: int, *, alpha: bool = False) -> Image:
-    with document.checked():
-        data = document.image(number)
-    return decoded(data, f"{number} of {document.path.name}", alpha=alpha)
-
-
-def _most_named(path: Path, names: Counter[str]) -> Image | None:
-    """Read the image whose name counts most."""
-    if not names:
-        return None
-    name = _most_frequent(names, path.name)
-    found = sibling_file(path.parent, name)
-    if found is None:
-        raise MeshError(f"{path.name} names the image {name!r}, which is not there. Put it beside the mesh.")
-    return as_texture(found)
-
-
-def _most_frequent(names: Counter[str], where: str) -> str:
-    (name, _), *others = names.most_common()
-    if others:
-        listed = ", ".join(repr(other) for other, _ in others[:8])
-        warn(f"{where} has several textures; took {name!r}, which most faces have, and not {listed}.")
-    return name
-
-
-def _comments_of_ply(path: Path) -> Counter[str]:
-    check_file(path)
-    with opened(path) as file:
-        header = file.read(65_536).split(b"end_header")[0].decode("utf-8", errors="replace")
-    return Counter(re.findall(r"^comment\s+TextureFile\s+(.+?)\s*$", header, re.MULTILINE)[:1])

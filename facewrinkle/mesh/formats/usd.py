@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...errors import FaceWrinkleError, MeshError, MissingPackageError, warn
+from ...errors import MeshError, MissingPackageError, warn
 from ...files import check_inside
 from .materials import srgb
-from .obj_off import Primitive, polygon_triangles
+from .polygons import Primitive, polygon_triangles
 from .probing import probe_usd
 
 __all__ = ["read_usd_file"]
@@ -41,11 +39,10 @@ def read_usd_file(path: Path) -> list[Primitive]:
 
     first = Usd.TimeCode.EarliestTime()
     places = UsdGeom.XformCache(first)
-    with checked(path):
-        found = [
-            primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
-            for prim in shown(stage)
-        ]
+    found = [
+        primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
+        for prim in shown(stage)
+    ]
     return [replace(part, mesh=number) for number, part in enumerate(found) if part is not None]
 
 
@@ -73,31 +70,12 @@ def opened(path: Path) -> Any:
             f"{path.name}: USD files need the package usd-core, which is not installed. "
             "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
         ) from None
-    with checked(path):
-        probe_usd(path)
-        stage = Usd.Stage.Open(str(path))
-        for layer in stage.GetUsedLayers():
-            name = layer.realPath
-            if name:
-                check_inside(path.parent, name, path.name, name)
-        return stage
-
-
-@contextmanager
-def checked(path: Path) -> Iterator[None]:
-    """Turn the errors of USD about a file into a MeshError."""
-    try:
-        from pxr import Tf
-    except ImportError:  # which `opened` tells
-        yield
-        return
-    try:
-        yield
-    except FaceWrinkleError:
-        raise
-    except (Tf.ErrorException, RuntimeError, ValueError, TypeError, IndexError, LookupError, AttributeError) as problem:
-        lines = str(problem).strip().splitlines() or [type(problem).__name__]
-        raise MeshError(f"{path.name} cannot be read: {lines[-1].strip()[:200]}. Export it again.") from None
+    probe_usd(path)
+    stage = Usd.Stage.Open(str(path))
+    for layer in stage.GetUsedLayers():
+        if name := layer.realPath:
+            check_inside(path.parent, name, path.name, name)
+    return stage
 
 
 def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primitive | None:

@@ -15,7 +15,7 @@ import pyvista as pv
 
 from facewrinkle.errors import MeshError, MissingPackageError
 from facewrinkle.mesh import read_surface
-from facewrinkle.mesh.formats.obj_off import polygon_triangles
+from facewrinkle.mesh.formats.polygons import polygon_triangles
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]], dtype=np.float32)
 TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]], dtype=np.uint16)

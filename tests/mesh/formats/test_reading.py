@@ -259,6 +259,31 @@ def test_bad_files(tmp_path, name, capfd):
     assert capfd.readouterr() == ("", "")  # VTK's own complaints are in the message, not on the terminal
 
 
+@pytest.mark.parametrize("binary", [True, False])
+def test_stl_is_read_as_vtk_reads_it(tmp_path, binary):
+    """Corners become points in the order of the file; triangles without an area between them are dropped."""
+    ball = pv.Icosphere(nsub=2)
+    ball.points[:, 2] *= np.where(np.abs(ball.points[:, 2]) < 0.1, 0.0, 1.0)  # 0 and -0
+    ball.faces = np.concatenate([ball.faces, [3, 5, 5, 7]])
+    path = tmp_path / "ball.stl"
+    ball.save(path, binary=binary)
+    mesh, expected = read_surface(path), pv.read(path)
+    np.testing.assert_array_equal(mesh.points, expected.points)
+    np.testing.assert_array_equal(mesh.regular_faces, expected.regular_faces)
+
+
+def test_stl_with_a_wrong_count_and_a_header_that_seems_text(tmp_path):
+    ball = pv.Icosphere(nsub=1)
+    path = tmp_path / "ball.stl"
+    ball.save(path)
+    data = path.read_bytes()
+    path.write_bytes(b"solid of a scanner" + data[18:80] + b"\xff\xff\xff\x7f" + data[84:])
+    assert read_surface(path).n_cells == ball.n_cells
+    path.write_bytes(b"solid x\nfacet normal 0 0 1\nouter loop\nVERTEX 0 0 0\nvertex 1 0 0\n")
+    with pytest.raises(MeshError, match="ball.stl cannot be read: it holds 2 corners of triangles"):
+        read_surface(path)
+
+
 def test_no_file_and_a_folder(tmp_path):
     for name in ("x" * 300 + ".obj", "~nobody-of-that-name/x.obj", "null\0.obj"):
         with pytest.raises(MeshError, match="no file|cannot be opened"):

@@ -21,7 +21,7 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, merged_texture, read_surface
-from facewrinkle.mesh.formats.texture_atlas import BORDER
+from facewrinkle.mesh.formats.textures import BORDER
 
 RNG = np.random.default_rng(8)
 RED, BLUE = (RNG.integers(0, 256, (6, 9, 3), dtype=np.uint8), RNG.integers(0, 256, (12, 5, 3), dtype=np.uint8))
@@ -69,7 +69,7 @@ def test_several_images_become_one(folder):
 
 def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch):
     mesh = read_surface(folder / "a.obj")
-    monkeypatch.setattr("facewrinkle.mesh.formats.texture_atlas.LARGEST_SIDE", 100)
+    monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 100)
     for name, colour in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
         Image.fromarray(np.full((60, 100, 3), colour, np.uint8)).save(folder / f"{name}.png")
     number = np.asarray(mesh.cell_data["image"])

@@ -15,6 +15,7 @@ from glb_files import write_glb
 from PIL import Image
 
 import facewrinkle as fw
+from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
 from facewrinkle.mesh import as_texture, read_texture
 
@@ -107,7 +108,7 @@ def test_meshes_without_an_image(tmp_path):
 
 def test_an_image_that_is_missing_or_damaged_is_left_out_with_a_notice(tmp_path):
     path = obj(tmp_path, "newmtl skin\nmap_Kd photo.png\n")
-    with pytest.warns(FaceWrinkleWarning, match="face.obj names the image 'photo.png', which is not there"):
+    with pytest.warns(FaceWrinkleWarning, match="the image 'photo.png' is not there. Put it beside the mesh"):
         assert read_texture(path) is None
     (tmp_path / "photo.png").write_bytes(b"GIF")
     with pytest.warns(FaceWrinkleWarning, match=r"photo.png cannot be read: its format is not known. Save it"):
@@ -120,12 +121,11 @@ def test_an_image_that_is_missing_or_damaged_is_left_out_with_a_notice(tmp_path)
 
 
 def test_a_ply_names_its_image(tmp_path):
-    mesh = pv.Sphere()
-    mesh.save(tmp_path / "ball.ply")
-    data = (
-        (tmp_path / "ball.ply").read_bytes().replace(b"element vertex", b"comment TextureFile a b.png\nelement vertex")
+    properties = "".join(f"property float {name}\n" for name in "xyzst")
+    (tmp_path / "ball.ply").write_text(
+        f"ply\nformat ascii 1.0\ncomment TextureFile a b.png\nelement vertex 3\n{properties}element face 1\n"
+        "property list uchar int vertex_indices\nend_header\n0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n"
     )
-    (tmp_path / "ball.ply").write_bytes(data)
     (tmp_path / "a b.png").write_bytes(png(PHOTO))
     np.testing.assert_array_equal(read_texture(tmp_path / "ball.ply"), PHOTO)
     shutil.move(tmp_path / "a b.png", tmp_path / "A B.png")
@@ -192,6 +192,48 @@ def test_a_gltf_holds_or_names_its_images(tmp_path, kind):
     for name, pixels in (("skin", PHOTO), ("eye", OTHER), ("left", OTHER)):
         np.testing.assert_array_equal(read_texture(path, name), pixels)
     assert read_texture(path, "nobody") is None
+
+
+def test_a_gltf_whose_photo_lies_by_its_second_coordinates(tmp_path):
+    content, blob = gltf(IN_BUFFER)
+    (part,) = content["meshes"][1]["primitives"]
+    part["attributes"]["TEXCOORD_1"] = part["attributes"].pop("TEXCOORD_0")
+    content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1
+    np.testing.assert_array_equal(read_texture(write_glb(tmp_path / "a.glb", content, blob), "skin"), PHOTO)
+
+
+@pytest.mark.parametrize("ending", ["obj", "gltf", "ply"])
+def test_where_a_photo_outside_the_folder_comes_from_is_told(tmp_path, capsys, ending):
+    """As in the wild: textures lie in a folder beside that of the meshes."""
+    for name in ("meshes", "textures"):
+        (tmp_path / name).mkdir()
+    photo = tmp_path / "textures" / "skin.png"
+    photo.write_bytes(png(PHOTO))
+    path = tmp_path / "meshes" / f"face.{ending}"
+    if ending == "obj":
+        obj(tmp_path / "meshes", "newmtl skin\nmap_Kd ../textures/skin.png\n")
+    elif ending == "ply":
+        head = fw.default_face()
+        fw.write_mesh(head.mesh, path, head)
+        text = path.read_bytes()
+        line = next(line for line in text.split(b"\n") if line.startswith(b"comment TextureFile"))
+        path.write_bytes(text.replace(line, b"comment TextureFile ../textures/skin.png"))
+    else:
+        content, blob = gltf([{"uri": "../textures/skin.png"}] * 2, "points.bin")
+        content["scenes"] = [{"nodes": [1]}]
+        path.write_text(json.dumps(content))
+        (path.parent / "points.bin").write_bytes(blob)
+    np.testing.assert_array_equal(read_texture(path), PHOTO)
+    face = fw.surface(path)
+    np.testing.assert_array_equal(face.texture, PHOTO)
+    assert sum("outside the folder" in sentence and str(photo) in sentence for sentence in face.report) == 1
+    assert not any("outside" in sentence for sentence in fw.surface(path, texture=PHOTO).report)
+    assert main(["info", str(path)]) == 0
+    assert "outside the folder" in capsys.readouterr().out
+    assert main(["info", str(path), "--no-outside"]) == 0
+    said = capsys.readouterr()
+    assert "is outside its folder and is not read" in said.err
+    assert "outside the folder" not in said.out
 
 
 def broken(change):
@@ -281,10 +323,16 @@ def test_images_with_too_many_pixels_are_not_read(tmp_path, monkeypatch):
     """Those that are too wide, and those that a few bytes blow up."""
     (tmp_path / "a.png").write_bytes(png(np.zeros((3, 40, 3), np.uint8)))
     monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 39)
-    with pytest.raises(MeshError, match="has 40 x 3 pixels, 39 are allowed"):
+    with pytest.raises(MeshError, match="has 40 x 3 pixels. At most 39 are allowed along a side"):
         as_texture(tmp_path / "a.png")
     monkeypatch.undo()
     monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 100)
+    with (
+        warnings.catch_warnings(action="ignore"),  # of Pillow
+        pytest.raises(MeshError, match="has 40 x 3 pixels. At most 16384 are allowed along a side, and 100 in all"),
+    ):
+        as_texture(tmp_path / "a.png")
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 10)
     with pytest.raises(MeshError, match=r"cannot be read: Image size \(120 pixels\) exceeds"):
         as_texture(tmp_path / "a.png")
 

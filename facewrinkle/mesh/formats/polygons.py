@@ -1,11 +1,12 @@
-"""OBJ and OFF files as plain arrays, with the points numbered as in the file.
+"""OBJ, OFF and STL files as plain arrays, with the points numbered as in the file.
 
 VTK's OBJ reader splits each point at which several texture coordinates meet, so that the mesh falls apart and landmark
-files no longer fit; VTK has no OFF reader. Both formats are lists of numbers, and are read here line by line.
+files no longer fit; VTK has no OFF reader, and damaged files crash that of STL.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from io import StringIO
@@ -16,10 +17,10 @@ import pyvista as pv
 from scipy.sparse import csr_array
 
 from ...errors import MeshError
-from ...files import text_of
-from .materials import images_of_materials, uncommented
+from ...files import bytes_of, text_of
+from .materials import image_place, images_of_materials, uncommented
 
-__all__ = ["Polygons", "read_obj", "read_off"]
+__all__ = ["Polygons", "read_obj", "read_off", "read_stl"]
 
 
 @dataclass(frozen=True)
@@ -29,26 +30,29 @@ class Polygons:
     Attributes
     ----------
     points : ndarray, shape (n, 3)
-    faces : list of lists of int
-        The vertex numbers of each polygon, from 0.
+    counts : ndarray of int64, shape (f,)
+        Number of corners of each polygon, three at least.
+    vertices : ndarray of int64, shape (c,)
+        Vertex numbers of all corners, from 0, polygon by polygon.
     texture : ndarray, shape (n, 2), or None
         Texture coordinates of each point; zero if the file gives none.
     corners : ndarray, shape (c, 2), or None
-        Texture coordinates of each corner, face by face; None if those of the points suffice.
+        Texture coordinates of each corner; None if those of the points suffice.
     colors : ndarray, shape (n, 3) or (n, 4), or None
         Colours of the points as in the file: after the coordinates in OBJ, as properties in PLY.
-    images : tuple of str
-        The image on each face, by the name that its material gives it, "" for none; empty if no face has one.
+    images : ndarray of str, shape (f,), or None
+        The file of the image on each polygon, "" for none.
     meshes : ndarray of int, shape (f,), or None
-        The object or group of each face; None if there is only one.
+        The object or group of each polygon; None if there is only one.
     """
 
     points: np.ndarray
-    faces: list[list[int]]
+    counts: np.ndarray
+    vertices: np.ndarray
     texture: np.ndarray | None = None
     corners: np.ndarray | None = None
     colors: np.ndarray | None = None
-    images: tuple[str, ...] = ()
+    images: np.ndarray | None = None
     meshes: np.ndarray | None = None
 
 
@@ -101,6 +105,8 @@ def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     >>> polygon_triangles(arrow, np.array([4])).tolist()
     [[0, 1, 2], [0, 2, 3]]
     """
+    if (counts == 3).all():
+        return np.arange(3 * len(counts)).reshape(-1, 3)
     starts = np.cumsum(counts) - counts
     whole = pv.PolyData()
     whole.points = corners
@@ -171,7 +177,8 @@ def read_obj(path: Path) -> Polygons:
     points: list[list[float]] = []
     colors: list[list[float]] = []
     texture: list[list[float]] = []
-    faces: list[list[int]] = []
+    counts: list[int] = []
+    vertices: list[int] = []
     corners: list[int] = []  # the texture coordinates of every corner, -1 for none
     libraries: list[str] = []
     materials: list[str] = []  # of every face
@@ -188,7 +195,8 @@ def read_obj(path: Path) -> Polygons:
                     texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
                 case "f":
                     face, numbers = _obj_face(words[1:], len(points), len(texture))
-                    faces.append(face)
+                    counts.append(len(face))
+                    vertices += face
                     corners += numbers
                     materials.append(material)
                     groups.append(f"{thing}\n{group}")
@@ -202,17 +210,22 @@ def read_obj(path: Path) -> Polygons:
                     libraries.append(" ".join(words[1:]))
         except (ValueError, IndexError):
             raise _broken(path, number, words) from None
-    check_vertices(path, faces, len(points))
-    known = images_of_materials(path.parent, libraries)
-    images = tuple(known.get(name, "") for name in materials)
-    coordinates, of_corners = textured(faces, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    sides, order = np.array(counts, dtype=np.int64), np.array(vertices, dtype=np.int64)
+    check_vertices(path, sides, order, len(points))
+    coordinates, of_corners = textured(order, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    images = None
+    if coordinates is not None:
+        known = images_of_materials(path.parent, libraries)
+        places = {name: image_place(path.parent, known.get(name, "")) for name in sorted(set(materials))}
+        images = np.array([places[name] for name in materials])
     return Polygons(
         _array(points, 3),
-        faces,
+        sides,
+        order,
         coordinates,
         of_corners,
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
-        images if any(images) else (),
+        images,
         np.unique(groups, return_inverse=True)[1] if len(set(groups)) > 1 else None,
     )
 
@@ -235,26 +248,27 @@ def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int
     return face, numbers
 
 
-def check_vertices(path: Path, faces: list[list[int]], n_points: int) -> None:
-    """Raise a MeshError if a face uses a vertex that does not exist."""
-    for number, face in enumerate(faces, start=1):
-        if min(face) < 0 or max(face) >= n_points:
-            raise MeshError(
-                f"{path.name}: face {number} uses vertices {face} (counted from 0), and the file has "
-                f"{n_points} vertices. "
-                "The file is damaged or incomplete: export it again."
-            )
+def check_vertices(path: Path, counts: np.ndarray, vertices: np.ndarray, n_points: int) -> None:
+    """Raise a MeshError if a polygon uses a vertex that does not exist."""
+    wrong = (vertices < 0) | (vertices >= n_points)
+    if wrong.any():
+        ends = np.cumsum(counts)
+        number = int(np.searchsorted(ends, np.argmax(wrong), side="right"))
+        face = vertices[ends[number] - counts[number] : ends[number]].tolist()
+        raise MeshError(
+            f"{path.name}: face {number + 1} uses vertices {face} (counted from 0), and the file has {n_points} "
+            "vertices. The file is damaged or incomplete: export it again."
+        )
 
 
 def textured(
-    faces: list[list[int]], corners: np.ndarray, texture: np.ndarray, n_points: int
+    vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_points: int
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """The first texture coordinates of each point, and those of each corner if they differ, face by face.
+    """The first texture coordinates of each point, and those of each corner if they differ.
 
-    `corners` holds numbers of texture coordinates, -1 for none; numbers too large, which some modellers write, are
-    ignored.
+    `vertices` holds the points of all corners, `corners` their numbers of texture coordinates, -1 for none; numbers
+    too large, which some modellers write, are ignored.
     """
-    vertices = np.array([vertex for face in faces for vertex in face], dtype=np.int64)
     given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
     if not len(given):
         return None, None
@@ -286,7 +300,8 @@ def read_off(path: Path) -> Polygons:
     else:
         lines = lines[1:]
     points: list[list[float]] = []
-    faces: list[list[int]] = []
+    counts: list[int] = []
+    vertices: list[int] = []
     number, words = lines[0] if lines else (1, header)
     try:
         n_points, n_faces = int(words[0]), int(words[1])
@@ -297,14 +312,47 @@ def read_off(path: Path) -> Polygons:
                 face = [int(word) for word in words[1 : 1 + int(words[0])]]
                 if len(face) < 3 or len(face) != int(words[0]):
                     raise ValueError
-                faces.append(face)
+                counts.append(len(face))
+                vertices += face
     except (ValueError, IndexError):
         raise _broken(path, number, words) from None
-    if len(points) < n_points or len(faces) < n_faces:
+    if len(points) < n_points or len(counts) < n_faces:
         raise MeshError(
             f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and "
-            f"{len(faces)}. "
-            "The file is cut off: export it again."
+            f"{len(counts)}. The file is cut off: export it again."
         )
-    check_vertices(path, faces, n_points)
-    return Polygons(_array(points, 3), faces)
+    sides, order = np.array(counts, dtype=np.int64), np.array(vertices, dtype=np.int64)
+    check_vertices(path, sides, order, n_points)
+    return Polygons(_array(points, 3), sides, order)
+
+
+def read_stl(path: Path) -> Polygons:
+    """Read the triangles of an STL file, text or binary; corners at the same place become one point.
+
+    Raises
+    ------
+    MeshError
+        If it holds no triangles, or numbers of corners that make none.
+    """
+    data = bytes_of(path)
+    if data[:5].lower() == b"solid" and not any(byte > 127 for byte in data[:256]):
+        words = re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", data, re.IGNORECASE)
+        corners = np.array(words, dtype="S").astype(np.float32).reshape(-1, 3)
+    else:  # the number of triangles in the header is often wrong
+        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+        corners = np.frombuffer(data, record, max(len(data) - 84, 0) // record.itemsize, 84)["corners"].reshape(-1, 3)
+    if not len(corners) or len(corners) % 3:
+        raise MeshError(
+            f"{path.name} cannot be read: it holds {len(corners)} corners of triangles. The file is damaged or of "
+            "another format: export it again, or as OBJ or PLY."
+        )
+    corners = np.ascontiguousarray(corners + np.float32(0.0))  # -0 is 0
+    _, first, same = np.unique(corners.view("V12").ravel(), return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = np.empty(len(order), np.int64)
+    number[order] = np.arange(len(order))
+    triangles = number[same.reshape(-1, 3)]
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    points = corners[first[order]].astype(np.float64)
+    return Polygons(points, np.full(len(triangles), 3), triangles.ravel())
