@@ -124,7 +124,6 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     return None
 
 
-@checked
 def merged_texture(mesh: pv.PolyData) -> Image | None:
     """Return the image on a mesh; if there are several, merge them and change the texture coordinates of the mesh.
 
