@@ -27,7 +27,7 @@ from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_dat
 from .mesh.arrays import use_texture
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
-from .tears.options import grouped
+from .tears.presets import grouped
 from .tears.stream import Film, Flow, Route, SheddingTear
 
 

@@ -20,8 +20,8 @@ from ..errors import MeshError, check_range
 from ..files import output_file, written
 from ..geometry.refinement import RedGreenForest
 from ..mesh import to_polydata
+from ..tears.drop import Sampled
 from ..tears.presets import Tear
-from ..tears.sampled import Sampled
 from .gltf import gltf
 from .meshes import part_models, upright_rotation, write_mesh
 from .model import Model, part_model, skin_model

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
@@ -18,7 +18,6 @@ from ..geometry.smoothstep import smoothstep
 from ..mesh import to_polydata
 from . import _kernels as kernels
 from .drop_shape import SHARPEST, DropLattice, DropShape, moments, profile
-from .sampled import Sampled
 from .support_surface import SupportSurface, directions, support_surface
 
 GRAVITY = 9810.0
@@ -69,6 +68,32 @@ class Fall:
         check_range("gravity", self.gravity, 1e-3, 1e9)
         if self.speed is not None:
             check_range("speed", self.speed, 1e-3, 1e9)
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A tear at f times, on triangles that stay, in the unit of its surface: for animated files.
+
+    Where there is no water, the sheet of a stream is under the skin, and a drop is a point.
+
+    Attributes
+    ----------
+    points, normals : ndarray, shape (f, n, 3)
+    triangles : ndarray of int32, shape (m, 3)
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face, times = fw.default_face(), [0.5, 1.0, 1.5]
+    >>> tear = fw.SheddingTear(face, start="l")
+    >>> sampled = tear.sampled(times, [face.mesh] * 3)
+    >>> sampled.points.shape == (3, *sampled.normals.shape[1:]), int(sampled.triangles.max()) < sampled.points.shape[1]
+    (True, True)
+    """
+
+    points: Array
+    normals: Array
+    triangles: IntArray
 
 
 class DrippingTear:
@@ -149,7 +174,7 @@ class DrippingTear:
             self._start = support.start(start, max(self.diameter, 0.02 * support.size))
             self._bound = support.bound(self._start[None])
         self._released: Array | None = None
-        self._lattice = DropLattice(check_whole("resolution", resolution, 6, 512), self.shape.egg)
+        self._lattice = DropLattice(check_whole("resolution", resolution, 6, 512))
 
     # --- clocks --------------------------------------------------------------------------------
 
@@ -253,11 +278,11 @@ class DrippingTear:
         """Return the shift of the formula's drop along the axis: its tip hangs at the lid until its centre falls."""
         hanging = min(t, self.begin + self.hang)
         s, alpha, beta = self.sizes(hanging)
-        tip = float(profile(np.pi, s, alpha, beta, self.shape.egg)[1])
+        tip = float(profile(np.pi, s, alpha, beta)[1])
         if t == hanging:
             return -tip
-        centre = moments(s, alpha, beta, self.shape.egg)[1] - tip
-        return centre + self.fallen(t) - moments(*self.sizes(t), self.shape.egg)[1]
+        centre = moments(s, alpha, beta)[1] - tip
+        return centre + self.fallen(t) - moments(*self.sizes(t))[1]
 
     def _anchor(self, t: float, skin: SupportSurface | None) -> Array:
         """Return the point (3,) at which the tear hangs, or hung when it pinched off."""

@@ -29,8 +29,6 @@ class DropShape:
         beta / alpha of the formula, see :func:`profile`: from 10 on the drop is slim.
     t : tuple of float
         The formula's t at birth and at the end of the fall; the drop pinches off at 0.3229, where its tip is sharpest.
-    egg : bool
-        Use the egg-shaped variant of the formula, see :func:`profile`.
     stretch : float
         Share by which the drop is drawn out while it pinches off; it swings back as it falls.
 
@@ -47,7 +45,6 @@ class DropShape:
 
     ratio: float = 7.0
     t: Sequence[float] = (0.22, 0.4)
-    egg: bool = False
     stretch: float = 0.25
 
     def __post_init__(self) -> None:
@@ -59,7 +56,7 @@ class DropShape:
             check_range("each t of the shape", t, 0.05, 0.49)
 
 
-def profile(u: npt.ArrayLike, t: float, alpha: float, beta: float, egg: bool = False) -> tuple[Array, Array]:
+def profile(u: npt.ArrayLike, t: float, alpha: float, beta: float) -> tuple[Array, Array]:
     """Radius and position along the axis, which points down, of the drop: a surface of revolution.
 
     ``alpha sin(u)/cos(t u)`` and ``beta cos(t u)``; the paper's term ``lambda t``, the fall, has a clock of its own
@@ -73,8 +70,6 @@ def profile(u: npt.ArrayLike, t: float, alpha: float, beta: float, egg: bool = F
         In (0, 1/2): a flat disc near 0, singular at 1/2; 0.1 to 0.45 are drops.
     alpha, beta : float
         Sizes across and along.
-    egg : bool
-        The variant with ``beta t cos(u)`` along the axis, counted from its blunt end, which leads.
 
     Raises
     ------
@@ -88,12 +83,10 @@ def profile(u: npt.ArrayLike, t: float, alpha: float, beta: float, egg: bool = F
     ([0.0, 0.0], [5.0, 2.939])
     """
     t, angle = check_range("t", t, 1e-3, 0.499, "0.1 to 0.45 are drops."), np.asarray(u, dtype=np.float64)
-    axis = beta * t * np.cos(angle) if egg else beta * np.cos(t * angle)
-    turned = np.pi - angle if egg else angle
-    return np.asarray(alpha * np.sin(angle) / np.cos(t * turned)), np.asarray(axis)
+    return np.asarray(alpha * np.sin(angle) / np.cos(t * angle)), np.asarray(beta * np.cos(t * angle))
 
 
-def moments(t: float, alpha: float, beta: float, egg: bool = False) -> tuple[float, float]:
+def moments(t: float, alpha: float, beta: float) -> tuple[float, float]:
     """Volume of the drop, and the position of its centre of mass along the axis.
 
     For the drop the volume is ``pi alpha^2 beta t`` times the integral of ``sin(u)^2 sin(t u)/cos(t u)^2``.
@@ -104,9 +97,8 @@ def moments(t: float, alpha: float, beta: float, egg: bool = False) -> tuple[flo
     (1.7496, 11.3555)
     """
     u = 0.5 * np.pi * (NODES + 1.0)
-    radius, axis = profile(u, t, alpha, beta, egg)
-    slope = t * np.sin(u) if egg else t * np.sin(t * u)
-    share = 0.5 * np.pi * NODE_WEIGHTS * np.pi * radius**2 * beta * slope
+    radius, axis = profile(u, t, alpha, beta)
+    share = 0.5 * np.pi * NODE_WEIGHTS * np.pi * radius**2 * beta * t * np.sin(t * u)
     return float(share.sum()), float(share @ axis / share.sum())
 
 
@@ -117,8 +109,6 @@ class DropLattice:
     ----------
     n : int
         Points of a ring.
-    egg : bool
-        The variant of :func:`profile`.
 
     Attributes
     ----------
@@ -134,8 +124,7 @@ class DropLattice:
     (11.25, (842, 3))
     """
 
-    def __init__(self, n: int, egg: bool = False) -> None:
-        self.egg = egg
+    def __init__(self, n: int) -> None:
         rings = n // 2 + 1
         self._u = np.pi * np.linspace(0.0, 1.0, rings + 2)
         angle = 2.0 * np.pi * np.arange(n) / n
@@ -144,14 +133,14 @@ class DropLattice:
 
     def volume(self, t: float, ratio: float) -> float:
         """Volume of the mesh of a drop with alpha = 1: frusta of regular polygons."""
-        radius, axis = profile(self._u, t, 1.0, ratio, self.egg)
+        radius, axis = profile(self._u, t, 1.0, ratio)
         n = len(self._circle)
         between = (radius[1:] ** 2 + radius[1:] * radius[:-1] + radius[:-1] ** 2) / 3.0
         return float(0.5 * n * np.sin(2.0 * np.pi / n) * (between @ (axis[:-1] - axis[1:])))
 
     def points(self, t: float, alpha: float, beta: float) -> Array:
         """Points (n, 3) of a drop, with the axis along the third coordinate."""
-        radius, axis = profile(self._u, t, alpha, beta, self.egg)
+        radius, axis = profile(self._u, t, alpha, beta)
         n = len(self._circle)
         out = np.zeros((n * (len(axis) - 2) + 2, 3))
         out[1:-1, :2] = (radius[1:-1, None, None] * self._circle).reshape(-1, 2)

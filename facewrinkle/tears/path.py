@@ -1,21 +1,26 @@
-"""Paths of tears: down the steepest descent, through given points, or along painted vertices."""
+"""Paths of tears: down the steepest descent, through given points, or along painted vertices; and their branches."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.ndimage import map_coordinates
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from ..checks import finite, vectors
 from ..errors import ParameterError
+from ..geometry._closest_point_kernels import closest
 from ..geometry.topology import unique_edges
-from . import _kernels as kernels
+from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
 LEAST_SLOPE = 0.06
@@ -29,6 +34,15 @@ DIVERTED = np.deg2rad(25.0)
 
 BEHIND = 1.7
 """Depth behind the eyes, in distances between the pupils, at which a face ends."""
+
+HOLLOW = 0.25
+"""Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""
+
+MEANDERS = ((2.7, 3.0), (9.0, 6.0))
+"""Distances by which rough skin turns a stream aside at most, and lengths over which it does, in half widths."""
+
+WOBBLE = 0.3
+"""Share of its width by which the trail narrows and widens."""
 
 
 def descent(support: SupportSurface, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
@@ -63,13 +77,43 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     """
     order = np.argsort(support.triangles, axis=None, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(support.triangles.ravel(), minlength=len(support.points)))])
+    fans, down = (offsets, order // 3), support.down
     cells, found = support.nearest(start[None])
-    path = np.empty((int(length / step) + 1, 3))
-    count = kernels.descend(
-        (support.points, support.triangles, support.normals), (offsets, order // 3), found[0], int(cells[0]),
-        support.down if heading is None else heading, support.down, step, INERTIA, LEAST_SLOPE, path,
-    )  # fmt: skip
-    return path[:count]
+    cell, path, heading = int(cells[0]), [found[0]], down if heading is None else heading
+    while len(path) <= int(length / step):
+        corners, here = support.triangles[cell], path[-1]
+        sides = support.points[corners] - here
+        areas = np.linalg.norm(np.cross(np.roll(sides, -1, axis=0), np.roll(sides, -2, axis=0)), axis=1) + 1e-300
+        normal = areas @ support.normals[corners]
+        normal /= np.linalg.norm(normal) + 1e-300
+        steepest = down - (down @ normal) * normal
+        slope = float(np.linalg.norm(steepest))
+        if slope < LEAST_SLOPE:
+            break
+        heading = (1.0 - INERTIA) * steepest / slope + INERTIA * heading
+        heading = heading - (heading @ normal) * normal
+        heading /= np.linalg.norm(heading) + 1e-300
+        ahead = here + step * heading
+        cell, next_ = _walked(support, fans, cell, ahead)
+        if np.linalg.norm(next_ - ahead) > 0.5 * step or (next_ - here) @ down < 0.02 * step:
+            break
+        path.append(next_)
+    return np.array(path)
+
+
+def _walked(support: SupportSurface, fans: tuple[IntArray, IntArray], cell: int, point: Array) -> tuple[int, Array]:
+    """Walk from a triangle to the one nearest to a point; return it, and its point nearest to that point.
+
+    `fans` are the triangles around each vertex: offsets and triangles. A walk does not leave one fold for another.
+    """
+    (offsets, around), best, place = fans, np.inf, point
+    while True:
+        near = np.concatenate([[cell], *(around[offsets[v] : offsets[v + 1]] for v in support.triangles[cell])])
+        found, shares, distance = closest(support.points, support.triangles[near], point)
+        if not distance < best * (1.0 - 1e-9):
+            return cell, place
+        cell, best = int(near[found]), distance
+        place = shares @ support.points[support.triangles[cell]]
 
 
 def through(support: SupportSurface, given: npt.ArrayLike, width: float) -> Array:
@@ -287,3 +331,190 @@ def _check_crossing(path: Array, width: float) -> None:
             f"the path must not cross itself or come within its width of itself; it does so at {points[i].round(2)}, "
             f"{0.5 * width * i:.3g} and {0.5 * width * j:.3g} along it. Take out the loop, or make two tears of it."
         )
+
+
+# --- streams ----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class StreamPath:
+    """The path of a stream, or of one of its branches, with the irregularities of the water on it.
+
+    Attributes
+    ----------
+    points : ndarray, shape (k, 3)
+        At rest.
+    begin, scale : float
+        Length of the main path up to where this one begins, and its size as a share of the main one's.
+    noise, spacing : ndarray and float
+        Bumps over a grid of (s, w), see :func:`facewrinkle.tears.shape.rough_film`.
+    wobble : ndarray
+        Change of the trail's width along the grid, as a share.
+
+    Examples
+    --------
+    Down a line 16 mm long, with a tenth more width everywhere and no bumps; s and w are known every 0.25 mm:
+
+    >>> line = np.array([[0.0, 8, 0], [0, -8, 0]])
+    >>> path = StreamPath(line, 0.0, 1.0, np.zeros((65, 9)), 0.25, np.full(65, 0.1))
+    >>> wobble, noise = path.fields(np.array([4.0]), np.array([0.5]))
+    >>> path.lengths, wobble, noise
+    (array([ 0., 16.]), array([0.1]), array([0.]))
+    """
+
+    points: Array
+    begin: float
+    scale: float
+    noise: Array
+    spacing: float
+    wobble: Array
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Length (k,) up to each point."""
+        return lengths(self.points)
+
+    def fields(self, s: Array, w: Array) -> Array:
+        """Return wobble and noise (2, n) at positions (n,) along the path and distances (n,) to its side."""
+        row, column = s / self.spacing, w / self.spacing + self.noise.shape[1] // 2
+        wobble = np.interp(row, np.arange(len(self.wobble)), self.wobble)
+        return np.stack([wobble, map_coordinates(self.noise, [row, column], order=1, mode="nearest")])
+
+    def coordinates(self, points: Array, normals: Array, tree: cKDTree) -> Array:
+        """Return s, w and distance (3, n) of points (n, 3) of a surface with these normals, given a tree of the path.
+
+        s is the length up to the nearest place of the path, w the distance from there, positive on the right looking
+        up. Beyond its ends the path goes on straight, so that heads and starts are round.
+        """
+        last = len(self.points) - 2
+        k = np.clip(tree.query(points)[1][:, None] + np.arange(-2, 2), 0, last)
+        side, offset = np.diff(self.points, axis=0)[k], points[:, None] - self.points[k]
+        square = (side**2).sum(axis=2)
+        share = (offset * side).sum(axis=2) / square
+        share = np.clip(share, np.where(k > 0, 0.0, -np.inf), np.where(k < last, 1.0, np.inf))
+        offset -= share[:, :, None] * side
+        here = np.arange(len(points)), (offset**2).sum(axis=2).argmin(axis=1)
+        s = self.lengths[k[here]] + share[here] * np.sqrt(square[here])
+        away = np.linalg.norm(offset[here], axis=1)
+        right = (offset[here] * np.cross(side[here], normals)).sum(axis=1) >= 0.0
+        beyond = np.maximum(np.maximum(-s, s - self.lengths[-1]), 0.0)
+        return np.stack([s, np.where(right, away, -away), np.hypot(away, beyond)])
+
+
+def irregular_path(
+    points: Array, begin: float, scale: float, half: float, roughness: float, degree: int, random: np.random.Generator
+) -> StreamPath:
+    """Return a path with random irregularities, for a stream of half width `half`.
+
+    The roughness, and the degree of the least squares, are as of :func:`facewrinkle.tears.shape.rough_film`.
+    """
+    noise, spacing = rough_film(float(lengths(points)[-1]), half, roughness, degree, random)
+    short, long = (waves(random, len(noise), waviness * half / spacing) for waviness in (1.5, 6.0))
+    return StreamPath(points, begin, scale, noise, spacing, 0.5 * WOBBLE * (short + long))
+
+
+@dataclass(frozen=True, eq=False)
+class PathFinder:
+    """Finds the path of a stream and those of its branches.
+
+    Attributes
+    ----------
+    support, moved : SupportSurface
+        The surface at rest, on which paths are given and returned, and in the frame down whose folds the water runs.
+    rest : ndarray, shape (n, 3)
+        Vertices of `moved` at rest.
+    width, step, longest : float
+        Of the stream; of a step of the descent; and the most that the stream runs.
+    """
+
+    support: SupportSurface
+    moved: SupportSurface
+    rest: Array
+    width: float
+    step: float
+    longest: float
+
+    def path(self, points: Any, start: Any, weight: Any) -> Array:
+        """Return a path through points, along painted weights, or down from a start, whichever is given."""
+        if points is not None:
+            return through(self.support, points, self.width)
+        if weight is not None:
+            return painted(self.support, self._weights(weight), self.width)
+        return self._descent(start)
+
+    def _weights(self, weight: Any) -> Any:
+        """Return painted weights; a name stands for point data of the face."""
+        if not isinstance(weight, str):
+            return weight
+        face = self.support.face
+        if face is None or weight not in face.mesh.point_data:
+            raise ParameterError(f"there are no painted weights {weight!r} on the face. Pass the array itself.")
+        return face.mesh.point_data[weight]
+
+    def _descent(self, start: Any) -> Array:
+        """Return the path down from a start, or from just below it where it is level or slopes inwards, as some lids.
+
+        The start itself is always the first point.
+        """
+        support, moved = self.support, self.moved
+        first = support.start(start, max(2.0 * self.width, 0.02 * support.size))
+        lowered = 0.35 * self.width * np.arange(6.0)[:, None] * support.down
+        for below in support.nearest(first + lowered)[1]:
+            at = support.bound(np.array([first, below])).at(moved.points)
+            path = descent(moved, at[1], self.step, self.longest)
+            if lengths(path)[-1] > 1.5 * self.width:
+                path = self._overflowed(path, lowered[1:])
+                return moved.bound(np.concatenate([at[:1], path])).at(self.rest)
+        raise ParameterError(
+            f"no water runs from {first.round(2)}: the surface is level there, or ends. Start elsewhere, or give a "
+            "path."
+        )
+
+    def _overflowed(self, path: Array, lowered: Array) -> Array:
+        """Return the path, continued below hollows that the stream fills, such as creases of the lids."""
+        moved = self.moved
+        for below in moved.nearest(path[-1] + lowered)[1]:
+            across = np.linspace(path[-1], below, 9)
+            if np.linalg.norm(moved.nearest(across)[1] - across, axis=1).max() > HOLLOW * self.width:
+                continue
+            more = descent(moved, below, self.step, max(self.longest - lengths(path)[-1], self.step))
+            if lengths(more)[-1] > 1.5 * self.width and (below - path[-1]) @ moved.down > 0.0:
+                return self._overflowed(np.concatenate([path, more]), lowered)
+        return path
+
+    def cut(self, path: Array) -> Array:
+        """Return a path in equal steps, cut off at the most that the stream runs."""
+        path = resampled(path, self.step)
+        path = path[lengths(path) <= self.longest]
+        if len(path) < 3 or not lengths(path)[-1] > 0.0:
+            raise ParameterError("the path has no length: its points coincide, or length is too small.")
+        return path
+
+    def meandered(self, path: Array, roughness: float, random: np.random.Generator) -> Array:
+        """Return a path with the small turns that rough skin makes; its start stays."""
+        half, along = 0.5 * self.width, np.gradient(path, axis=0)
+        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        aside = np.cross(along, self.support.bound(path).at(self.support.normals))
+        grown = np.minimum(lengths(path) / (4.0 * half), 1.0)
+        turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in MEANDERS)
+        return path + (roughness * half * grown * turns)[:, None] * aside
+
+    def branches(self, path: Array, n: int) -> list[tuple[Array, float]]:
+        """Return up to n paths that leave a path at folds, each with the length of the path up to there."""
+        found: list[tuple[Array, float]] = []
+        if not n:
+            return found
+        main = path
+        if self.moved is not self.support:
+            main = replace(self.moved, points=self.rest).bound(path).at(self.moved.points)
+        for _ in range(n):
+            spilled = branch(self.moved, main, self.step, self.width)
+            if spilled is None:
+                break
+            spilled = self.moved.bound(spilled).at(self.rest)
+            for _ in range(4):  # little by little: it must stay on top of the fold
+                spilled = smoothed(self.support, spilled, 0.2 * self.width, 3)
+            k = int(np.argmin(np.linalg.norm(path - spilled[0], axis=1)))
+            found.append((spilled, float(lengths(path)[k])))
+            main = main[: max(k - 4, 0)]
+        return found

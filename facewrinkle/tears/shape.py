@@ -10,7 +10,6 @@ from scipy.ndimage import gaussian_filter1d
 from ..array_types import Array, IntArray
 from ..geometry.least_squares import moving_least_squares
 from ..geometry.topology import unique_edges
-from . import _kernels as kernels
 
 DRAINED = 0.85
 """Share of its width that the trail keeps long after the head has passed."""
@@ -94,13 +93,15 @@ def thickness(
     >>> height.round(3).tolist()
     [0.8, 0.05, 0.0]
     """
-    sizes = shape.half, shape.height, shape.trail, shape.film
-    wobbles, bumps = (
-        values if isinstance(values, np.ndarray) else np.full(len(s), values, np.float64) for values in (wobble, rough)
-    )
-    level, height = np.empty(len(s)), np.empty(len(s))
-    kernels.thicken(s, w, front, sizes, TAPER, DRAINED, POOLING, wobbles, bumps, depth, level, height)
-    return level, height
+    behind = (front - s) / shape.half
+    head = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
+    left = DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0)
+    half = shape.trail * (1.0 + wobble) * left
+    half += (shape.half - half) * head
+    cap, start = np.maximum(1.0 - behind, 0.0), np.maximum(1.0 - s / shape.trail, 0.0)
+    level = 1.0 - (w / half) ** 2 - cap**2 - start**2
+    film = shape.film * (1.0 + rough) * (1.0 + POOLING * wobble)
+    return level, (film + (shape.height - film) * head**1.5) * np.maximum(level, 0.0 - depth)
 
 
 def rough_film(
@@ -162,7 +163,7 @@ def waves(random: np.random.Generator, n: int, scale: float) -> Array:
     return smooth / max(float(np.abs(smooth).max()), 1e-9)
 
 
-def solid(bottom: Array, top: Array, triangles: IntArray, rim: IntArray | None = None) -> tuple[Array, IntArray]:
+def solid(bottom: Array, top: Array, triangles: IntArray) -> tuple[Array, IntArray]:
     """Return the closed surface between a bottom and a top with the same triangles, joined by walls along the outline.
 
     Parameters
@@ -170,15 +171,13 @@ def solid(bottom: Array, top: Array, triangles: IntArray, rim: IntArray | None =
     bottom, top : ndarray, shape (n, 3)
     triangles : ndarray of int32, shape (m, 3)
         Of a disk.
-    rim : ndarray of int32, shape (b, 2), optional
-        The outline, as sides of the triangles. Default: it is found.
 
     Returns
     -------
     points : ndarray, shape (2 n, 3)
         Those of the top, then those of the bottom.
     triangles : ndarray of int32, shape (2 m + 2 b, 3)
-        Oriented outwards if those given face from the bottom towards the top.
+        For b sides of the outline. Oriented outwards if those given face from the bottom towards the top.
 
     Examples
     --------
@@ -187,10 +186,8 @@ def solid(bottom: Array, top: Array, triangles: IntArray, rim: IntArray | None =
     >>> points.shape, triangles.shape
     ((6, 3), (8, 3))
     """
-    if rim is None:
-        _, sides = unique_edges(triangles)
-        t, k = np.nonzero(np.bincount(sides.ravel())[sides] == 1)
-        rim = np.stack([triangles[t, k], triangles[t, (k + 1) % 3]], axis=1)
-    closed = np.empty((2 * len(triangles) + 2 * len(rim), 3), np.int32)
-    kernels.close(triangles, rim, len(bottom), closed)
-    return np.concatenate([top, bottom]), closed
+    _, sides = unique_edges(triangles)
+    t, k = np.nonzero(np.bincount(sides.ravel())[sides] == 1)
+    a, b, n = triangles[t, k], triangles[t, (k + 1) % 3], len(bottom)
+    walls = [np.stack([a + n, b + n, b], axis=1), np.stack([a + n, b, a], axis=1)]
+    return np.concatenate([top, bottom]), np.concatenate([triangles, triangles[:, ::-1] + n, *walls]).astype(np.int32)

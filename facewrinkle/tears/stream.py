@@ -23,13 +23,12 @@ from ..geometry.laplacian import neighbour_mean
 from ..geometry.normals import detail_normals
 from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges
 from ..mesh import array_of, of_own_arrays
-from . import _height_kernels as kernels
 from . import path as paths
+from .clearance import kept_off
+from .drop import Sampled
 from .footprint import Footprint, Part, footprint_under
-from .sampled import Sampled
+from .path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .shape import Shape, solid, thickness
-from .stream_path import WOBBLE, PathFinder, StreamPath, irregular_path
-from .subdivision import LocalSubdivision
 from .support_surface import SupportSurface, support_surface
 
 SUNK = 0.5
@@ -271,8 +270,7 @@ class SheddingTear:
             self._heights = np.append(drop, drop[-1] + rest), np.append(main.lengths, main.lengths[-1] + rest)
         farthest = self.length if self._heights is None else float(self._heights[0][-1])
         self.end = self.begin + max(farthest - self.s, 0.0) / self.c + flow.hold
-        reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
-        self._subdivision = LocalSubdivision([path.points for path in self.paths], reach, self._detail)
+        self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
         self._footprint: Footprint | None = None
         self._check_disk()
 
@@ -394,7 +392,7 @@ class SheddingTear:
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": (shaded, -up), "thickness": (height, height), "under": (up, up)}
         mesh = of_own_arrays(
-            *solid(bottom, top, part.triangles, part.rim),
+            *solid(bottom, top, part.triangles),
             {name: np.concatenate(of_top_and_bottom) for name, of_top_and_bottom in data.items()},
         )
         mesh.GetPointData().SetActiveNormals("Normals")
@@ -431,7 +429,7 @@ class SheddingTear:
             frame, _ = self._support.in_frame(on)
             bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
             thick = dry if shape is None else shape[1]
-            height = thick[part.first] + part.share * (thick[part.second] - thick[part.first])
+            height = part.between(thick)
             skin = frame.points, rest, frame.triangles
             wet = self._above(bottom, bottom_rest, up, np.maximum(height, 0.0), part, skin, frame.unit)
             top = bottom + np.where(height > 0.0, wet, height)[:, None] * up
@@ -454,12 +452,12 @@ class SheddingTear:
         if self._extruded:
             height = self._smoothed(height, part.triangles)
         height = np.maximum(height, EDGE / unit)
-        kernels.limit_heights(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
-        return height
+        return kept_off(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
 
     def _footprint_in(self, rest: Array, triangles: IntArray) -> Footprint:
         """Return the footprint in a mesh, and keep it for the next frame."""
-        self._footprint = footprint_under(self._subdivision, self.paths, rest, triangles, self._footprint)
+        known = self._footprint
+        self._footprint = footprint_under(self.paths, rest, triangles, self._reach, self._detail, known)
         return self._footprint
 
     def _thickness(self, footprint: Footprint, front: float, depth: float = 0.0) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError, ParameterError
 from facewrinkle.export.animation import AnimationWriter, _grown, increments, principal_targets
-from facewrinkle.tears.sampled import Sampled
+from facewrinkle.tears.drop import Sampled
 
 FRAMES = 12
 

@@ -10,7 +10,8 @@ from synthetic_faces import MAKERS, head_with
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
-from facewrinkle.tears import PRESETS, preset, surfaces
+from facewrinkle.tears import PRESETS, Film, Flow, preset, surfaces
+from facewrinkle.tears.presets import grouped
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
@@ -84,3 +85,14 @@ def test_refuses(face):
         preset("weepin", face)
     with pytest.raises(ParameterError, match="a preset needs a Face"):
         preset("weeping", pv.Sphere())
+
+
+def test_a_group_given_keeps_its_other_fields():
+    given = {"flow": Flow(c=10.0, hold=5.0), "c": 20.0, "unknown": 1}
+    assert grouped(given, film=Film, flow=Flow) == {"flow": Flow(c=20.0, hold=5.0), "unknown": 1}
+    assert given["c"] == 20.0
+
+
+def test_numbers_are_checked():
+    with pytest.raises(ParameterError, match="roughness"):
+        grouped({"roughness": 3.0}, film=Film)

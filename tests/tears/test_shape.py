@@ -248,20 +248,6 @@ def test_a_solid_is_closed_and_holds_what_is_between_base_and_top(n, seed):
     assert expected > 0.0
 
 
-def test_the_outline_can_be_given():
-    base, height, triangles = roof(25, 2)
-    top = base + height[:, None]
-    points, found = solid(base, top, triangles)
-    sides = [(int(t[k]), int(t[(k + 1) % 3])) for t in triangles for k in range(3)]
-    rim = np.array([side for side in sides if side[::-1] not in sides], np.int32)
-    same, given_ = solid(base, top, triangles, rim)
-    assert np.array_equal(points, same)
-    assert np.array_equal(found, given_)
-    fewer = solid(base, top, triangles, rim[:-1])[1]
-    assert len(fewer) == len(found) - 2
-    assert len(boundary_loops(fewer)) == 1
-
-
 @settings(max_examples=30)
 @given(st.integers(1, 6), st.integers(1, 6), st.floats(0.01, 2.0))
 def test_solid_over_a_grid(i, j, height):
