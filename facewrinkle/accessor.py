@@ -1,4 +1,4 @@
-"""``mesh.facewrinkle``: patterns and tears on any PolyData, as filters like PyVista's own.
+"""``mesh.facewrinkle``: patterns and tears on any mesh of PyVista, as filters like PyVista's own.
 
 PyVista finds this module through the entry point group ``pyvista.accessors`` and imports it when ``mesh.facewrinkle``
 is first used; importing it by hand does the same.
@@ -31,13 +31,13 @@ from .tears.presets import grouped
 from .tears.stream import Film, Flow, Route, SheddingTear
 
 
-@pv.register_dataset_accessor("facewrinkle", pv.PolyData)
+@pv.register_dataset_accessor("facewrinkle", pv.DataObject)
 class FaceWrinkleAccessor:
     """The namespace ``mesh.facewrinkle``. Each method returns a new mesh and leaves `mesh` as it is.
 
     Parameters
     ----------
-    mesh : PolyData
+    mesh : PolyData, another data set of faces, or a multi-block of several
 
     Examples
     --------
@@ -49,7 +49,7 @@ class FaceWrinkleAccessor:
     -3.0
     """
 
-    def __init__(self, mesh: pv.PolyData) -> None:
+    def __init__(self, mesh: pv.DataSet | pv.MultiBlock) -> None:
         self._mesh = mesh
 
     def pattern(
@@ -176,7 +176,7 @@ def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.Poly
 
 
 def _nearest_part(
-    mesh: pv.PolyData, centre: npt.ArrayLike | None, units: str | float
+    mesh: pv.DataSet | pv.MultiBlock, centre: npt.ArrayLike | None, units: str | float
 ) -> tuple[Face, pv.PolyData | None]:
     """Return the connected part nearest to a point as a face, and the other parts."""
     source = read_surface(mesh)

@@ -36,7 +36,7 @@ def test_flags():
 
 
 @pytest.mark.parametrize(
-    "value", ["abc", (0, 1), (0, 0, np.nan), (0, np.inf, 0), (0, -(10**400), 0), (0, 1e60, 0), None]
+    "value", ["abc", ["1", "2", "3"], (0, 1), (0, 0, np.nan), (0, np.inf, 0), (0, -(10**400), 0), (0, 1e60, 0), None]
 )
 def test_what_is_no_vector(value):
     with pytest.raises(ParameterError, match="^up must be three finite numbers, received"):

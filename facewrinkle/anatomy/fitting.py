@@ -17,6 +17,7 @@ from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, war
 from ..geometry.interpolation import barycentric
 from ..mesh import (
     CleanSurface,
+    MeshLike,
     as_texture,
     merged_texture,
     outside_images,
@@ -132,7 +133,7 @@ def mean_face(atlas: Atlas) -> Face:
 
 
 def fit_face(
-    mesh: pv.DataSet | str | Path,
+    mesh: MeshLike,
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
     units: str | float | None = None,
     atlas: Atlas | None = None,
@@ -143,7 +144,7 @@ def fit_face(
 
     Parameters
     ----------
-    mesh : PolyData or path
+    mesh : PolyData, or anything that `read_surface` takes
         Triangles, quads or polygons in any unit and orientation. Not changed. Where there are several parts, the one
         that the landmarks lie on is the face; the others (eyes, teeth, lashes, hair, glasses) go along with it.
     landmarks : dict, str or Path, optional
@@ -311,7 +312,7 @@ def _with_parts(face: Face, others: pv.PolyData) -> Face:
     return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts, face.frame))
 
 
-def _image(mesh: object, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
+def _image(mesh: MeshLike, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
     """The image that was given or that comes with the mesh, if there are texture coordinates; several are merged."""
     if clean.active_texture_coordinates is not None:
         if texture is not None:
@@ -381,7 +382,7 @@ def _warped_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, s
 
 
 def surface(
-    mesh: pv.DataSet | str | Path,
+    mesh: MeshLike,
     units: str | float = "mm",
     texture: object = None,
 ) -> Face:
@@ -389,7 +390,7 @@ def surface(
 
     Parameters
     ----------
-    mesh : PolyData or path
+    mesh : PolyData, or anything that `read_surface` takes
         Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface; the
         others go along with it.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float

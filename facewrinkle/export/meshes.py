@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 from ..appearance.companion_meshes import companion_meshes
 from ..array_types import Array
 from ..files import output_file, written
-from ..mesh import UNIT
+from ..mesh import UNIT, MeshLike, triangle_mesh
 from .gltf import gltf
 from .model import Model, part_model, skin_model, tears_model
 from .obj import obj_files
@@ -22,7 +22,7 @@ SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 
 
 def write_mesh(
-    frame: pv.PolyData,
+    frame: MeshLike,
     path: str | Path,
     face: Face | None = None,
     *,
@@ -39,8 +39,8 @@ def write_mesh(
 
     Parameters
     ----------
-    frame : PolyData
-        A frame of a simulation, or the mesh of a face.
+    frame : PolyData, or anything that `read_surface` takes
+        A frame of a simulation, the mesh of a face, or any other mesh.
     path : path
         Ends in .glb, .gltf, .obj or .ply. An existing file is replaced.
     face : Face, optional
@@ -81,6 +81,7 @@ def write_mesh(
     ...     sorted(file.name for file in path.parent.iterdir())
     ['crying.ply', 'crying_tears.ply']
     """
+    frame = triangle_mesh(frame)
     skin, water = skin_model(frame, face), tears_model(tears)
     path = output_file(path, SUFFIXES)
     match path.suffix.lower():

@@ -56,11 +56,6 @@ class Model:
 
 def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
     """Return the skin of a frame, with the texture of its face."""
-    if not isinstance(frame, pv.PolyData) or not frame.n_cells or not frame.is_all_triangles:
-        raise MeshError(
-            "a mesh of triangles is needed, such as a frame or the mesh of a face. Pass other meshes through "
-            "read_surface."
-        )
     shaded = with_normals(frame)
     shaded.point_data[ORIGIN] = np.arange(frame.n_points)
     mesh = split_at_seams(shaded)

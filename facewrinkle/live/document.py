@@ -7,7 +7,6 @@ are one step of undo. Values are checked before anything changes.
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
@@ -17,6 +16,7 @@ from typing import Any
 from ..anatomy.atlas import Atlas
 from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NAMES
+from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
 
@@ -253,7 +253,7 @@ class Document:
         def check(name: str, place: Any) -> list[float]:
             if name not in NAMES:
                 raise unknown_name("landmark", name, NAMES)
-            return _point(place)
+            return vector("a place", place).tolist()
 
         return self._table("landmarks", rest, value, check, len(NAMES))
 
@@ -317,14 +317,14 @@ class Document:
             found = _entry("a pattern", entry, PATTERN, ("kind", "centre"), {"strength": 1.0})
             if found["kind"] not in KINDS:
                 raise unknown_name("pattern", found["kind"], KINDS)
-            return {**found, "centre": _point(found["centre"])}
+            return {**found, "centre": vector("a place", found["centre"]).tolist()}
 
         return self._items("patterns", rest, value, check, MOST_ITEMS)
 
     def _checked_tears(self, rest: Sequence[str], value: Any) -> Any:
         def check(name: str, entry: Any) -> dict[str, Any]:
             found = _entry("a tear", entry, TEAR, ("start",), {"width": 2.6, "length": 60.0, "begin": 0.0})
-            return {**found, "start": _point(found["start"])}
+            return {**found, "start": vector("a place", found["start"]).tolist()}
 
         return self._items("tears", rest, value, check, MOST_ITEMS)
 
@@ -386,13 +386,3 @@ def _entry(
     return {
         name: check_range(name, value, *numbers[name]) if name in numbers else value for name, value in full.items()
     }
-
-
-def _point(value: Any) -> list[float]:
-    if (
-        not isinstance(value, list)
-        or len(value) != 3
-        or not all(isinstance(number, int | float) and math.isfinite(number) and abs(number) < 1e9 for number in value)
-    ):
-        raise ParameterError("a place must be three finite coordinates.")
-    return [float(number) for number in value]

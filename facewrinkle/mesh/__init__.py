@@ -19,7 +19,7 @@ from .arrays import (
     with_data,
     with_normals,
 )
-from .formats.reading import read_surface
+from .formats.reading import MeshLike, read_surface, triangle_mesh
 from .formats.textures import as_texture, merged_texture, outside_images, read_texture
 from .refining import refine
 from .repair.prepare import CleanSurface, prepare
@@ -31,6 +31,7 @@ __all__ = [
     "POSE",
     "UNIT",
     "CleanSurface",
+    "MeshLike",
     "add_seams",
     "array_of",
     "as_texture",
@@ -48,6 +49,7 @@ __all__ = [
     "refine_seams",
     "split_at_seams",
     "to_polydata",
+    "triangle_mesh",
     "with_data",
     "with_normals",
 ]

@@ -10,16 +10,16 @@ from ..errors import MeshError
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
 from .arrays import interpolated_point_data, to_polydata, use_texture
-from .formats.reading import read_surface
+from .formats.reading import MeshLike, read_surface
 from .seams import refine_seams
 
 
-def refine(mesh: pv.PolyData, marked: npt.ArrayLike) -> pv.PolyData:
+def refine(mesh: MeshLike, marked: npt.ArrayLike) -> pv.PolyData:
     """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 
     Parameters
     ----------
-    mesh : PolyData
+    mesh : PolyData, or anything that `read_surface` takes
         Of triangles or polygons, which are triangulated. Not changed.
     marked : array_like of bool, shape (m,), or indices of triangles
 

@@ -9,7 +9,6 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +32,7 @@ from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.results import displacement_of, fields_of
 from ..layers.wave_folds import WaveFolds
+from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped
 from ..motion.material import SkinMaterial
@@ -73,7 +73,7 @@ class Simulation:
 
     Parameters
     ----------
-    face : Face, PolyData or path
+    face : Face, or any mesh that `read_surface` takes
         A mesh or a file becomes a :func:`facewrinkle.surface` in mm, which has no muscles.
     refinement : Refinement, optional
     layers : sequence of Layer, optional
@@ -126,7 +126,7 @@ class Simulation:
 
     def __init__(
         self,
-        face: Face | pv.DataSet | str | Path,
+        face: Face | MeshLike,
         refinement: Refinement | None = None,
         layers: Sequence[Layer] | None = None,
         time_step: float | None = None,

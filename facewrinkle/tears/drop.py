@@ -15,7 +15,7 @@ from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
-from ..mesh import to_polydata
+from ..mesh import MeshLike, to_polydata
 from . import _kernels as kernels
 from .drop_shape import SHARPEST, DropLattice, DropShape, moments, profile
 from .support_surface import SupportSurface, directions, support_surface
@@ -101,7 +101,7 @@ class DrippingTear:
 
     Parameters
     ----------
-    surface : Face or PolyData, optional
+    surface : Face, or any mesh that `read_surface` takes, optional
         The surface at which the tear is born, and which it must not enter. Default: none.
     start : array_like, shape (3,), or {"l", "r"}
         A point of the surface, or the eye of a Face, from whose lower lid the tear drips.
@@ -143,7 +143,7 @@ class DrippingTear:
 
     def __init__(
         self,
-        surface: Face | pv.PolyData | None = None,
+        surface: Face | MeshLike | None = None,
         start: npt.ArrayLike | str = (0.0, 0.0, 0.0),
         *,
         size: float = 3.0,

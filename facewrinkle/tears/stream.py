@@ -22,7 +22,7 @@ from ..errors import MeshError, ParameterError, check_range, check_whole, unknow
 from ..geometry.laplacian import neighbour_mean
 from ..geometry.normals import detail_normals
 from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges
-from ..mesh import array_of, of_own_arrays
+from ..mesh import MeshLike, array_of, of_own_arrays
 from . import path as paths
 from .clearance import kept_off
 from .drop import Sampled
@@ -161,7 +161,7 @@ class SheddingTear:
 
     Parameters
     ----------
-    surface : Face or PolyData
+    surface : Face, or any mesh that `read_surface` takes
         At rest.
     path : array_like, shape (k, 3), optional
         Points on the surface through which the tear runs.
@@ -221,7 +221,7 @@ class SheddingTear:
 
     def __init__(
         self,
-        surface: Face | pv.PolyData,
+        surface: Face | MeshLike,
         path: npt.ArrayLike | None = None,
         start: npt.ArrayLike | str | None = None,
         *,

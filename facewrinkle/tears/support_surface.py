@@ -17,7 +17,7 @@ from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
-from ..mesh import array_of, points_and_triangles, read_surface, to_polydata
+from ..mesh import MeshLike, array_of, points_and_triangles, read_surface, to_polydata
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -165,9 +165,7 @@ class SupportSurface:
         return self.face
 
 
-def support_surface(
-    surface: Face | pv.PolyData | Any, down: npt.ArrayLike | None = None, unit: float = 1.0
-) -> SupportSurface:
+def support_surface(surface: Face | MeshLike, down: npt.ArrayLike | None = None, unit: float = 1.0) -> SupportSurface:
     """Return a face or any other mesh as a support surface.
 
     Parameters

@@ -272,8 +272,8 @@ def test_what_cannot_be_written_says_so(moment, tmp_path):
     bare = to_polydata(frame.points, frame.regular_faces)
     with pytest.raises(MeshError, match="no texture coordinates.*Is it a frame of this face"):
         fw.write_mesh(bare, tmp_path / "b.obj", face)
-    for other in (pv.PolyData(), pv.Plane(), pv.PolyData(np.eye(3))):
-        with pytest.raises(MeshError, match="a mesh of triangles is needed"):
+    for other in (pv.PolyData(), pv.PolyData(np.eye(3))):
+        with pytest.raises(MeshError, match="has no points|no faces"):
             fw.write_mesh(other, tmp_path / "b.obj")
     assert not list(tmp_path.glob("b*"))
 

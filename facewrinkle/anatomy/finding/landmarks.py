@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
 from threadpoolctl import ThreadpoolController
 
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
-from ...mesh import read_surface
+from ...mesh import MeshLike, read_surface
 from ..landmarks import NAMES
 from .placement import placed_landmarks
 from .pose import Pose, pose_from_landmarks
@@ -61,7 +59,7 @@ class Found:
 
 
 def find_landmarks(
-    mesh: pv.DataSet | str | Path,
+    mesh: MeshLike,
     progress: Progress | None = None,
     given: Mapping[str, npt.ArrayLike] | None = None,
 ) -> Found:
@@ -69,7 +67,7 @@ def find_landmarks(
 
     Parameters
     ----------
-    mesh : PolyData or path
+    mesh : PolyData, or anything that `read_surface` takes
         Not changed. It may have holes, loose parts and faults.
     progress : callable, optional
         Shows progress: called with the steps of the search and their number, returns the steps, to be done one by
@@ -142,7 +140,7 @@ def _blas() -> ThreadpoolController:
     return ThreadpoolController()
 
 
-def _regular_surface(mesh: object) -> tuple[Array, IntArray]:
+def _regular_surface(mesh: MeshLike) -> tuple[Array, IntArray]:
     """The triangles of a mesh that have an area, and the points that they use."""
     source = read_surface(mesh)
     points, triangles = np.array(source.points, dtype=np.float64), np.array(source.regular_faces, dtype=np.int64)

@@ -6,11 +6,11 @@ import html
 import os
 import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 
 from ...errors import MeshError
 from ...files import check_file, check_inside, opened, reading, text_of
@@ -46,7 +46,23 @@ SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
 """First bytes of files, with the names of their formats and the endings that they should have."""
 
 
-def read_surface(source: object) -> pv.PolyData:
+class HasFaces(Protocol):
+    """A mesh of another library, such as a trimesh.Trimesh."""
+
+    @property
+    def vertices(self) -> Any:
+        """Points (n, 3)."""
+
+    @property
+    def faces(self) -> Any:
+        """Triangles (m, 3)."""
+
+
+MeshLike = pv.DataSet | pv.MultiBlock | vtkDataObject | HasFaces | str | Path
+"""All that :func:`read_surface` takes; every function that takes a mesh takes these."""
+
+
+def read_surface(source: MeshLike) -> pv.PolyData:
     """Return the triangles of a file or of a mesh of another library, with the points numbered as in the source.
 
     Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
@@ -86,6 +102,19 @@ def read_surface(source: object) -> pv.PolyData:
         "trimesh.Trimesh, "
         f"received {type(source).__name__}."
     )
+
+
+def triangle_mesh(mesh: MeshLike) -> pv.PolyData:
+    """Return a mesh of triangles as it is, with all its arrays, and any other by :func:`read_surface`.
+
+    Examples
+    --------
+    >>> sheet = pv.Plane().triangulate()
+    >>> triangle_mesh(sheet) is sheet, triangle_mesh(pv.Plane()).is_all_triangles
+    (True, True)
+    """
+    mesh = pv.wrap(mesh) if isinstance(mesh, vtkPolyData) else mesh
+    return mesh if isinstance(mesh, pv.PolyData) and mesh.n_cells and mesh.is_all_triangles else read_surface(mesh)
 
 
 def _read_file(path: Path) -> pv.PolyData:

@@ -12,7 +12,7 @@ from ...checks import vector, vectors
 from ...errors import LARGEST, MeshError, ParameterError, warn
 from ...geometry import topology
 from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
-from ..formats.reading import read_surface
+from ..formats.reading import MeshLike, read_surface
 from .reconstruction import closed_up, reconstructed
 from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, unfolded
 
@@ -64,7 +64,7 @@ class CleanSurface:
     others: pv.PolyData | None = None
 
 
-def prepare(mesh: object, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
+def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
     """Return a clean copy of a surface on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are

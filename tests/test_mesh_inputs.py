@@ -1,0 +1,122 @@
+"""Every public function that takes a mesh takes it in every form that `read_surface` knows.
+
+what                         | checked against
+each function with each form | what it makes of the PolyData that the form was made of
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+import trimesh
+import vtkmodules.vtkCommonDataModel as vtk
+
+import facewrinkle as fw
+from facewrinkle.mesh import prepare, read_surface
+
+
+def _raw(mesh):
+    raw = vtk.vtkPolyData()
+    raw.DeepCopy(mesh)
+    return raw
+
+
+def _written(mesh, folder):
+    path = folder / "head.vtp"
+    mesh.save(path)
+    return path
+
+
+FORMS = {
+    "PolyData": lambda mesh, folder: mesh,
+    "UnstructuredGrid": lambda mesh, folder: mesh.cast_to_unstructured_grid(),
+    "MultiBlock": lambda mesh, folder: pv.MultiBlock({"head": pv.MultiBlock([mesh])}),
+    "vtkPolyData": lambda mesh, folder: _raw(mesh),
+    "trimesh": lambda mesh, folder: trimesh.Trimesh(mesh.points, mesh.regular_faces, process=False),
+    "str": lambda mesh, folder: str(_written(mesh, folder)),
+    "Path": _written,
+}
+
+
+def _points(face):
+    return face.points
+
+
+def _fitted(mesh, face, folder):
+    return fw.fit_face(mesh, face.landmarks).landmarks["nose_tip"]
+
+
+def _found(mesh, face, folder):
+    return fw.find_landmarks(mesh, given=face.landmarks).landmarks["nose_tip"]
+
+
+def _split(mesh, face, folder):
+    return fw.refine(mesh, [0, 5]).points
+
+
+def _shed(mesh, face, folder):
+    return fw.SheddingTear(mesh, start=face.landmarks["zygion_l"]).surface(1.0).points
+
+
+def _dripped(mesh, face, folder):
+    return fw.DrippingTear(mesh, face.landmarks["pogonion"]).surface(0.5).points
+
+
+def _stored(mesh, face, folder):
+    return fw.read_surface(fw.write_mesh(mesh, folder / "out.ply")).points
+
+
+FUNCTIONS = {
+    "read_surface": lambda mesh, face, folder: read_surface(mesh).points,
+    "read_texture": lambda mesh, face, folder: np.array([fw.read_texture(mesh) is None]),
+    "prepare": lambda mesh, face, folder: prepare(mesh).points,
+    "surface": lambda mesh, face, folder: fw.surface(mesh).points,
+    "Simulation": lambda mesh, face, folder: fw.Simulation(mesh, layers=[]).step().points,
+    "fit_face": _fitted,
+    "find_landmarks": _found,
+    "refine": _split,
+    "SheddingTear": _shed,
+    "DrippingTear": _dripped,
+    "write_mesh": _stored,
+}
+
+
+@pytest.fixture(scope="module")
+def bare(face):
+    """The points and triangles of the head, without the arrays that not every form can hold."""
+    return pv.PolyData.from_regular_faces(face.points, face.triangles)
+
+
+@pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_all_forms(face, bare, function, form, tmp_path):
+    given = form(bare, tmp_path)
+    np.testing.assert_array_equal(function(given, face, tmp_path), function(bare, face, tmp_path))
+
+
+@pytest.mark.parametrize("form", ["PolyData", "UnstructuredGrid", "MultiBlock"])
+def test_the_accessor_is_on_all_data_of_pyvista(face, bare, form):
+    water = FORMS[form](bare, None).facewrinkle.tear(start=face.landmarks["zygion_l"], t=1.0)
+    np.testing.assert_array_equal(water.points, _shed(bare, face, None))
+    place = {"centre": face.landmarks["glabella"], "size": 20.0, "max_level": 2}
+    with pytest.warns(fw.FaceWrinkleWarning, match="too coarse"):
+        dented = FORMS[form](bare, None).facewrinkle.pattern("dimple", **place)
+    assert dented["W"].min() < 0.0
+
+
+def test_a_face_of_what_pyvista_reads(face, tmp_path):
+    path = fw.write_mesh(face.mesh, tmp_path / "head.glb", face)
+    fitted = fw.fit_face(pv.read(path), {name: 1e-3 * place for name, place in face.landmarks.items()})
+    assert isinstance(pv.read(path), pv.MultiBlock)
+    assert fitted.unit == pytest.approx(1000.0, rel=0.05)
+    assert fitted.muscles.keys() == face.muscles.keys()
+
+
+@pytest.mark.parametrize("function", set(FUNCTIONS.values()) - {FUNCTIONS["read_texture"]})
+@pytest.mark.parametrize("wrong", [3, None, [1.0], b"head.obj", fw.MuscleWrinkles])
+def test_what_is_no_mesh(face, function, wrong, tmp_path):
+    if wrong is None and function is FUNCTIONS["DrippingTear"]:
+        pytest.skip("a drop may fall through the air")
+    with pytest.raises(fw.FaceWrinkleError, match="a mesh must be a path, a PyVista or VTK data set"):
+        function(wrong, face, tmp_path)
