@@ -31,8 +31,8 @@ def ball():
     return mesh
 
 
-def test_it_is_registered_on_polydata():
-    assert any(a.name == "facewrinkle" and a.target is pv.PolyData for a in pv.registered_accessors())
+def test_it_is_registered_on_all_data_of_pyvista():
+    assert any(a.name == "facewrinkle" and a.target is pv.DataObject for a in pv.registered_accessors())
     project = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
     assert project["project"]["entry-points"]["pyvista.accessors"] == {"facewrinkle": "facewrinkle.accessor"}
 
