@@ -1,7 +1,3 @@
-# Written by tools/write_stub.py.
-
-from typing import Any
-
 from . import anatomy as anatomy
 from . import appearance as appearance
 from . import dataset as dataset
@@ -16,6 +12,9 @@ from . import plotting as plotting
 from . import rigging as rigging
 from . import simulation as simulation
 from . import tears as tears
+from .anatomy.atlas import ACTION_UNITS as ACTION_UNITS
+from .anatomy.atlas import EXPRESSIONS as EXPRESSIONS
+from .anatomy.atlas import MUSCLES as MUSCLES
 from .anatomy.atlas import read_atlas as read_atlas
 from .anatomy.atlas_file import write_atlas as write_atlas
 from .anatomy.face import Face as Face
@@ -69,7 +68,3 @@ from .tears.stream import SheddingTear as SheddingTear
 
 __version__: str
 __all__: list[str]
-
-MUSCLES: dict[str, dict[str, Any]]
-ACTION_UNITS: dict[str, dict[str, float]]
-EXPRESSIONS: dict[str, dict[str, float]]

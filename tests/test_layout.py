@@ -11,8 +11,11 @@ import ast
 from pathlib import Path
 
 import numpy as np
+import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+
+import facewrinkle as fw
 
 PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
@@ -100,3 +103,11 @@ def test_no_import_circle():
 def test_the_top_level_holds_what_users_name():
     top = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name != "__pycache__"}
     assert top - {"py.typed", "__init__", "__init__.pyi"} == set(FLOOR)
+
+
+def test_every_name_of_the_top_level_is_there():
+    assert {"Face", "MUSCLES", "mesh", "read_surface"} < set(fw.__all__)
+    for name in fw.__all__:
+        assert getattr(fw, name) is not None
+    with pytest.raises(AttributeError, match="Simulatoin"):
+        fw.Simulatoin  # noqa: B018

@@ -12,6 +12,11 @@ import facewrinkle
 GALLERY = Path(__file__).parents[2] / "gallery"
 
 
+def names():
+    """Return the names on the top level that are no rooms."""
+    return [name for name in facewrinkle.__all__ if not inspect.ismodule(getattr(facewrinkle, name))]
+
+
 def summary(name):
     """Return the first sentence about a public name."""
     value = getattr(facewrinkle, name)
@@ -24,7 +29,7 @@ def pages():
     """Return a page of the gallery for each name that one uses, so that few names share a page."""
     texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(GALLERY.glob("plot_*.py"))}
     said = {stem: set(re.findall(r"\bfw\.(\w+)", text)) for stem, text in texts.items()}
-    uses = {name: [stem for stem in texts if name in said[stem]] for name in facewrinkle.__all__}
+    uses = {name: [stem for stem in texts if name in said[stem]] for name in names()}
     taken, chosen = Counter(), {}
     for name in sorted((name for name in uses if uses[name]), key=lambda name: (len(uses[name]), name)):
         chosen[name] = min(uses[name], key=lambda stem: (taken[stem], stem))
@@ -38,8 +43,8 @@ class Names(SphinxDirective):
     def run(self):
         """Return the table."""
         lines, chosen = [".. list-table::", "   :widths: 22 48 30", ""], pages()
-        for name in sorted(facewrinkle.__all__, key=str.lower):
-            room = "errors." if facewrinkle._HOME.get(name) == "errors" else ""  # documented by where they are
+        for name in sorted(names(), key=str.lower):
+            room = "errors." if hasattr(facewrinkle.errors, name) else ""  # documented by where they are
             lines += [f"   * - :obj:`~facewrinkle.{room}{name}`", f"     - {summary(name)}"]
             thumbnail = f"gallery/images/thumb/sphx_glr_{chosen.get(name)}_thumb.png"
             if (Path(self.env.srcdir) / thumbnail).exists():

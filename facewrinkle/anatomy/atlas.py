@@ -390,3 +390,13 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         protrusion=entry.get("protrusion", 0.0),
         **common,
     )
+
+
+MUSCLES = load_atlas().muscles
+"""The muscles of the atlas that comes with the package, as :class:`Atlas` holds them."""
+
+ACTION_UNITS = load_atlas().action_units
+"""Its action units: contractions by muscle."""
+
+EXPRESSIONS = load_atlas().expressions
+"""Its expressions: contractions by muscle or action unit."""

@@ -92,7 +92,8 @@ def test_names_in_the_text_exist():
 
 def test_the_reference_has_all_names_of_the_top_level():
     listed = set(re.findall(r"^   (\w+)$|^\.\. data:: (\w+)$", (DOCS / "api" / "main.rst").read_text(), re.MULTILINE))
-    assert set(fw.__all__) <= {name for pair in listed for name in pair}
+    rooms = {name for name in fw.__all__ if inspect.ismodule(getattr(fw, name))}
+    assert set(fw.__all__) - rooms <= {name for pair in listed for name in pair}
 
 
 def found(module, name):
