@@ -141,16 +141,33 @@ def bake_maps(
     wrinkled = Simulation(face, layers=layers)
     bare = Simulation(face, Refinement(max_level=0), layers=[], motion=wrinkled.motion)
     wrinkled.express(expression, intensity)
-    fine = wrinkled.settle()
-    smooth = _held(bare, wrinkled)
-    rest = face.mesh.copy()
+    fine, smooth, rest = wrinkled.settle(), _held(bare, wrinkled), face.mesh.copy()
+    if "slide" in fine.point_data and np.any(fine["slide"]):
+        warn(
+            "pinched folds slide along the skin, which a map of heights cannot hold: displacement by it lacks up to "
+            f"{float(np.linalg.norm(fine['slide'], axis=1).max()):.1f} mm, normals do not. Without pinch they agree."
+        )
+    folds = FoldMaps(face, fine, smooth, size)
+    height, normal = folds.of(fine, smooth)
+    smooth = charted(smooth, face)
     if corner_texture(face.mesh) is None:
-        for mesh in (rest, smooth, fine):
-            start = np.asarray(mesh.point_data["rest"]) if "rest" in mesh.point_data else np.asarray(mesh.points)
-            mesh.active_texture_coordinates = around_head(face, start)
-        fine = visible_first(fine, face)
-        smooth = visible_first(smooth, face)
-    return _baked(face, fine, smooth, rest, size)
+        rest.active_texture_coordinates = around_head(face, face.points)
+    triangles = np.asarray(smooth.regular_faces, np.int64)
+    end, start = (vertex_areas(np.asarray(points, np.float64), triangles) for points in (smooth.points, face.points))
+    longer = np.sqrt(end / np.maximum(start, 1e-300)) - 1.0
+    tension = [np.clip(folds.on_skin(way) / TENSION_MOST, 0.0, 1.0) for way in (-longer, longer)]
+    most = max(float(np.abs(height).max()), 1e-6)
+    hollow = np.clip((height - folds.blurred(height, CAVITY_REACH)) / (0.5 * most), -1.0, 1.0)
+    return Maps(
+        folds.filled(as_bytes(0.5 + 0.5 * normal)),
+        folds.filled(heights_as_integers(height, most)),
+        folds.filled(as_bytes(0.5 + 0.5 * hollow * (128.0 / 127.5))),
+        folds.filled(as_bytes(np.stack([*tension, np.zeros((size, size))], axis=2))),
+        most,
+        smooth,
+        rest,
+        folds.covered,
+    )
 
 
 def check_texture(face: Face) -> None:
@@ -237,41 +254,75 @@ class Texels:
         return out
 
 
-def _baked(face: Face, fine: pv.PolyData, smooth: pv.PolyData, rest: pv.PolyData, size: int) -> Maps:
-    corners, coarse = corner_texture(fine), corner_texture(smooth)
+class FoldMaps:
+    """The wrinkles of a face on the texels of its texture, or of a chart, in frames of always the same triangles.
+
+    Parameters
+    ----------
+    face : Face
+    fine, smooth : PolyData
+        Frames with wrinkles, and without any on the face's own triangles.
+    size : int
+        Width and height, texels.
+
+    Attributes
+    ----------
+    covered : ndarray of bool, shape (h, w)
+        Texels that lie on the skin.
+
+    Warns
+    -----
+    FaceWrinkleWarning
+        If triangles overlap on the texture.
+    """
+
+    def __init__(self, face: Face, fine: pv.PolyData, smooth: pv.PolyData, size: int) -> None:
+        self.face = face
+        fine, smooth = charted(fine, face), charted(smooth, face)
+        self._texels, self._below = (Texels(_corners(mesh), size) for mesh in (fine, smooth))
+        tell_shared_places(face, self._below)
+        self._triangles, self._base = (np.asarray(mesh.regular_faces, np.int64) for mesh in (fine, smooth))
+        self.covered = self._texels.covered & self._below.covered
+        self._nearest = nearest_covered(self.covered)
+        area = vertex_areas(np.asarray(face.points, np.float64), self._base).sum() * face.unit**2
+        self._per_texel = float(np.sqrt(area / max(self._below.covered.sum(), 1)))
+
+    def of(self, fine: pv.PolyData, smooth: pv.PolyData) -> tuple[Array, Array]:
+        """Return the heights (h, w) in mm and the normals (h, w, 3) in tangent space of the wrinkles of a frame."""
+        fine, smooth = charted(fine, self.face), charted(smooth, self.face)
+        height = np.where(self.covered, self._texels.of(self._triangles, np.asarray(fine["W"], np.float64)), 0.0)
+        turned = self._texels.of(self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
+        normal = in_tangent_space(turned, self._below, skin_model(smooth, None))
+        normal[~self.covered] = [0.0, 0.0, 1.0]
+        return height, normal
+
+    def on_skin(self, values: Array) -> Array:
+        """Return values (n,) of the vertices of the face at the texels (h, w), 0 where there is no skin."""
+        return self._below.of(self._base, values)
+
+    def blurred(self, values: Array, reach: float) -> Array:
+        """Return values (h, w) averaged over the skin around each place, with a standard deviation in mm."""
+        return np.asarray(gaussian_filter(values, reach / self._per_texel))
+
+    def filled(self, pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return pixels (h, w, ...) with a margin around each island."""
+        return pixels[self._nearest]
+
+
+def charted(frame: pv.PolyData, face: Face) -> pv.PolyData:
+    """Return a frame with the texture coordinates of the maps: those of the face, or of a chart around the head."""
+    if corner_texture(face.mesh) is not None:
+        return frame
+    frame = frame.copy(deep=False)
+    rest = frame.point_data.get("rest", frame.points)
+    frame.active_texture_coordinates = around_head(face, np.asarray(rest))
+    return visible_first(frame, face)
+
+
+def _corners(mesh: pv.PolyData) -> Array:
+    corners = corner_texture(mesh)
     assert corners is not None
-    assert coarse is not None
-    texels, below = Texels(corners, size), Texels(coarse, size)
-    tell_shared_places(face, below)
-    covered = texels.covered & below.covered
-    triangles, base = np.asarray(fine.regular_faces, np.int64), np.asarray(smooth.regular_faces, np.int64)
-    height = np.where(covered, texels.of(triangles, np.asarray(fine["W"], np.float64)), 0.0)
-    if "slide" in fine.point_data and np.any(fine["slide"]):
-        warn(
-            "pinched folds slide along the skin, which a map of heights cannot hold: displacement by it lacks up to "
-            f"{float(np.linalg.norm(fine['slide'], axis=1).max()):.1f} mm, normals do not. Without pinch they agree."
-        )
-    normal = in_tangent_space(
-        texels.of(triangles, np.asarray(fine.point_data["Normals"], np.float64)), below, skin_model(smooth, None)
-    )
-    normal[~covered] = [0.0, 0.0, 1.0]
-    start, end = (np.asarray(mesh.points, np.float64) for mesh in (rest, smooth))
-    longer = np.sqrt(vertex_areas(end, base) / np.maximum(vertex_areas(start, base), 1e-300)) - 1.0
-    tension = np.clip(below.of(base, np.stack([-longer, longer], axis=1)) / TENSION_MOST, 0.0, 1.0)
-    most = max(float(np.abs(height).max()), 1e-6)
-    per_texel = float(np.sqrt(vertex_areas(start, base).sum() * face.unit**2 / max(below.covered.sum(), 1)))
-    around = gaussian_filter(height, CAVITY_REACH / per_texel)
-    nearest = nearest_covered(covered)
-    return Maps(
-        as_bytes(0.5 + 0.5 * normal)[nearest],
-        np.rint(32768.0 + 32767.0 * height / most).astype(np.uint16)[nearest],
-        as_bytes(0.5 + 0.5 * np.clip((height - around) / (0.5 * most), -1.0, 1.0) * (128.0 / 127.5))[nearest],
-        as_bytes(np.concatenate([tension, np.zeros((size, size, 1))], axis=2))[nearest],
-        most,
-        smooth,
-        rest,
-        covered,
-    )
+    return corners
 
 
 def tell_shared_places(face: Face, texels: Texels) -> None:
@@ -331,6 +382,11 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
 
 def as_bytes(values: Array) -> npt.NDArray[np.uint8]:
     return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
+
+
+def heights_as_integers(height: Array, most: float) -> npt.NDArray[np.uint16]:
+    """Return heights from -`most` to `most` as 16 bits; 32768 is none."""
+    return np.rint(32768.0 + 32767.0 * np.clip(height / most, -1.0, 1.0)).astype(np.uint16)
 
 
 def nearest_covered(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:

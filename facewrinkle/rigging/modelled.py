@@ -284,14 +284,20 @@ class Movements:
         ends = [self.face.frame.local(self.face.landmarks[f"mouth_{side}"])[0] for side in "lr"]
         return 0.5 * float(ends[0] - ends[1])
 
+    @property
+    def lips_meet(self) -> bool:
+        """True if the lips lie on each other at rest, in one place at least; what parts them can then be undone."""
+        return len(self._pairs[0]) > 0
+
     @cached_property
     def _pairs(self) -> tuple[IntArray, IntArray]:
         """Vertices of the upper lip and of the lower one that lie opposite each other at rest."""
         local, size = self._local, self.face.frame.pupil_distance
         near = (np.abs(local[:, 0]) < 1.05 * self._half_width) & (np.abs(local[:, 1]) < 0.2) & (local[:, 2] > -0.25)
         upper, lower = (np.flatnonzero(near & part) for part in (self.lower < 0.35, self.lower > 0.65))
+        none = np.empty(0, np.int64), np.empty(0, np.int64)
         if not len(upper) or not len(lower):
-            return np.empty(0, np.int64), np.empty(0, np.int64)
+            return none
         points = self.face.points / size
         there, back = cKDTree(points[lower]), cKDTree(points[upper])
         gaps, partner = there.query(points[upper])
@@ -304,6 +310,8 @@ class Movements:
             ]
         )
         gap = np.concatenate([gaps[close], other_gaps[other_close]])
+        if not len(gap):
+            return none
         touching = gap <= np.quantile(gap, 0.35)
         pairs = np.unique(pairs[touching], axis=0)
         return pairs[:, 0], pairs[:, 1]

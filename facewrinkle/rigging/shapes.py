@@ -14,6 +14,7 @@ from typing import Literal
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, UnknownNameError, unknown_name
+from .modelled import Movements
 
 Side = Literal["l", "r"]
 
@@ -59,7 +60,7 @@ def _pair(
     return {f"{name}{word}": Shape(units, modelled or {}, side, needs=needs) for word, side in sides}
 
 
-EYES, MOUTH = ("eyes",), ("mouth",)
+EYES, MOUTH, LIPS = ("eyes",), ("mouth",), ("mouth", "lips")
 
 ARKIT: Mapping[str, Shape] = MappingProxyType(
     {
@@ -79,7 +80,7 @@ ARKIT: Mapping[str, Shape] = MappingProxyType(
         "jawLeft": Shape(modelled={"jaw_left": 1.0}, needs=MOUTH),
         "jawOpen": Shape({"AU27": 1.0}, needs=MOUTH),
         "jawRight": Shape(modelled={"jaw_right": 1.0}, needs=MOUTH),
-        "mouthClose": Shape({"AU27": 1.0}, {"seal": 1.0}, beyond="jawOpen", needs=MOUTH),
+        "mouthClose": Shape({"AU27": 1.0}, {"seal": 1.0}, beyond="jawOpen", needs=LIPS),
         **_pair("mouthDimple", {"AU14": 1.0}),
         **_pair("mouthFrown", {"AU15": 1.0}),
         "mouthFunnel": Shape({"AU22": 1.0}, needs=MOUTH),
@@ -142,6 +143,7 @@ SETS: Mapping[str, Mapping[str, Shape]] = MappingProxyType({"arkit": ARKIT, "vis
 LACKS: Mapping[str, str] = MappingProxyType(
     {
         "mouth": "the lips of this mesh do not open",
+        "lips": "the lips of this mesh do not meet at rest",
         "eyes": "the lids of this mesh do not open",
         "tongue": "there is no tongue that moves",
     }
@@ -176,6 +178,7 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     for word in asked.split("+"):
         wanted |= _named(word.strip(), face)
     having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": False}
+    having["lips"] = having["mouth"] and Movements(face).lips_meet
     possible: dict[str, Shape] = {}
     left_out: dict[str, str] = {}
     for name, shape in wanted.items():

@@ -11,38 +11,26 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
-from scipy.ndimage import gaussian_filter
 
-from ..anatomy.face import Face
-from ..array_types import Array
 from ..errors import ParameterError, check_whole
-from ..export.model import skin_model
 from ..files import written
-from ..geometry.normals import vertex_areas
 from ..geometry.smoothstep import smoothstep
-from ..mesh.seams import corner_texture
 from .baking import Baker, Progress, silent
 from .fields import movement_poses
 from .linear_rig import Rig
 from .maps import (
-    Texels,
-    around_head,
+    FoldMaps,
     as_bytes,
     check_map_size,
     check_texture,
     conventions,
-    in_tangent_space,
-    nearest_covered,
-    tell_shared_places,
-    visible_first,
+    heights_as_integers,
     write_image,
 )
-from .poses import Pose, share_of_side
+from .poses import share_of_side
 
 MOST_LAYERS = 4
 """A mask has four channels, one for each layer."""
@@ -61,42 +49,6 @@ AROUND = 1.2
 
 SHARP = 4.0
 """A layer shows the wrinkles of shapes that meet in it in proportion to their depths to this power."""
-
-Names = Mapping[str, tuple[str, ...]]
-
-METAHUMAN: Names = MappingProxyType(
-    {
-        "browInnerUp": ("wm1_browsRaiseInner_L", "wm1_browsRaiseInner_R"),
-        "browInnerUpLeft": ("wm1_browsRaiseInner_L",),
-        "browInnerUpRight": ("wm1_browsRaiseInner_R",),
-        "jawOpen": ("wm1_jawOpen",),
-        "mouthFunnel": ("wm1_purse_UL", "wm1_purse_UR", "wm1_purse_DL", "wm1_purse_DR"),
-        "mouthPucker": ("wm1_purse_UL", "wm1_purse_UR", "wm1_purse_DL", "wm1_purse_DR"),
-        "mouthShrugLower": ("wm1_chinRaise_L", "wm1_chinRaise_R"),
-    }
-    | {
-        f"{shape}{side}": tuple(f"{name}_{side[0]}" for name in names)
-        for shape, names in {
-            "browDown": ("wm2_browsDown", "wm2_browsLateral"),
-            "browInward": ("wm2_browsLateral",),
-            "browOuterUp": ("wm1_browsRaiseOuter",),
-            "cheekSquint": ("wm3_cheekRaiseInner", "wm3_cheekRaiseOuter", "wm3_cheekRaiseUpper"),
-            "eyeBlink": ("wm1_blink",),
-            "eyeLookDown": ("wm1_blink",),
-            "eyeSquint": ("wm1_squintInner",),
-            "mouthSmile": ("wm3_smile",),
-            "mouthStretch": ("wm2_mouthStretch",),
-            "noseSneer": ("wm2_noseWrinkler",),
-        }.items()
-        for side in ("Left", "Right")
-    }
-)
-"""Masks of MetaHuman's head material for the same wrinkles, without their common beginning: ``wm1_blink_L`` stands for
-``head_wm1_normal_head_wm1_blink_L``, which blends the map ``head_wm1_normal``.
-"""
-
-REALLUSION_BROWS = "browRaise"
-"""Reallusion's rules have the same names but for ``browsRaise``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,15 +135,18 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     check_texture(face)
     shapes = {name: shape for name, shape in rig.shapes.items() if not shape.beyond}
     poses = {m: pose for m, pose in movement_poses(shapes, rig.posing).items() if pose.rates.any() or m[1]}
-    baker = _Folds(face, list(poses.values()), rig.posing.neutral(), size, progress)
+    neutral, fine, smooth = rig.posing.neutral(), Baker(face, None, LEVEL), Baker(face, [], 0)
+    fine.refine(list(poses.values()), neutral, progress)
+    folds = FoldMaps(face, fine.frame(neutral), smooth.frame(neutral), size)
+    sides = {side: folds.on_skin(share_of_side(face, face.points, side)[:, 0]) for side in ("l", "r", None)}
     found = []
     for movement, pose in progress(list(poses.items()), "Maps", len(poses)):
-        height, normal = baker.maps(pose)
-        around = baker.around(height)
+        height, normal = folds.of(fine.frame(pose), smooth.frame(pose))
+        around = np.sqrt(np.maximum(2.0 * folds.blurred(height**2, AROUND), 0.0))  # root mean square, mm
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))
-    number = _coloured([each[3] for each in found], [_preferred(each[0]) for each in found], layers)
+    number = _coloured([each[3] for each in found], layers)
     most = max((float(np.abs(each[1]).max()) for each in found), default=1e-6)
     normals, heights, masks, layer = [], [], {}, {}
     for k in range(max(number, default=-1) + 1):
@@ -203,15 +158,15 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
         normal = sum(part[..., None] * each[2] for part, each in zip(share, own, strict=True))
         normal[share.sum(axis=0) < 0.5] = [0.0, 0.0, 1.0]
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        normals.append(as_bytes(0.5 + 0.5 * normal)[baker.nearest])
-        heights.append(np.rint(32768.0 + 32767.0 * np.clip(height / most, -1.0, 1.0)).astype(np.uint16)[baker.nearest])
+        normals.append(folds.filled(as_bytes(0.5 + 0.5 * normal)))
+        heights.append(folds.filled(heights_as_integers(height, most)))
         shown = (share * strength).sum(axis=0)
         for i, (users, *_) in enumerate(own):
             part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0) * smoothstep(strength[i] / FOLDED - 0.5)
-            part = baker.blurred(part)
+            part = folds.blurred(part, AROUND)
             for name in users:
                 mask = np.zeros((size, size, 4), np.uint8)
-                mask[..., k] = as_bytes(part * baker.share(shapes[name].side))[baker.nearest]
+                mask[..., k] = folds.filled(as_bytes(part * sides[shapes[name].side]))
                 masks[name], layer[name] = mask, k
     order = [name for name in rig.names if name in masks]
     return WrinkleLayers(
@@ -219,95 +174,26 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     )
 
 
-class _Folds:
-    """Bakes the wrinkles of poses of a face, all on the same triangles and texels."""
-
-    def __init__(self, face: Face, poses: list[Pose], neutral: Pose, size: int, progress: Progress) -> None:
-        self.face, self.size = face, size
-        self._fine, self._smooth = Baker(face, None, LEVEL), Baker(face, [], 0)
-        self._fine.refine(poses, neutral, progress)
-        self._charted = corner_texture(face.mesh) is None
-        fine, smooth = (self._charted_frame(baker, neutral) for baker in (self._fine, self._smooth))
-        self._texels, self._below = (Texels(_corners(mesh), size) for mesh in (fine, smooth))
-        tell_shared_places(face, self._below)
-        self._triangles = np.asarray(fine.regular_faces, np.int64)
-        self._base = np.asarray(smooth.regular_faces, np.int64)
-        self.covered = self._texels.covered & self._below.covered
-        self.nearest = nearest_covered(self.covered)
-        rest = np.asarray(face.points, np.float64)
-        area = vertex_areas(rest, self._base).sum() * face.unit**2
-        self._per_texel = float(np.sqrt(area / max(self._below.covered.sum(), 1)))
-        self._sides = {
-            side: np.where(self.covered, self._below.of(self._base, share_of_side(face, rest, side))[..., 0], 0.0)
-            for side in ("l", "r", None)
-        }
-
-    def _charted_frame(self, baker: Baker, pose: Pose) -> pv.PolyData:
-        """Return the skin in a pose, with texture coordinates; outer triangles are drawn over the ones behind."""
-        frame = baker.frame(pose)
-        if not self._charted:
-            return frame
-        frame = frame.copy(deep=False)
-        frame.active_texture_coordinates = around_head(self.face, np.asarray(frame.point_data["rest"]))
-        return visible_first(frame, self.face)
-
-    def maps(self, pose: Pose) -> tuple[Array, Array]:
-        """Return the heights (h, w) in mm and the normals (h, w, 3) in tangent space of the wrinkles of a pose."""
-        fine, smooth = (self._charted_frame(baker, pose) for baker in (self._fine, self._smooth))
-        height = np.where(self.covered, self._texels.of(self._triangles, np.asarray(fine["W"], np.float64)), 0.0)
-        turned = self._texels.of(self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
-        normal = in_tangent_space(turned, self._below, skin_model(smooth, None))
-        normal[~self.covered] = [0.0, 0.0, 1.0]
-        return height, normal
-
-    def around(self, height: Array) -> Array:
-        """Return the depth (h, w) of the wrinkles around each place: the root mean square of the heights, mm."""
-        return np.sqrt(np.maximum(2.0 * self.blurred(height**2), 0.0))
-
-    def blurred(self, values: Array) -> Array:
-        """Return values (h, w) averaged over the skin around each place."""
-        return np.asarray(gaussian_filter(values, AROUND / self._per_texel))
-
-    def share(self, side: str | None) -> Array:
-        """Return the share (h, w) of a movement of both sides that the shape of one side has."""
-        return self._sides[side]
-
-
-def _corners(mesh: pv.PolyData) -> Array:
-    corners = corner_texture(mesh)
-    assert corners is not None
-    return corners
-
-
-def _preferred(users: Sequence[str]) -> int:
-    """Return the layer, from 0, in which MetaHuman has the wrinkles of shapes; -1 for none."""
-    names = [name for user in users for name in METAHUMAN.get(user, ())]
-    return int(names[0][2]) - 1 if names else -1
-
-
-def _coloured(depths: Sequence[npt.NDArray[np.float32]], preferred: Sequence[int], count: int) -> list[int]:
+def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]:
     """Return a layer for each field of depths (h, w) so that fields of a layer hardly lie on each other.
 
-    The deepest come first, each into the layer on which least of it lies on others; of equal ones that which is
-    preferred, else the first.
+    The deepest come first, each into the first layer on which hardly more of it lies on others than on any.
 
     Examples
     --------
     Two that overlap, and one that lies elsewhere:
 
     >>> depths = [np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])]
-    >>> _coloured(depths, [-1, -1, -1], 4), _coloured(depths, [2, -1, 1], 4)
-    ([0, 1, 0], [2, 0, 1])
+    >>> _coloured(depths, 4)
+    [0, 1, 0]
     """
     order = np.argsort([-float(depth.sum()) for depth in depths], kind="stable")
     number, taken = [-1] * len(depths), [np.zeros_like(depth) for depth in depths[:1] for _ in range(count)]
     for i in order:
         lies = [float(np.minimum(depths[i], there).sum()) for there in taken]
         least = min(lies) + 0.01 * float(depths[i].sum())
-        free = [k for k in range(count) if lies[k] <= least]
-        chosen = preferred[i] if preferred[i] in free else free[0]
-        number[i] = chosen
-        taken[chosen] = np.maximum(taken[chosen], depths[i])
+        number[i] = next(k for k in range(count) if lies[k] <= least)
+        taken[number[i]] = np.maximum(taken[number[i]], depths[i])
     used = sorted(set(number))
     return [used.index(each) for each in number]
 
@@ -317,7 +203,7 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
 
     The maps are ``NAME_wrinkle1_normal.png`` and ``NAME_wrinkle1_height.png`` and so on; masks are
     ``NAME_wrinklemasks/SHAPE_wrinklemask.tif``, whose red, green, blue and alpha are the shares of the layers 1 to 4.
-    ``NAME_wrinkles.json`` names the layer and the mask of each shape, and what MetaHuman and Reallusion call the same.
+    ``NAME_wrinkles.json`` names the layer and the mask of each shape.
 
     Parameters
     ----------
@@ -355,13 +241,10 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     for name, mask in layers.masks.items():
         files.append(folder / f"{name}_wrinklemask.tif")
         write_image(mask, files[-1], "TIFF", compression="tiff_lzw")
-        theirs = [_in_full(each) for each in METAHUMAN.get(name, ())]
         rows[name] = {
             "layer": layers.layer[name] + 1,
             "channel": "rgba"[layers.layer[name]],
             "mask": f"{folder.name}/{files[-1].name}",
-            "metahuman": theirs,
-            "reallusion": [each.replace("browsRaise", REALLUSION_BROWS) for each in theirs],
         }
     facts = {
         "layers": [
@@ -376,12 +259,3 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     with written(files[-1]) as whole:
         whole.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
     return files
-
-
-def _in_full(name: str) -> str:
-    """Return the whole name of a mask of MetaHuman.
-
-    >>> _in_full("wm1_blink_L")
-    'head_wm1_normal_head_wm1_blink_L'
-    """
-    return f"head_{name[:3]}_normal_head_{name}"

@@ -40,6 +40,11 @@ EDGE = 0.002
 BUMP = 3.0
 """Height of the highest bumps of the trail, in thicknesses of its film."""
 
+TRAIL_EDGES = 1.33
+"""Length of the edges of the mesh, at most, in halves of the width of the trail: on longer ones, from 1.7 on, narrow
+places of the trail fall between the vertices, and the tear comes apart.
+"""
+
 LARGEST_SHARE = 0.15
 """Width and height of the largest tear, in diagonals of the surface's bounding box."""
 
@@ -187,7 +192,7 @@ class SheddingTear:
         A head by a formula, round in front and narrowing into the trail; or, as in the paper (Fig. 9 d and e), the end
         of the tear is extruded to its height and then smoothed.
     detail : float
-        Length of the edges of the mesh, as a share of the width.
+        Length of the edges of the mesh, at most, as a share of the width; those of a narrow trail are shorter.
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
     unit : float
@@ -248,7 +253,7 @@ class SheddingTear:
         self.shape = self._checked_shape(width, height, film.trail)
         half, unit = self.shape.half, self._support.unit
         self.begin = check_range("begin", begin, 0.0, 1e9)
-        self._detail = check_range("detail", detail, 0.03, 1.0) * 2.0 * half
+        self._detail = min(check_range("detail", detail, 0.03, 1.0) * 2.0 * half, TRAIL_EDGES * self.shape.trail)
         random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         finder = self._path_finder(route)
         found = finder.path(path, start, weight)

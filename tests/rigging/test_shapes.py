@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.anatomy.landmarks import lips_middle
+from facewrinkle.anatomy.muscles import JawMuscle
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.motion.action_units import named_shapes, units_of
 from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
 
@@ -48,6 +51,26 @@ def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
     assert left_out["eyeBlinkLeft"] == "the lids of this mesh do not open"
     assert not left_out.keys() & shapes.keys()
     assert len(shapes) + len(left_out) == 52
+
+
+def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
+    """A lower lip that hangs by a third of the distance between the pupils, with a gap all along."""
+    local = face.frame.local(face.points) - face.frame.local(lips_middle(face.landmarks))
+    name, jaw = next((name, muscle) for name, muscle in face.muscles.items() if isinstance(muscle, JawMuscle))
+    weights = face.joint_weights[name]
+    hanging = np.zeros(len(face.points))
+    hanging[weights.vertices] = weights.angles / jaw.angle
+    hanging *= np.exp(-((np.linalg.norm(local, axis=1) / 0.8) ** 4))
+    mesh = face.mesh.copy()
+    mesh.points = face.points - 0.35 * face.frame.pupil_distance * hanging[:, None] * face.frame.axes[1]
+    agape = fw.fit_face(mesh, dict(face.landmarks), units=face.unit)
+    shapes, left_out = shapes_of("mouthClose+jawOpen+mouthFunnel", agape)
+    assert left_out == {"mouthClose": "the lips of this mesh do not meet at rest"}
+    assert set(shapes) == {"jawOpen", "mouthFunnel"}
+    with pytest.warns(FaceWrinkleWarning, match="1 shapes are left out .the lips of this mesh do not meet"):
+        made = fw.rig(agape, "mouthClose+jawOpen", "none", level=0)
+    assert made.names == ("jawOpen",)
+    assert made.left_out == left_out
 
 
 def test_unknown_sets_and_faces_without_muscles_are_refused(face):

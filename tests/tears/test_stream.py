@@ -154,6 +154,18 @@ def test_edges_are_no_longer_than_the_detail(face):
         assert 0.7 * 3.0 * detail < longest <= 3.0 * detail
 
 
+@pytest.mark.parametrize(
+    "options", [{"film": Film(trail=0.2)}, {"detail": 0.7}, {"film": Film(trail=0.45), "detail": 1.0}]
+)
+@pytest.mark.parametrize("start", ["l", "r"])
+def test_a_coarse_mesh_is_fine_enough_for_a_narrow_trail(face, start, options):
+    tear = fw.SheddingTear(face, start=start, **options)
+    for t in (tear.begin, 0.5 * (tear.begin + tear.end), tear.end):
+        mesh = tear.surface(t)
+        assert (mesh.n_open_edges, mesh.n_points - mesh.n_cells // 2) == (0, 2)  # closed, and a sphere
+        assert mesh.volume > 0.0
+
+
 def test_it_is_joined_to_the_skin(face, tear):
     mesh = tear.surface(2.0)
     bottom = pv.PolyData(np.asarray(mesh.points)[mesh.n_points // 2 :])
