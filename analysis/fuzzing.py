@@ -33,8 +33,7 @@ from facewrinkle.anatomy.landmarks import NAMES, read_landmarks
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.export.gltf import gltf
-from facewrinkle.export.model import skin_model
-from facewrinkle.export.morphs import Morphs, WeightTrack
+from facewrinkle.export.model import Morphs, WeightTrack, skin_model
 from facewrinkle.live.document import Document
 
 MEMORY, SECONDS = 2 * 2**30, 10

@@ -68,8 +68,8 @@ def rig(
         At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
         whose sum is farthest from the simulation. NAME.rig.json lists them.
     halfway
-        Lids, the jaw and other shapes whose way is curved get a target NAME_half, to be driven by the weight times 1
-        less the weight (in USD, an in-between): half a blink is then that of the simulation.
+        In USD, lids, the jaw and other shapes whose way is curved get an in-between at half the weight: half a blink is
+        then that of the simulation.
     map_size
         Width of maps, texels: a power of two from 64 to 2048. Default: 1024.
     format
@@ -93,6 +93,8 @@ def rig(
         if source.face is not None:
             raise ParameterError("the face is named twice: leave out --face.")
         source = replace(source, face=face)
+    if halfway and not format.startswith("usd"):
+        raise ParameterError("--halfway makes in-betweens, which only USD holds: add --format usd, or leave it out.")
     if wrinkles != "maps" and map_size is not None:
         raise ParameterError("--map-size belongs to wrinkles in maps: add --wrinkles maps, or leave it out.")
     if wrinkles == "maps" and level:

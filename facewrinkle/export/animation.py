@@ -24,8 +24,7 @@ from ..tears.drop import Sampled
 from ..tears.presets import Tear
 from .gltf import gltf
 from .meshes import part_models, upright_rotation, write_mesh
-from .model import Model, part_model, skin_model
-from .morphs import Morphs, WeightTrack
+from .model import Model, Morphs, WeightTrack, part_model, skin_model
 from .usd import SUFFIXES as USD
 from .usd import write_usd
 

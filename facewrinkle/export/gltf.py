@@ -15,8 +15,7 @@ from scipy.spatial.transform import Rotation
 from ..array_types import Array, Single
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
 from ..mesh.formats.materials import linear_light
-from .model import WATER_INDEX, WATER_OPACITY, Model
-from .morphs import Morphs, WeightTrack
+from .model import WATER_INDEX, WATER_OPACITY, Model, Morphs, WeightTrack
 
 CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}
 """Component types of accessors by the type of their numbers."""

@@ -1,16 +1,16 @@
-"""Meshes as other programs take them: one normal and one place in the texture for each vertex."""
+"""Meshes as other programs take them: one normal and one place in the texture for each vertex; and blend shapes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 
 import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..array_types import Array, Image, IntArray
+from ..array_types import Array, Image, IntArray, Single
 from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
@@ -52,6 +52,54 @@ class Model:
     png: bytes | None
     cutout: bool = False
     water: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Morphs:
+    """Blend shapes of one mesh.
+
+    Attributes
+    ----------
+    names : sequence of str
+        Names of the k shapes.
+    deltas, normals : ndarray of float32, shape (k, n, 3)
+        What is added to points and normals at weight 1.
+    drivers : mapping of str to sequence of str
+        Shapes whose weight is the product of the weights of others; written beside the names, for programs that ask.
+    bends : mapping of str to tuple of ndarray of float32, shape (n, 3)
+        What is added to points and normals at weight 1/2 of a shape, beside half the shape. USD alone can hold it.
+
+    Examples
+    --------
+    One shape that moves one of three points:
+
+    >>> deltas = np.zeros((1, 3, 3), np.float32)
+    >>> deltas[0, 2] = [0.0, 1.0, 0.0]
+    >>> morphs = Morphs(["up"], deltas, np.zeros_like(deltas))
+    """
+
+    names: Sequence[str]
+    deltas: Single
+    normals: Single
+    drivers: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    bends: Mapping[str, tuple[Single, Single]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class WeightTrack:
+    """Weights of shapes over time.
+
+    Attributes
+    ----------
+    times : ndarray, shape (f,)
+        Seconds, rising.
+    weights : ndarray, shape (f, k)
+    name : str
+    """
+
+    times: Array
+    weights: Array
+    name: str = "animation"
 
 
 def skin_model(frame: pv.PolyData, face: Face | None) -> Model:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,7 @@ from ..errors import MissingPackageError
 from ..files import written
 from ..mesh.formats.materials import linear_light
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
-from .model import Model
-from .morphs import Morphs, WeightTrack
+from .model import Model, Morphs, WeightTrack
 
 SUFFIXES = (".usd", ".usdc", ".usda")
 
@@ -38,8 +37,8 @@ def write_usd(
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
 
     Shapes are sparse; a mesh has those that move it. Shapes that are driven by another's weight squared are part of
-    that one, with an in-between at half its weight. Colours are `displayColor`, texture coordinates `primvars:st`, and
-    materials preview surfaces, with the pictures in files beside.
+    that one, with an in-between at half its weight, as have those whose way is bent. Colours are `displayColor`,
+    texture coordinates `primvars:st`, and materials preview surfaces, with the pictures in files beside.
 
     Parameters
     ----------
@@ -189,36 +188,24 @@ def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single, tuple[Single,
     """Yield the names of shapes, what they add to points and normals (n, 3) at weight 1, and at a half if that is not
     the half of it.
     """
-    squared, bent = (
-        {names[0]: k for k, name in enumerate(morphs.names) if kind(names := morphs.drivers.get(name, ()))}
-        for kind in (_is_squared, _is_bent)
-    )
+    drivers = ((k, morphs.drivers.get(name, ())) for k, name in enumerate(morphs.names))
+    squared = {names[0]: k for k, names in drivers if len(names) == 2 and names[0] == names[1]}
     for k, name in enumerate(morphs.names):
-        if k in squared.values() or k in bent.values():
+        if k in squared.values():
             continue
         whole = morphs.deltas[k], morphs.normals[k]
         half = _sum(whole, -0.5, whole)
         if name in squared:
             more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
             whole, half = _sum(whole, 1.0, more), _sum(half, 0.25, more)
-        if name in bent:
-            half = _sum(half, 0.25, (morphs.deltas[bent[name]], morphs.normals[bent[name]]))
-        yield name, *whole, half if name in squared or name in bent else None
+        if name in morphs.bends:
+            half = _sum(half, 1.0, morphs.bends[name])
+        yield name, *whole, half if name in squared or name in morphs.bends else None
 
 
 def _sum(first: tuple[Single, Single], share: float, second: tuple[Single, Single]) -> tuple[Single, Single]:
     """Return the sum of one lot of displacements and turns, and a share of another."""
     return first[0] + np.float32(share) * second[0], first[1] + np.float32(share) * second[1]
-
-
-def _is_squared(names: Sequence[str]) -> bool:
-    """Return True for a shape that is driven by the square of the weight of another."""
-    return len(names) == 2 and names[0] == names[1]
-
-
-def _is_bent(names: Sequence[str]) -> bool:
-    """Return True for a shape that is driven by the weight of another times 1 less that: a quarter of it at a half."""
-    return len(names) == 2 and names[1] == f"1-{names[0]}"
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:

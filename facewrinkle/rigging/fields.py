@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, Single
-from ..export.morphs import Morphs
+from ..export.model import Morphs
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from .baking import Baker, Placed, Progress
@@ -36,8 +36,8 @@ HAIRY = ("lashes", "brows")
 
 
 HALF_OFF, HALF_SHARE = 0.3, 0.05
-"""A shape gets a target for its half way if half of it is farther than this from the half way of the simulation, mm,
-on any mesh but hairs; or on average over the skin by more than this share of the motion.
+"""A shape gets an in-between for its half way if half of it is farther than this from the half way of the simulation,
+mm, on any mesh but hairs; or on average over the skin by more than this share of the motion.
 """
 
 
@@ -118,12 +118,8 @@ def halfway_fields(
     neutral: Pose,
     baker: Baker,
     progress: Progress,
-) -> tuple[list[str], Fields]:
-    """Return the names of shapes whose way is curved, and what half of each lacks of the half way.
-
-    Four times that, driven by a weight w times 1 - w, bends the way: ``w F + 4 w (1 - w) (H - F / 2)`` is the half way
-    H at 1/2, and the shape F, as without it, at 1.
-    """
+) -> dict[str, Fields]:
+    """Return what half of each shape whose way is curved lacks of the half way, by the names of these."""
     unit = baker.face.unit
     lack = shape_fields(shapes, halves, neutral, baker, progress)
     for part, (moved, turned) in fields.items():
@@ -134,8 +130,11 @@ def halfway_fields(
     way, left = (np.linalg.norm(each["face"][0], axis=2) * unit for each in (fields, lack))
     moving = way > 2.0 * CUT
     curved = (off > HALF_OFF) | ((left * moving).sum(axis=1) > HALF_SHARE * 0.5 * (way * moving).sum(axis=1))
-    names = [name for name, chosen in zip(shapes, curved, strict=True) if chosen]
-    return names, {part: (moved[curved], turned[curved]) for part, (moved, turned) in lack.items()}
+    names = list(shapes)
+    return {
+        names[k]: {part: (moved[k : k + 1], turned[k : k + 1]) for part, (moved, turned) in lack.items()}
+        for k in np.flatnonzero(curved)
+    }
 
 
 def joined(first: tuple[Single, Single], second: tuple[Single, Single]) -> tuple[Single, Single]:
@@ -159,21 +158,22 @@ def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields,
 
 
 def morphs_of(
-    fields: Fields, names: list[str], drivers: Mapping[str, tuple[str, ...]], baker: Baker, bent: int
+    fields: Fields,
+    names: list[str],
+    drivers: Mapping[str, tuple[str, ...]],
+    bends: Mapping[str, Fields],
+    baker: Baker,
 ) -> dict[str, Morphs]:
-    """Return morph targets that end where nothing moves; the last `bent` targets bend the ways of others."""
+    """Return morph targets that end where nothing moves."""
     out = {}
     for part, (deltas, normals) in fields.items():
-        cut, triangles = (
-            (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / baker.face.unit,
-            baker.models[part].triangles,
-        )
-        kept, first = kept_normals(part, normals), len(names) - bent
-        faded(deltas[:first], kept[:first], triangles, cut)
-        faded(deltas[first:], kept[first:], triangles, 0.5 * cut)
-        for each in (deltas, kept):
-            each[first:] *= np.float32(4.0)  # their weights are a quarter at most
-        out[part] = Morphs(names, deltas, kept, drivers)
+        cut = (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / baker.face.unit
+        triangles, bent = baker.models[part].triangles, {}
+        shown = faded(deltas, kept_normals(part, normals), triangles, cut)
+        for name, lack in bends.items():
+            moved, turned = faded(lack[part][0], kept_normals(part, lack[part][1]), triangles, 0.5 * cut)
+            bent[name] = moved[0], turned[0]
+        out[part] = Morphs(names, *shown, drivers, bent)
     return out
 
 

@@ -14,8 +14,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
-from ..export.model import Model
-from ..export.morphs import Morphs
+from ..export.model import Model, Morphs
 from ..mesh import to_polydata
 from .baking import Baker, Progress, silent
 from .correctives import worst_pairs
@@ -37,9 +36,6 @@ from .shapes import Shape, shapes_of
 Wrinkling = Literal["baked", "separate", "maps", "none"]
 
 WRINKLING = ("baked", "separate", "maps", "none")
-
-COMPLEMENT = "1-"
-"""Before the name of a shape in a driver: not its weight, but 1 less that."""
 
 MOST_PAIRS = 200
 """The most pairs of shapes that may be corrected."""
@@ -101,8 +97,8 @@ class Rig:
     left_out : dict of str to str
         Shapes that were asked for and that this face cannot make, with the reason.
     drivers : dict of str to tuple of str
-        Targets that are no shapes of their own, and the shapes whose weights are multiplied to theirs: a shape's own
-        weight with itself for its wrinkles, with its complement, "1-NAME", for its half way, two for a corrective.
+        Targets that are no shapes of their own, and the two shapes whose weights are multiplied to theirs: a shape with
+        itself for its wrinkles, or those that a corrective mends.
 
     Examples
     --------
@@ -183,7 +179,7 @@ class Rig:
         {'browInnerUp': 0.5, 'browInnerUp_wrinkle': 0.25}
         """
         products = {
-            target: float(np.prod([_factor(weights, name) for name in names])) for target, names in self.drivers.items()
+            target: float(np.prod([weights.get(name, 0.0) for name in names])) for target, names in self.drivers.items()
         }
         return dict(weights) | {name: weight for name, weight in products.items() if weight and name not in weights}
 
@@ -289,13 +285,6 @@ class Rig:
         return [(weights, self.error(weights)) for weights in self.mixtures]
 
 
-def _factor(weights: Mapping[str, float], name: str) -> float:
-    """Return what a shape of a driver contributes to the product: its weight, or 1 less that for "1-NAME"."""
-    if name.startswith(COMPLEMENT):
-        return 1.0 - weights.get(name.removeprefix(COMPLEMENT), 0.0)
-    return weights.get(name, 0.0)
-
-
 def report_text(rig: Rig) -> str:
     """Return the errors of a rig as JSON: of each shape and common mixture, in mm, with the mean way of the skin."""
     errors = [
@@ -359,9 +348,8 @@ def rig(
         jawOpen_mouthSmileLeft, which are to be driven by the product of the two weights. All pairs that meet are
         simulated, which takes minutes.
     halfway : bool
-        Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get a target of their own for the half
-        way, called eyeBlinkLeft_half, which is to be driven by the weight times 1 less the weight. At weight 0, 1/2 and
-        1 they are then the simulation; with separate wrinkles the smooth skin is, and wrinkles at 1/2 are a quarter.
+        Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get an in-between at half the weight,
+        which is the simulation's (with separate wrinkles, of the smooth skin). Only USD files hold them.
     progress : callable, optional
         Called with an iterable, what is being done, and the number of items; yields the items.
 
@@ -428,18 +416,15 @@ def rig(
         more = corrective_fields(pairs, poses, neutral, baker, progress)
         fields = {p: joined(both, more[p]) for p, both in fields.items()}
         names, drivers = [*names, *own], drivers | own
-    curved: list[str] = []
+    bends: dict[str, Fields] = {}
     if halfway:
         middles = movement_poses(wanted, posing, 0.5)
-        halves = {movement: posing.clear_between(poses[movement], half) for movement, half in middles.items()}
+        halves = {movement: posing.between(half, poses[movement]) for movement, half in middles.items()}
         whole: Fields = {
             part: (moved[: len(wanted)], turned[: len(wanted)]) for part, (moved, turned) in fields.items()
         }
-        curved, bends = halfway_fields(wanted, whole, halves, neutral, baker, progress)
-        fields = {p: joined(both, bends[p]) for p, both in fields.items()}
-        drivers |= {f"{name}_half": (name, COMPLEMENT + name) for name in curved}
-        names = [*names, *(f"{name}_half" for name in curved)]
-    morphs = morphs_of(fields, names, drivers, baker, bent=len(curved))
+        bends = halfway_fields(wanted, whole, halves, neutral, baker, progress)
+    morphs = morphs_of(fields, names, drivers, bends, baker)
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}

@@ -256,7 +256,7 @@ class Movements:
         Opposite points of the lips come as close as they are at rest, and the skin around bends as little as it can: of
         all displacements that do so, this has the least squares of the Laplacian.
         """
-        upper, lower = self._pairs
+        upper, lower = self.pairs
         target, (free, bending, solve) = np.zeros(moved.shape), self._sealing
         target[lower] = (1.0 - SEAL_UP) * moved[upper] - moved[lower]
         target[upper] = -SEAL_UP * moved[upper]
@@ -267,7 +267,7 @@ class Movements:
     def _sealing(self) -> tuple[IntArray, csr_array, Callable[[Array], Array]]:
         """Vertices that follow sealed lips, the bending (n, n) of the skin, and what solves its least squares."""
         held = np.zeros(len(self.face.points), bool)
-        held[np.concatenate(self._pairs)] = True
+        held[np.concatenate(self.pairs)] = True
         near = np.linalg.norm(self._local, axis=1) < SEAL_REACH
         free = np.flatnonzero(near & ~held)
         points = self._scaled
@@ -287,10 +287,10 @@ class Movements:
     @property
     def lips_meet(self) -> bool:
         """True if the lips lie on each other at rest, in one place at least; what parts them can then be undone."""
-        return len(self._pairs[0]) > 0
+        return len(self.pairs[0]) > 0
 
     @cached_property
-    def _pairs(self) -> tuple[IntArray, IntArray]:
+    def pairs(self) -> tuple[IntArray, IntArray]:
         """Vertices of the upper lip and of the lower one that lie opposite each other at rest."""
         local, size = self._local, self.face.frame.pupil_distance
         near = (np.abs(local[:, 0]) < 1.05 * self._half_width) & (np.abs(local[:, 1]) < 0.2) & (local[:, 2] > -0.25)

@@ -33,9 +33,6 @@ CLEARING = 0.0005
 INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Barycentric coordinates of the points of a triangle that must clear the balls."""
 
-BETWEEN, ROUNDS = np.arange(1, 8) / 8.0, 4
-"""Weights at which the bent way to a shape must clear the balls, and rounds in which it is pushed out of them."""
-
 REACH = 0.4
 """Skin that is pushed out of a ball takes along what lies within so many radii of the ball, of either lid."""
 
@@ -143,7 +140,7 @@ class Posing:
         if modelled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
-        return Pose(self._clear_of_eyes(self._untangling.untangled(base)), rates, mandible)
+        return Pose(self._clear_of_eyes(self._untangling.untangled(base), self.rest), rates, mandible)
 
     def _settled(self, rates: Array) -> Array:
         """Displacement (n, 3), mm, at which the skin rests."""
@@ -161,34 +158,12 @@ class Posing:
             before = now
         return np.array(now)
 
-    def clear_between(self, full: Pose, half: Pose) -> Pose:
-        """Return the half way to a pose, pushed out so far that the way from rest that is bent by it clears the balls.
+    def between(self, half: Pose, full: Pose) -> Pose:
+        """Return the half way to a pose, pushed out of the balls so far that the second half of the way clears them."""
+        return replace(half, base=self._clear_of_eyes(half.base, full.base))
 
-        It goes through all three as a parabola, and lids are not half shut at half the rate exactly.
-        """
-        base, triangles = half.base.copy(), self.face.triangles
-        for eye in self.face.eyes:
-            centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
-            near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
-            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, full.base))
-            allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
-            floor = np.minimum(allowed, radius) - GRAZING
-            for _ in range(ROUNDS):
-                middle = np.einsum("bc,tcx->tbx", INSIDE, (base - centre)[near])
-                lifts = np.zeros(floor.shape)
-                for weight in BETWEEN:
-                    bend = 4.0 * weight * (1.0 - weight)
-                    at = (1.0 - weight) * start + weight * end + bend * (middle - 0.5 * (start + end))
-                    lack = (floor - np.linalg.norm(at, axis=2)) / (bend * np.linalg.norm(middle, axis=2))
-                    lifts = np.maximum(lifts, lack)
-                if lifts.max(initial=0.0) < 1e-4:
-                    break
-                lift = _at_corners(lifts, near, len(base))
-                base += _spread(lift, base, REACH * radius)[:, None] * (base - centre)
-        return replace(half, base=base)
-
-    def _clear_of_eyes(self, base: Array) -> Array:
-        """Return positions (n, 3), mm, pushed out so far that the straight way to them from rest clears the balls.
+    def _clear_of_eyes(self, base: Array, other: Array) -> Array:
+        """Return positions (n, 3), mm, pushed out so far that the straight way to them from others clears the balls.
 
         A blend shape moves each vertex along a chord, and the skin of a lid goes along an arc around the ball.
         """
@@ -196,7 +171,7 @@ class Posing:
         for eye in self.face.eyes:
             centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
             near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
-            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, base))
+            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (other, base))
             allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
             floor = np.minimum(allowed, radius) - GRAZING
             low = _closest(start, end) < floor

@@ -15,6 +15,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.rigging.linear_rig import BOTH_WAYS, label
+from facewrinkle.rigging.modelled import Movements
 
 
 def test_all_meshes_have_all_shapes(rig):
@@ -99,7 +100,7 @@ def test_lids_clear_the_balls(face, rig):
 
 
 def test_an_open_mouth_can_be_closed(face, rig):
-    upper, lower = rig._posing._movements._pairs
+    upper, lower = Movements(face).pairs
     rest, both = rig.mesh.points, rig.at({"jawOpen": 1.0, "mouthClose": 1.0}).points
     opened = rig.at({"jawOpen": 1.0}).points
     gaps = [np.linalg.norm(points[upper] - points[lower], axis=1) for points in (rest, opened, both)]

@@ -61,7 +61,7 @@ def test_an_open_jaw_with_sealed_lips_is_closed(face, movements):
     for _ in range(8):
         skin.step()
     opened = skin.displacement / face.unit
-    upper, lower = movements._pairs
+    upper, lower = movements.pairs
     assert len(upper) > 10
     gap = np.linalg.norm((opened[upper] - opened[lower]), axis=1) * face.unit
     assert np.median(gap) > 10.0  # the jaw parts them
@@ -85,7 +85,7 @@ def test_lips_roll_in_one_by_one(face, movements):
     upper, lower = movements.roll_upper(), movements.roll_lower()
     assert at(face, upper, "upper_lip_mid")[1] < -3.0  # the skin comes down, and the margin goes back
     assert at(face, lower, "lower_lip_mid")[1] > 3.0
-    for field, margin in zip((upper, lower), movements._pairs, strict=True):
+    for field, margin in zip((upper, lower), movements.pairs, strict=True):
         back = -(field[margin] @ face.frame.axes[2]) * face.unit
         assert np.median(back) > 3.0
     np.testing.assert_allclose(at(face, upper, "lower_lip_mid"), 0.0, atol=0.1)

@@ -58,7 +58,7 @@ def test_what_no_muscle_does_is_added(face):
 
 @pytest.mark.parametrize("weight", [0.3, 1.0])
 def test_mouth_close_seals_an_open_jaw(face, weight):
-    upper, lower = Movements(face)._pairs
+    upper, lower = Movements(face).pairs
 
     def gap(points):
         return np.linalg.norm(points[upper] - points[lower], axis=1)
