@@ -6,7 +6,6 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 from __future__ import annotations
 
 import os
-import re
 import shutil
 import signal
 import sys
@@ -14,35 +13,25 @@ import traceback
 import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext
-from typing import Literal
+from typing import Annotated, Literal
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Parameter
 
 from . import __version__
-from .commands import loading
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 from .files import inputs_kept, inside_only
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
 
-VERBOSE, NO_OUTSIDE = "--verbose", "--no-outside"
-"""Options that all commands take."""
-
-NEGATIVE = re.compile(r"-\.?\d")
-"""The beginning of a negative number."""
-
 NARROWEST = 40
 """Columns of the narrowest terminal that tables are laid out for: on narrower ones names of options were cut."""
 
-QUIET = {"--quiet", "--help", "-h", "--version"}
-"""Words with which nothing is shown but what was asked for."""
+COMMON = Parameter(negative=(), group="Options of all commands", show_default=False)
 
 app = App(
     name="facewrinkle",
-    help="Wrinkles that muscles fold into faces: pictures, movies, meshes, and Table 1 of the paper.\n\nWith "
-    f"{VERBOSE}, every command shows the warnings of libraries, and where an error arose; with {NO_OUTSIDE}, it does "
-    "not read images and other files that a mesh file names outside its own folder.",
+    help="Wrinkles that muscles fold into faces: pictures, movies, meshes, and Table 1 of the paper.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
@@ -50,10 +39,7 @@ app.command("facewrinkle.commands.express:express", help="Write pictures and a m
 app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh and place skull, eyes and muscles under it.")
 app.command("facewrinkle.commands.tear:tear", help="Write pictures and a movie of a face that cries.")
 app.command("facewrinkle.commands.play:play", help="Write pictures and a movie of a recorded animation.")
-app.command(
-    "facewrinkle.commands.pattern:pattern",
-    help="Write pictures and a movie of a wrinkle pattern.",
-)
+app.command("facewrinkle.commands.pattern:pattern", help="Write pictures and a movie of a wrinkle pattern.")
 app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
 app.command("facewrinkle.commands.rig:rig", help="Write a face with blend shapes that wrinkle, for other programs.")
 app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper and print both.")
@@ -64,7 +50,7 @@ app.command(
 app.command(
     "facewrinkle.commands.compile:compile_all", name="compile", help="Compile what the first commands would wait for."
 )
-app.command("facewrinkle.commands.atlas:atlas", help="Print muscles, action units and expressions, as a file to edit.")
+app.command("facewrinkle.commands.info:atlas", help="Print muscles, action units and expressions, as a file to edit.")
 app.command("facewrinkle.commands.dataset:dataset", help="Make pictures of faces with labels, as training data.")
 app.command(
     "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
@@ -80,8 +66,40 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> None:
     shell
         For bash: facewrinkle completion bash > ~/.local/share/bash-completion/completions/facewrinkle
     """
-    loading.end()
     sys.stdout.write(app.generate_completion(prog_name="facewrinkle", shell=shell))
+
+
+launcher = app.meta
+
+
+@launcher.default
+def _run(
+    *tokens: Annotated[str, Parameter(show=False, allow_leading_hyphen=True)],
+    verbose: Annotated[bool, COMMON] = False,
+    no_outside: Annotated[bool, COMMON] = False,
+) -> None:
+    """Run a command.
+
+    Parameters
+    ----------
+    verbose
+        Show the warnings of libraries, and where an error arose.
+    no_outside
+        Read no images and other files that a mesh file names outside its own folder.
+    """
+    with warnings.catch_warnings(), inside_only() if no_outside else nullcontext(), inputs_kept():
+        if not verbose:
+            warnings.simplefilter("ignore")
+        warnings.simplefilter("always", FaceWrinkleWarning)
+        warnings.showwarning = _notice
+        try:
+            app(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+        except (CycloptsError, BrokenPipeError):
+            raise
+        except Exception:
+            if verbose:
+                traceback.print_exc()
+            raise
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -102,34 +120,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     _widen()
     tokens = list(sys.argv[1:] if arguments is None else arguments)
-    verbose = VERBOSE in tokens
-    allowed = inside_only() if NO_OUTSIDE in tokens else nullcontext()
-    tokens = [token for token in tokens if token not in (VERBOSE, NO_OUTSIDE)]
-    with warnings.catch_warnings(), allowed, inputs_kept():
-        if not verbose:
-            warnings.simplefilter("ignore")
-        warnings.simplefilter("always", FaceWrinkleWarning)
-        warnings.showwarning = _notice
-        if tokens and not QUIET.intersection(tokens):
-            loading.begin()
-        try:
-            app(_joined(tokens), exit_on_error=False, print_error=False, result_action="return_value")
-        except CycloptsError as error:
-            hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
-            after = " What follows -- is no option: put options before it." if "--" in tokens else ""
-            return _complain(f"{_one_line(error)}{after} Try: {hint} --help", USAGE)
-        except KeyboardInterrupt:
-            return _complain("interrupted.", 128 + signal.SIGINT)
-        except BrokenPipeError:  # the reader, such as head, has gone
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return FAILED
-        except Exception as error:
-            loading.end()
-            if verbose:
-                traceback.print_exc()
-            return _complain(_failure(error), FAILED)
-        finally:
-            loading.end()
+    try:
+        launcher(tokens, exit_on_error=False, print_error=False, result_action="return_value")
+    except CycloptsError as error:
+        hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
+        after = " What follows -- is no option: put options before it." if "--" in tokens else ""
+        return _complain(f"{_one_line(error)}{after} Try: {hint} --help", USAGE)
+    except KeyboardInterrupt:
+        return _complain("interrupted.", 128 + signal.SIGINT)
+    except BrokenPipeError:  # the reader, such as head, has gone
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    except Exception as error:
+        return _complain(_failure(error), FAILED)
     return 0
 
 
@@ -138,17 +141,6 @@ def _widen() -> None:
     columns = shutil.get_terminal_size().columns
     if columns < NARROWEST or os.environ.get("COLUMNS") == "0":
         os.environ["COLUMNS"] = str(max(columns, NARROWEST))
-
-
-def _joined(tokens: Sequence[str]) -> list[str]:
-    """Return the tokens with values that begin with a minus, such as -10,0,49, joined to their option."""
-    found: list[str] = []
-    for token in tokens:
-        if NEGATIVE.match(token) and found and found[-1].startswith("--") and "=" not in found[-1]:
-            found[-1] += f"={token}"
-        else:
-            found.append(token)
-    return found
 
 
 def _failure(error: Exception) -> str:
@@ -161,7 +153,7 @@ def _failure(error: Exception) -> str:
         where = f" {error.filename!r}" if error.filename else ""
         return f"the system refused{where}: {error.strerror}. Check the disk and your rights."
     what = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"an error in facewrinkle itself, which should not happen: {what[:300]}. Please report what {VERBOSE} shows."
+    return f"an error in facewrinkle itself, which should not happen: {what[:300]}. Please report what --verbose shows."
 
 
 def _one_line(error: Exception) -> str:
@@ -169,7 +161,6 @@ def _one_line(error: Exception) -> str:
 
 
 def _complain(message: str, code: int) -> int:
-    loading.end()
     print(f"facewrinkle: {message}", file=sys.stderr)
     return code
 
@@ -179,7 +170,6 @@ _show = warnings.showwarning
 
 def _notice(message: Warning | str, category: type[Warning], *where: object, **rest: object) -> None:
     """Show the warnings of this package as notices of one line, and others as usual."""
-    loading.end()
     if issubclass(category, FaceWrinkleWarning):
         print(f"facewrinkle: note: {' '.join(str(message).split())}", file=sys.stderr)
     else:

@@ -47,8 +47,8 @@ from .photo_brows import rise_of_dark_bands
 from .units import millimetres, unit_of_face
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
+    from ..progress import Progress
     from .finding import Found
-    from .finding.search import Progress
 
 
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ from tempfile import TemporaryDirectory
 
 from ..anatomy.fitting import default_face
 from ..export import write_mesh
+from ..progress import Progress, bar
 from .express import express
 from .fit import fit
 from .options import FaceOptions, FoldOptions, OutputOptions
@@ -20,9 +21,6 @@ from .play import play
 from .report import Report
 from .rig import rig
 from .tear import tear
-
-Progress = Callable[[Iterator[None], int], Iterable[None]]
-"""Called with steps and their number, returns the steps, and shows progress as they are done."""
 
 TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0,0,0\n"
 
@@ -38,11 +36,11 @@ def compile_all(*, quiet: bool = False) -> None:
         Print only errors.
     """
     begin, report = time.perf_counter(), Report(quiet)
-    compile_ahead(lambda steps, n: report.progress(steps, "Compiling", n))
+    compile_ahead(report.progress)
     report.say(f"{time.perf_counter() - begin:.1f} s")
 
 
-def compile_ahead(progress: Progress | None = None) -> None:
+def compile_ahead(progress: Progress = bar) -> None:
     """Compile what the package needs, so that nothing has to wait for it later.
 
     numba compiles a function when it is first called, and keeps it on the disk. Call this once after an installation,
@@ -52,8 +50,8 @@ def compile_ahead(progress: Progress | None = None) -> None:
     Parameters
     ----------
     progress : callable, optional
-        Shows progress: called with the steps and their number, returns the steps, to be done one by one. Default: a bar
-        on stderr if that is a terminal.
+        Shows progress: called with the steps, what is done, and the number of steps; returns the steps, to be done one
+        by one. Default: a bar on stderr if that is a terminal.
 
     Notes
     -----
@@ -62,12 +60,11 @@ def compile_ahead(progress: Progress | None = None) -> None:
     Examples
     --------
     >>> import facewrinkle as fw
-    >>> fw.compile_ahead(lambda steps, n: steps)  # doctest: +SKIP
+    >>> fw.compile_ahead(lambda steps, what, n: steps)  # doctest: +SKIP
     """
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         steps = _cases(Path(folder))
-        show = progress or (lambda steps, n: Report(quiet=False).progress(steps, "Compiling", n))
-        for _ in show((step() for step in steps), len(steps)):
+        for _ in progress((step() for step in steps), "Compiling", len(steps)):
             pass
 
 

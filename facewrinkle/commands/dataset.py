@@ -11,7 +11,6 @@ from ..dataset.spec import DEFAULT, Spec
 from ..dataset.verification import check
 from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
-from . import loading
 from .parsing import Whole
 from .report import Report
 
@@ -57,7 +56,6 @@ def dataset(
     if folder is not None and what != "check":
         raise ParameterError(f"a folder is named with check only, or by --out; received {str(folder)!r}.")
     if what == "spec":
-        loading.end()
         sys.stdout.write(DEFAULT.read_text(encoding="utf-8"))
         return
     if what == "check":

@@ -78,7 +78,7 @@ def fit(
         landmarks,
         parse_units(units),
         None if atlas is None else read_atlas(atlas),
-        progress=report.search,
+        progress=report.progress,
         texture=texture,
     )
     for ending in (SUFFIX, ".png"):

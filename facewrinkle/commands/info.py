@@ -1,18 +1,19 @@
-"""``facewrinkle info``: the names of muscles, action units and expressions; and the content of a file."""
+"""``facewrinkle info`` and ``atlas``: muscles, action units and expressions; and the content of a file."""
 
 from __future__ import annotations
 
+import sys
 import warnings
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from ..anatomy.atlas import Atlas, load_atlas
+from ..anatomy.atlas import DEFAULT_ATLAS, Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
 from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
-from ..files import reading
+from ..files import output_file, reading, written
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
@@ -42,6 +43,24 @@ def info(topic: str | None = None, /) -> None:
     for name, table in tables.items():
         if topic in (None, name):
             report.say(table(load_atlas()))
+
+
+def atlas(*, out: Path | None = None) -> None:
+    """Print the atlas: muscles, action units and expressions, to be changed and given back with --atlas.
+
+    A file with only the entries that you change or add is enough, if its first line is: base = "facewrinkle"
+
+    Parameters
+    ----------
+    out
+        TOML file to write to. Default: print it.
+    """
+    text = DEFAULT_ATLAS.read_text(encoding="utf-8")
+    if out is None:
+        sys.stdout.write(text)
+        return
+    with written(output_file(out, (".toml",))) as whole:
+        whole.write_text(text, encoding="utf-8")
 
 
 def _of_face(path: Path) -> dict[str, str]:

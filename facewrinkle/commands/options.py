@@ -19,7 +19,7 @@ from ..layers.base import Layer
 from ..layers.muscle_wrinkles import CompressionMethod, MuscleWrinkles
 from ..layers.wave_folds import WaveFolds
 from ..simulation.fold_layers import Folds, fold_layers
-from .parsing import parse_identity, parse_size, parse_units
+from .parsing import parse_size, parse_units, parse_weights
 from .report import Report
 
 
@@ -71,12 +71,14 @@ class FaceOptions:
                     raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
             return read_face(self.face, atlas)
         if self.face is not None:
-            progress = None if report is None else report.search
+            progress = None if report is None else report.progress
             return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, progress, self.texture)
         for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
-        return default_face(parse_identity(self.identity) if self.identity is not None else None, atlas=atlas)
+        return default_face(
+            parse_weights(self.identity, usual=None) if self.identity is not None else None, atlas=atlas
+        )
 
 
 @Parameter(name="*")

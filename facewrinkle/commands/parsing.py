@@ -1,4 +1,4 @@
-"""Words of the command line as values: units, identities, mixtures, sizes and lists of numbers."""
+"""Words of the command line as values: units, weights, mixtures, sizes and lists of numbers."""
 
 from __future__ import annotations
 
@@ -25,51 +25,40 @@ def parse_units(text: str | None) -> str | float | None:
         return text
 
 
-def parse_identity(text: str) -> dict[str, float]:
-    """Return the parameters of an identity by name, from "jaw=0.5,age=1".
+def parse_weights(text: str, usual: float | None = 1.0) -> dict[str, float]:
+    """Return numbers by name, from "mouthSmile=0.8, jawOpen"; `usual` where none is given.
+
+    Raises
+    ------
+    ParameterError
+        For what is no number, for none where there is no usual one, and for a name that comes twice.
 
     Examples
     --------
-    >>> parse_identity("jaw=0.5, age=1")
-    {'jaw': 0.5, 'age': 1.0}
+    >>> parse_weights("mouthSmile=0.8, jawOpen"), parse_weights("jaw=0.5, age=1", usual=None)
+    ({'mouthSmile': 0.8, 'jawOpen': 1.0}, {'jaw': 0.5, 'age': 1.0})
     """
     found: dict[str, float] = {}
     for part in text.split(","):
-        name, _, value = (piece.strip() for piece in part.partition("="))
+        name, equals, number = (piece.strip() for piece in part.partition("="))
+        if name in found:
+            raise ParameterError(f"{name} is named twice in {text!r}. Give one number for each name.")
         try:
-            found[name] = float(value)
+            found[name] = float(number) if equals or usual is None else usual
         except ValueError:
-            raise ParameterError(f"the identity must be like jaw=0.5,age=1; received {part.strip()!r}.") from None
-    return found
-
-
-def parse_shapes(text: str) -> dict[str, float]:
-    """Return the weights of shapes by name, from "mouthSmile=0.8, jawOpen"; without a number the weight is 1.
-
-    Examples
-    --------
-    >>> parse_shapes("mouthSmile=0.8, jawOpen")
-    {'mouthSmile': 0.8, 'jawOpen': 1.0}
-    """
-    found: dict[str, float] = {}
-    for part in text.split(","):
-        name, equals, weight = (piece.strip() for piece in part.partition("="))
-        try:
-            found[name] = float(weight) if equals else 1.0
-        except ValueError:
-            raise ParameterError(f"the weight of {name} must be a number, received {weight!r}.") from None
+            raise ParameterError(
+                f"names with numbers are needed, such as jaw=0.5,age=1; received {part.strip()!r}."
+            ) from None
     return found
 
 
 def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
-    """Return weights by name, from "surprise", "AU12" or "AU1=0.7,AU4".
+    """Return weights by name, from "surprise", "AU12" or "AU1=0.7,AU4"; see :func:`parse_weights`.
 
     Raises
     ------
     UnknownNameError
         For a name that is no expression, action unit, muscle or pair of muscles.
-    ParameterError
-        For a weight that is no number, and for a name that comes twice.
 
     Examples
     --------
@@ -77,15 +66,8 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     >>> parse_mixture("AU1=0.7, AU4", load_atlas())
     {'AU1': 0.7, 'AU4': 1.0}
     """
-    weights: dict[str, float] = {}
-    for part in text.split(","):
-        name, equals, weight = (piece.strip() for piece in part.partition("="))
-        if name in weights:
-            raise ParameterError(f"{name} is named twice in {text!r}. Give one weight for each name.")
-        try:
-            weights[name] = float(weight) if equals else 1.0
-        except ValueError:
-            raise ParameterError(f"the weight of {name} must be a number, received {weight!r}.") from None
+    weights = parse_weights(text)
+    for name in weights:
         try:
             atlas.resolve(name)
         except UnknownNameError:
@@ -113,6 +95,9 @@ def whole_number(kind: Any, tokens: Sequence[Any]) -> int:
         pass
     raise ValueError(f"a whole number is needed, received {text!r}.")
 
+
+Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+"""Numbers with commas between, of which the first may be negative."""
 
 WHOLE = Parameter(converter=whole_number)
 Whole = Annotated[int, WHOLE]

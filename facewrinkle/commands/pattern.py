@@ -19,7 +19,7 @@ from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, OutputOptions
-from .parsing import Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
+from .parsing import Vector, Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -29,8 +29,8 @@ def pattern(
     /,
     *,
     source: FaceOptions | None = None,
-    centre: str | None = None,
-    up: str | None = None,
+    centre: Vector = None,
+    up: Vector = None,
     extent: str | None = None,
     depth: float | None = None,
     number: float | None = None,
@@ -162,7 +162,7 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
         (top,) = highest
         recorder.save_mesh(top, face)
         close = replace(front, view=_close(face, top, output.view, simulation.layers))
-        for suffix, style in recorder.report.progress(iter((("", front), ("_closeup", close))), "Pictures", 2):
+        for suffix, style in recorder.report.progress((("", front), ("_closeup", close)), "Pictures", 2):
             images = [scenes.picture(frame, style) for frame in (face.mesh, top)]
             images.append(picture(top, face, replace(style, wireframe=True)))
             recorder.save_picture(side_by_side(images), suffix)

@@ -24,7 +24,7 @@ from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, FoldOptions, OutputOptions
-from .parsing import Whole, WholeOrNone, parse_shapes, parse_units
+from .parsing import Whole, WholeOrNone, parse_units, parse_weights
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -164,14 +164,14 @@ def _animation(
     speed: float,
 ) -> Played:
     """Return an animation and the face in its file."""
-    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_shapes(shapes))
+    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_weights(shapes))
     recorded = recorded.played(speed)
     face = fit_face(
         rest,
         source.landmarks,
         parse_units(source.units),
         _atlas(source.atlas),
-        progress=report.search,
+        progress=report.progress,
         texture=source.texture,
     )
     return Played(face, recorded, recorded.duration, len(recorded.names))
@@ -190,7 +190,7 @@ def _take_on_face(
     """Return a take, performed by the face that was asked for."""
     take = read_take(file, fps)
     if gain is not None:
-        take = take.gained(parse_shapes(gain))
+        take = take.gained(parse_weights(gain))
     face = source.load(report)
     performer = Performer(take, face, step, speed=speed, head=head)
     return Played(face, performer, take.duration / speed, len(take.names))
@@ -273,7 +273,7 @@ def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style],
 def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Style) -> None:
     """Write pictures and meshes of moments, and one picture of all."""
     columns = []
-    for _, when, frame in recorder.report.progress(iter(moments), "Pictures", len(moments)):
+    for _, when, frame in recorder.report.progress(moments, "Pictures", len(moments)):
         close = replace(front, view=recorder.output.view or closeup(frame, scenes.face))
         pair = [scenes.picture(frame, style) for style in (front, close)]
         recorder.save_picture(side_by_side(pair), f"_{when:.2f}s")

@@ -196,7 +196,7 @@ class Scenes:
     def __init__(self, face: Face) -> None:
         self.face = face
         self._scenes: dict[Style, Scene] = {}
-        self._last: tuple[tuple[Style, ...], _Look, Drawing] | None = None
+        self._last: tuple[tuple[Style, ...], pv.PolyData, Drawing] | None = None
 
     def picture(self, frame: pv.PolyData, style: Style) -> Image:
         """Return the picture of a frame."""
@@ -207,12 +207,11 @@ class Scenes:
 
         For movies: a frame that nobody could tell from the last one that was drawn is not drawn again.
         """
-        look = _Look.of(frame, self.face)
         finest = min(height_of(self.face, style) / style.size[1] for style in styles)
-        if self._last is not None and self._last[0] == styles and look.like(self._last[1], SEEN * finest):
+        if self._last is not None and self._last[0] == styles and _alike(frame, self._last[1], SEEN * finest):
             return self._last[2]
         drawing = cache(beside(self._scene(style).begun(frame) for style in styles))
-        self._last = styles, look, drawing
+        self._last = styles, frame.copy(), drawing  # frames may be filled again
         return drawing
 
     def _scene(self, style: Style) -> Scene:
@@ -228,48 +227,20 @@ class Scenes:
             scene.close()
 
 
-@dataclass(frozen=True, eq=False)
-class _Look:
-    """All that a picture of a frame depends on.
+def _alike(frame: pv.PolyData, other: pv.PolyData, distance: float) -> bool:
+    """Return True if nothing of a frame is farther than a distance from where it is in another.
 
-    Attributes
-    ----------
-    triangles : ndarray of int
-    points : ndarray, shape (n, 3)
-    turns : mapping of str to ndarray
-        Directions and matrices of what moves besides the skin: head, eyes and jaw.
-    parts : mapping of str to ndarray, shape (k, 3)
-        Points of parts that move by themselves.
-    reach : float
-        What turns by an angle moves by no more than this many times as much, in the unit of the mesh.
+    Where eyes, jaw, head and parts are is in the fields; what turns by an angle moves by no more than the size of the
+    mesh times that.
     """
-
-    triangles: np.ndarray
-    points: np.ndarray
-    turns: Mapping[str, np.ndarray]
-    parts: Mapping[str, np.ndarray]
-    reach: float
-
-    @classmethod
-    def of(cls, frame: pv.PolyData, face: Face) -> Self:
-        state = face.state_of(frame)
-        turns = {f"eye {side}": gaze for side, gaze in state.gazes.items()}
-        turns |= {"jaw": np.array(np.nan if state.jaw_angle is None else state.jaw_angle)}
-        turns |= {"head": state.head, "mandible": np.eye(4) if state.mandible is None else state.mandible}
-        points = np.array(frame.points, np.float64)  # of its own: frames may be filled again
-        return cls(frame.regular_faces.copy(), points, turns, state.parts, float(np.ptp(face.points, axis=0).max()))
-
-    def like(self, other: Self, distance: float) -> bool:
-        """Return True if nothing is farther than a distance from where it is in another frame."""
-        if self.turns.keys() != other.turns.keys() or self.parts.keys() != other.parts.keys():
-            return False
-        return (
-            np.array_equal(self.triangles, other.triangles)
-            and _near(self.points, other.points, distance)
-            and all(_near(turn, other.turns[name], distance / self.reach) for name, turn in self.turns.items())
-            and all(_near(points, other.parts[name], distance) for name, points in self.parts.items())
-        )
-
-
-def _near(one: np.ndarray, other: np.ndarray, distance: float) -> bool:
-    return one.shape == other.shape and np.allclose(one, other, rtol=0.0, atol=distance, equal_nan=True)
+    if frame.n_points != other.n_points or not np.array_equal(frame.faces, other.faces):
+        return False
+    if frame.field_data.keys() != other.field_data.keys():
+        return False
+    pairs = [(np.asarray(values), np.asarray(other.field_data[name])) for name, values in frame.field_data.items()]
+    return np.allclose(frame.points, other.points, rtol=0.0, atol=distance) and all(
+        np.allclose(one, two, rtol=0.0, atol=distance / frame.length, equal_nan=True)
+        if one.shape == two.shape and one.dtype.kind != "U"
+        else np.array_equal(one, two)
+        for one, two in pairs
+    )

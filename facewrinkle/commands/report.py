@@ -8,11 +8,11 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress, track
+from rich.progress import MofNCompleteColumn, Progress
 from rich.table import Table
 
 from ..anatomy.face import Face
-from . import loading
+from ..progress import bar
 
 T = TypeVar("T")
 
@@ -28,12 +28,10 @@ class Report:
 
     def say(self, *what: Any) -> None:
         """Print a line, or a table."""
-        loading.end()
         self.console.print(*what, soft_wrap=True)
 
     def table(self, title: str, rows: Mapping[str, str]) -> None:
         """Print names and values."""
-        loading.end()
         table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
         for name, value in rows.items():
             table.add_row(name, value)
@@ -41,26 +39,16 @@ class Report:
 
     def waiting(self, what: str) -> AbstractContextManager[object]:
         """Show on a terminal what takes a while, until it is done."""
-        loading.end()
         console = Console(stderr=True)
         return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
 
-    def search(self, steps: Iterable[T], count: int) -> Iterator[T]:
-        """Yield the steps of a search for a face, with a bar."""
-        return self.progress(iter(steps), "Finding the face", count)
-
-    def progress(self, items: Iterator[T], what: str, total: int) -> Iterator[T]:
-        """Yield the items, with a bar on a terminal."""
-        loading.end()
-        console = Console(stderr=True)
-        if self.quiet or not console.is_terminal:
-            return items
-        return iter(track(items, what, total, console=console, transient=True))
+    def progress(self, items: Iterable[T], what: str, total: int) -> Iterable[T]:
+        """Return the items, with a bar on a terminal."""
+        return items if self.quiet else bar(items, what, total)
 
     @contextmanager
     def counting(self, what: str, total: int) -> Iterator[Callable[[int], None]]:
         """Yield a function to be told how many more are done, with a bar and an estimate on a terminal."""
-        loading.end()
         console = Console(stderr=True)
         with Progress(
             *Progress.get_default_columns(),

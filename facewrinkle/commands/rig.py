@@ -15,10 +15,9 @@ from ..plotting import save_picture
 from ..rigging import bake_layers, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label, report_text
-from ..rigging.page import write_page
 from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
-from ..rigging.write import write_rig_files
+from ..rigging.write import write_page, write_rig_files
 from .options import FaceOptions
 from .parsing import Whole, WholeOrNone
 from .report import Report
@@ -110,14 +109,14 @@ def rig(
         level,
         correctives,
         halfway,
-        progress=lambda items, what, n: report.progress(iter(items), what, n),
+        progress=report.progress,
     )
     files = write_rig_files(made, folder / f"{stem}.{format}", dense=dense)
     if wrinkles == "maps":
-        baked = bake_layers(made, size_of_maps, progress=lambda items, what, n: report.progress(iter(items), what, n))
+        baked = bake_layers(made, size_of_maps, progress=report.progress)
         files += write_layers(baked, files[0])
     if sheet:
-        image = draw_sheet(made, progress=lambda items, what, n: report.progress(iter(items), what, n))
+        image = draw_sheet(made, progress=report.progress)
         files.append(save_picture(image, folder / f"{stem}_sheet.png"))
     if page:
         files.append(write_page(made, folder / f"{stem}.html"))

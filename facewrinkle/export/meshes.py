@@ -15,8 +15,7 @@ from ..files import output_file, written
 from ..mesh import UNIT, MeshLike, triangle_mesh
 from .gltf import gltf
 from .model import Model, part_model, skin_model, tears_model
-from .obj import obj_files
-from .ply import ply_files
+from .obj_ply import obj_files, ply_files
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
 

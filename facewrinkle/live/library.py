@@ -131,9 +131,9 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
     named = any(each.suffix.lower() == ".mtl" for each in files) or file.suffix.lower() not in (".obj", ".ply")
     texture = pictures[0] if len(pictures) == 1 and not named else None
 
-    def search(steps: Iterable[T], count: int) -> Iterator[T]:
+    def search(steps: Iterable[T], what: str, count: int) -> Iterator[T]:
         for number, step in enumerate(steps):
-            tell("Finding the face", number / max(count, 1))
+            tell(what, number / max(count, 1))
             yield step
 
     tell(f"Reading {file.name}", 0.0)

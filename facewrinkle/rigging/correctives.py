@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .baking import Progress
+from ..progress import Progress
 from .poses import Pose, Posing
 from .shapes import Shape, Side
 

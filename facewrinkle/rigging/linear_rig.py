@@ -16,10 +16,11 @@ from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..export.model import Model, Morphs
 from ..mesh import to_polydata
-from .baking import Baker, Progress, silent
+from ..progress import Progress, silent
 from .correctives import worst_pairs
 from .fields import (
     CUT,
+    Baker,
     Fields,
     corrective_fields,
     halfway_fields,

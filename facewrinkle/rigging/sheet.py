@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -15,9 +14,8 @@ from ..plotting import Style, side_by_side, stacked
 from ..plotting.textures import texture
 from ..plotting.views import aim
 from ..plotting.window import rendered
+from ..progress import Progress, silent
 from .linear_rig import Rig
-
-NamesProgress = Callable[[Iterable[str], str, int], Iterator[str]]
 
 BACKGROUND = "#4a4f57"
 LIGHTING: dict[str, Any] = {
@@ -30,7 +28,7 @@ LIGHTING: dict[str, Any] = {
 }
 
 
-def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: NamesProgress | None = None) -> Image:
+def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = silent) -> Image:
     """Return pictures of all shapes of a rig at weight 1, with their names, after one of the face at rest.
 
     Parameters
@@ -58,7 +56,7 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: NamesProgress |
     plotter.set_background(BACKGROUND)
     aim(plotter, rig.face, Style((size, size)))
     names = ["", *rig.names]
-    steps = iter(names) if progress is None else progress(names, "Pictures", len(names))
+    steps = progress(names, "Pictures", len(names))
     try:
         shown = {part: rig.at({}, part) for part in rig.parts}
         for part, mesh in shown.items():

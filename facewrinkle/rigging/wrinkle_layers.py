@@ -18,8 +18,8 @@ import numpy.typing as npt
 from ..errors import ParameterError, check_whole
 from ..files import written
 from ..geometry.smoothstep import smoothstep
-from .baking import Baker, Progress, silent
-from .fields import movement_poses
+from ..progress import Progress, silent
+from .fields import Baker, movement_poses
 from .linear_rig import Rig
 from .maps import (
     FoldMaps,

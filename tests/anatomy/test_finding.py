@@ -26,7 +26,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
 from facewrinkle.anatomy.finding.alignment import FINE, SCALES, aligned, pose_score, surface_map, template_map
 from facewrinkle.anatomy.finding.depth import Grid, curvature, depth_map, peak
-from facewrinkle.anatomy.finding.landmarks import progress_bar
 from facewrinkle.anatomy.finding.matching import matched
 from facewrinkle.anatomy.finding.mouth import MOUTH, furrow, lower_lip
 from facewrinkle.anatomy.finding.pose import Pose
@@ -40,6 +39,7 @@ from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.geometry.sampling import surface_samples
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.mesh import read_surface, to_polydata
+from facewrinkle.progress import bar
 
 PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
 FACES = Path(__file__).parents[3] / "shared" / "faces"
@@ -582,7 +582,7 @@ def test_what_cannot_be_searched():
 
 
 def test_a_handful_of_triangles_is_not_searched():
-    def progress(steps, count):
+    def progress(steps, what, count):
         raise AssertionError("it is searched")
 
     for mesh, count in ((pv.Box().triangulate(), 12), (pv.Sphere(theta_resolution=10, phi_resolution=11), 180)):
@@ -600,7 +600,7 @@ STEPS = []
 
 @pytest.fixture(scope="module")
 def found(face):
-    def progress(steps, count):
+    def progress(steps, what, count):
         STEPS.append((count, 0))
         for step in steps:
             STEPS[-1] = (count, STEPS[-1][1] + 1)
@@ -624,7 +624,7 @@ def test_progress_is_shown_on_a_terminal(monkeypatch, capsys):
     ((count, done),) = STEPS
     assert 0.8 * count < done <= count
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
-    assert len(list(progress_bar(iter([None] * 3), 3))) == 3
+    assert len(list(bar(iter([None] * 3), "Finding the face", 3))) == 3
     out, err = capsys.readouterr()
     assert out == ""
     assert "Finding the face" in err

@@ -21,7 +21,7 @@ def compiled():
     return {(kernel.__module__, kernel.__name__, types) for kernel in kernels for types in kernel.signatures}
 
 done = []
-def progress(steps, n):
+def progress(steps, what, n):
     for step in steps:
         done.append(n)
         yield step

@@ -26,7 +26,7 @@ def test_the_case_of_a_name_does_not_hide_it(name, meant):
 
 
 def test_a_name_that_comes_twice():
-    with pytest.raises(ParameterError, match="AU1 is named twice in 'AU1=0.5,AU1=0'. Give one weight"):
+    with pytest.raises(ParameterError, match="AU1 is named twice in 'AU1=0.5,AU1=0'. Give one number"):
         parse_mixture("AU1=0.5,AU1=0", load_atlas())
 
 

@@ -87,19 +87,19 @@ def test_all_ways_to_write_json_say_the_same(tmp_path):
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn.as_matrix(), [1.0, 2.0, -40.0]
 
-    def categories(frame, key):
-        return [{key: "_neutral", "score": 1e-6}, *({key: name, "score": x, "index": 3} for name, x in frame.items())]
+    def categories(frame):
+        named = [{"categoryName": name, "score": x, "index": 3} for name, x in frame.items()]
+        return [{"categoryName": "_neutral", "score": 1e-6}, *named]
 
     browser = [
         {
             "timestamp": 40.0 * k,
-            "faceBlendshapes": [{"categories": categories(frame, "categoryName"), "headName": ""}],
+            "faceBlendshapes": [{"categories": categories(frame), "headName": ""}],
             "facialTransformationMatrixes": [{"rows": 4, "columns": 4, "data": matrix.T.ravel().tolist()}],
         }
         for k, frame in enumerate(frames)
     ]
-    python = [categories(frame, "category_name") for frame in frames]
-    for number, content in enumerate([weights, frames, {"frames": frames}, browser, {"results": browser}, python]):
+    for number, content in enumerate([weights, frames, {"frames": frames}, browser, {"results": browser}]):
         take = fw.read_take(written(tmp_path / f"{number}.json", json.dumps(content)))
         assert take.names == tuple(weights)
         np.testing.assert_array_equal(take.weights, np.array(list(weights.values())).T)
@@ -157,7 +157,12 @@ def test_damaged_files_are_refused(tmp_path):
     with pytest.raises(MeshError, match="no file"):
         fw.read_take(tmp_path / "lost.csv")
     with pytest.raises(MeshError, match="makes no sense"):
-        fw.read_take(written(tmp_path / "a.json", '[{"categories": [{"categoryName": "jawOpen", "score": "x"}]}]'))
+        fw.read_take(
+            written(
+                tmp_path / "a.json",
+                '[{"faceBlendshapes": [{"categories": [{"categoryName": "jawOpen", "score": "x"}]}]}]',
+            )
+        )
     path = written(tmp_path / "a.csv", "jawOpen,hair\n1,long\n")
     with pytest.warns(FaceWrinkleWarning, match="1 columns are no shapes, and are left out: hair"):
         assert fw.read_take(path).names == ("jawOpen",)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -13,10 +13,11 @@ from threadpoolctl import ThreadpoolController
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import MeshLike, read_surface
+from ...progress import Progress, bar
 from ..landmarks import NAMES
 from .placement import placed_landmarks
 from .pose import Pose, pose_from_landmarks
-from .search import FEWEST_TRIANGLES, NO_FACE, Progress, searched
+from .search import FEWEST_TRIANGLES, NO_FACE, searched
 from .template import UNMEASURED
 
 HIDDEN = 0.2
@@ -70,8 +71,8 @@ def find_landmarks(
     mesh : PolyData, or anything that `read_surface` takes
         Not changed. It may have holes, loose parts and faults.
     progress : callable, optional
-        Shows progress: called with the steps of the search and their number, returns the steps, to be done one by
-        one. Default: a bar on stderr where that is a terminal.
+        Shows progress: called with the steps of the search, what is done, and the number of steps; returns the steps,
+        to be done one by one. Default: a bar on stderr where that is a terminal.
     given : dict, optional
         Landmarks that are known. Three or more that do not lie on a line say where the face is, and nothing else is
         searched; fewer do not guide the search.
@@ -109,7 +110,7 @@ def find_landmarks(
             "line."
         )
     with _blas().limit(limits=1, user_api="blas"):  # its threads wait for each other longer than they work here
-        search = searched(points, triangles, pose, progress or progress_bar)
+        search = searched(points, triangles, pose, progress or bar)
     match = search.matches[0]
     try:
         landmarks, confidences, estimated = placed_landmarks(points, search.triangles, search.matches)
@@ -124,15 +125,6 @@ def find_landmarks(
         match.confidence,
         Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
     )
-
-
-def progress_bar(steps: Iterable[None], n: int) -> Iterable[None]:
-    """Return the steps; while they are done, a bar shows progress on stderr if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import track
-
-    console = Console(stderr=True)
-    return track(steps, "Finding the face", n, console=console, transient=True) if console.is_terminal else steps
 
 
 @cache

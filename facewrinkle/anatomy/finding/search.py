@@ -5,7 +5,7 @@ Where the whole mesh shows no face, its parts are searched, and then what stands
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Generator, Iterator
 from itertools import chain
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
+from ...progress import Progress
 from ..landmarks import REFUSED
 from .alignment import COARSE, FINE, aligned, pose_score, surface_map, template_map
 from .candidates import SIZES, candidates, distinct
@@ -22,9 +23,6 @@ from .matching import Match, matched
 from .pose import Pose
 from .samples import clustered
 from .template import VARIANTS, template
-
-Progress = Callable[[Iterable[None], int], Iterable[None]]
-"""Called with steps and their number, returns the steps, and shows progress as they are done."""
 
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
@@ -150,7 +148,7 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
     for part in chain([triangles], () if pose is not None else others):
         search = FaceSearch(points, part, pose)
         try:
-            for _ in progress(search.steps(), search.STEPS):
+            for _ in progress(search.steps(), "Finding the face", search.STEPS):
                 pass
         except LandmarkError:  # nothing looks like a face
             continue

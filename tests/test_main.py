@@ -67,7 +67,7 @@ def test_signals_from_the_very_start(tmp_path, number, delay):
 def test_nohup_is_respected():
     program = (
         "import os, signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-        "from facewrinkle.commands.interrupts import end_at_signals; end_at_signals()\n"
+        "from facewrinkle.__main__ import end_at_signals; end_at_signals()\n"
         "os.kill(os.getpid(), signal.SIGHUP); print('still here')"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, check=True).stdout == b"still here\n"
@@ -77,7 +77,7 @@ def test_nohup_is_respected():
 def test_a_library_that_is_busy_does_not_delay_a_signal_for_long():
     """The machine code here holds no lock, but never looks for signals."""
     program = (
-        "from facewrinkle.commands.interrupts import end_at_signals; end_at_signals()\n"
+        "from facewrinkle.__main__ import end_at_signals; end_at_signals()\n"
         "import ctypes; print('busy', flush=True); ctypes.CDLL(None).sleep(60)\n"
         "ctypes.CDLL(None).sleep(60)"
     )

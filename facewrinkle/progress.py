@@ -1,0 +1,32 @@
+"""Progress of what takes a while: what functions are given to show it, and a bar."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+
+class Progress(Protocol):
+    """Yields items, such as the steps of a search, while it shows what is done, and how many there are."""
+
+    def __call__(self, items: Iterable[Any], what: str, total: int, /) -> Iterable[Any]: ...
+
+
+def silent(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
+    """Return the items, and show nothing.
+
+    Examples
+    --------
+    >>> list(silent("ab", "Letters", 2))
+    ['a', 'b']
+    """
+    return items
+
+
+def bar(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
+    """Return the items; while they are done, a bar shows progress on stderr if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import track
+
+    console = Console(stderr=True)
+    return track(items, what, total, console=console, transient=True) if console.is_terminal else items
