@@ -70,6 +70,7 @@ def completion(shell: Literal["bash", "zsh", "fish"], /) -> None:
 
 
 launcher = app.meta
+launcher.suppress_keyboard_interrupt = False
 
 
 @launcher.default
