@@ -252,15 +252,23 @@ def read_atlas(path: str | Path) -> Atlas:
 
 
 def _completed(changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The content of the package's own atlas with changes: entries of muscles key by key, all others as a whole."""
+    """The content of the package's own atlas with changes: entries of muscles key by key, all others as a whole, and
+    all samples of tissue at once.
+    """
     content = tomllib.loads(DEFAULT_ATLAS.read_text(encoding="utf-8"))
     if changes["base"] != BASE:
         raise unknown_name("base of an atlas", changes["base"], [BASE])
     for table, entries in changes.items():
         if table == "base":
             continue
-        if table not in content or not isinstance(entries, dict):
+        if table not in content:
             raise unknown_name("table", table, content)
+        if type(entries) is not type(content[table]):
+            form = "[[{}]], once for each sample" if table == "tissue" else "[{}], with entries by name"
+            raise FaceWrinkleError(f"in the atlas: {table} must be written as {form.format(table)}.")
+        if table == "tissue":
+            content[table] = entries
+            continue
         for name, entry in entries.items():
             old = content[table].get(name)
             content[table][name] = {**old, **entry} if table == "muscles" and isinstance(old, dict) else entry

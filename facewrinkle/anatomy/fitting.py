@@ -16,7 +16,6 @@ from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..mesh import (
-    CleanSurface,
     MeshLike,
     as_texture,
     merged_texture,
@@ -72,14 +71,8 @@ vertices.
 DOUBTED = 0.75
 """All are, on a shape with a lower likeness to a face."""
 
-CENTRAL = (
-    *("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid"),
-    *("eye_l_inner", "eye_r_inner", "mouth_l", "mouth_r"),
-)
-"""Landmarks on which the anatomy depends most."""
-
 UNSURE = 0.5
-"""Any of these, or the front of the chin, is to be checked if it has a lower confidence."""
+"""Any that is not always estimated is, if it has a lower confidence."""
 
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
@@ -207,14 +200,14 @@ def fit_face(
     _check_both_sides(frame.local(_used_points(source)))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, clean, frame.pupil_distance)
+    _check_on_mesh(given, clean.mesh, frame.pupil_distance)
     image = _image(mesh, texture, clean.mesh)
     if search is not None:
         rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
         found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in found:
         if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
-            found[name] = _closest(clean, found[name])
+            found[name] = _closest(clean.mesh, found[name])
     face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
     face = dataclasses.replace(
         face,
@@ -224,10 +217,12 @@ def fit_face(
         report=clean.report + (outside_images(source, mesh) if texture is None else ()),
         texture=image,
     )
+    if clean.others is not None:
+        face = _with_parts(face, clean.others)  # whose eyes say which lids are shut
     for sentence in _left_out(face):
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))
-    return face if clean.others is None else _with_parts(face, clean.others)
+    return face
 
 
 def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
@@ -257,18 +252,7 @@ def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
             raise unknown_name("landmark", name, face.landmarks)
     changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
     landmarks = {**face.landmarks, **changed}
-    off = {
-        name: float(np.linalg.norm(face.points - place, axis=1).min())
-        for name, place in changed.items()
-        if name not in NOT_ON_SKIN
-    }
-    size = frame_of(landmarks).pupil_distance
-    far = [f"{name} ({distance / size:.2g})" for name, distance in off.items() if distance > OFF_MESH * size]
-    if far:
-        raise LandmarkError(
-            "landmarks off the mesh, with their distance in distances between the pupils: "
-            f"{', '.join(far)}; at most {OFF_MESH:g} is allowed."
-        )
+    _check_on_mesh(changed, face.mesh, frame_of(landmarks).pupil_distance)
     estimated = tuple(name for name in face.estimated if name not in moved)
     again = Face.from_landmarks(face.mesh, landmarks, face.unit, face.atlas, estimated)
     kept = ("texture", "brows", "source_points", "parts", "report", "likeness", "age", "template")
@@ -331,6 +315,8 @@ def _image(mesh: MeshLike, texture: object, clean: pv.PolyData) -> npt.NDArray[n
 def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progress | None) -> Found:
     """Landmarks found by the shape, warped to those that are given; a LandmarkError if there is no face."""
     from .finding import find_landmarks, pose_from_landmarks
+    from .finding.placement import CHIN
+    from .finding.template import UNMEASURED
 
     found = find_landmarks(source, progress, given)
     if pose_from_landmarks(given) is not None:
@@ -338,17 +324,20 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
     if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
-            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
-            f"is a face, give landmarks: three that are not in a line say where it is; all that are required are, on "
-            f"one side at least, {', '.join(missing)}."
+            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. Of "
+            "half a face, made to be mirrored, join both halves first. If it is whole, give landmarks: three that are "
+            f"not in a line say where it is; all that are required are, on one side at least, {', '.join(missing)}."
         )
     if found.confidence < DOUBTED:
         warn(
             f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong."
         )
-    doubted = {name: found.confidences[name] for name in (*CENTRAL, "pogonion") if name not in given}
-    unsure = [f"{name} ({value:.2f})" for name, value in doubted.items() if value < UNSURE]
+    unsure = [
+        f"{name} ({value:.2f})"
+        for name, value in found.confidences.items()
+        if value < UNSURE and name not in given and (name in CHIN or name not in UNMEASURED)
+    ]
     if unsure and found.confidence >= DOUBTED:
         warn(
             f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at "
@@ -447,9 +436,9 @@ def fitted_brows(face: Face) -> BrowHairs:
     return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 
 
-def _closest(surface: CleanSurface, point: Array) -> Array:
+def _closest(surface: pv.PolyData, point: Array) -> Array:
     """The point of a surface closest to a point."""
-    found = cast(tuple[int, Array], surface.mesh.find_closest_cell(point, return_closest_point=True))
+    found = cast(tuple[int, Array], surface.find_closest_cell(point, return_closest_point=True))
     return np.asarray(found[1], dtype=np.float64)
 
 
@@ -471,7 +460,7 @@ def _check_both_sides(local: Array) -> None:
             )
 
 
-def _check_on_mesh(given: Mapping[str, Array], surface: CleanSurface, size: float) -> None:
+def _check_on_mesh(given: Mapping[str, Array], surface: pv.PolyData, size: float) -> None:
     """Raise a LandmarkError for landmarks that lie too far from a surface."""
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:

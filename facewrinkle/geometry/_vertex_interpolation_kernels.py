@@ -206,6 +206,7 @@ def fit_rows(points, nodes, normals, radius, indptr, indices, values):
         begin, end = indptr[v], indptr[v + 1]
         if end == begin:
             continue
+        values[begin + MOST : end] = 0.0
         scale, total = 0.0, 0.0
         normal[:] = 0.0
         for e in range(begin, end):

@@ -49,7 +49,8 @@ def closest_point(points: Array, triangles: IntArray, query: npt.ArrayLike) -> C
     array([1., 2., 0.])
     """
     triangle, weights, distance = kernels.closest(points, triangles, np.asarray(query, dtype=np.float64))
-    corners = points[triangles[triangle]]
-    normal = weights @ vertex_normals(points, triangles)[triangles[triangle]]
+    own = triangles[triangle]
+    corners, around = points[own], triangles[np.isin(triangles, own).any(axis=1)]
+    normal = weights @ vertex_normals(points, around)[own]
     length = max(float(np.linalg.norm(normal)), 1e-300)
     return ClosestPoint(int(triangle), weights, weights @ corners, normal / length, float(distance))

@@ -46,7 +46,7 @@ GAZE = "gaze_"
 """Prefix, before the side, of the field-data arrays of a frame with the gazes: unit vectors on the head at rest."""
 
 AGE = "age"
-"""Field-data array of a frame with the age of its folds, in [0, 1], where they are lines at rest too."""
+"""Field-data array of a frame with the age of its lines, in [0, 1], where :class:`facewrinkle.WaveFolds` draw them."""
 
 JAW = "jaw_angle"
 """Field-data array of a frame with the turn of the mandible, radians, where muscles turn it."""

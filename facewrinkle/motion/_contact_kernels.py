@@ -169,8 +169,6 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
     for f in range(triangles.shape[0]):
         if shares[f] >= least and after[f] >= least:
             continue
-        if first == depths.shape[0]:
-            break
         i, j, l = triangles[f, 0], triangles[f, 1], triangles[f, 2]
         slopes_of_area(x, i, j, l, normals[f], heights[f] / double_area[f], slope)
         depth = heights[f] * (least - shares[f])

@@ -97,7 +97,7 @@ class Contacts:
         self._full = [LEAST_AREA * areas_doubled(rest, skin.triangles) for skin in (self.lips, self.lids, self.flesh)]
         samples = [len(skin.corners) for skin in (self.lips, self.lids, self.flesh)]
         self._gaps = [np.empty(k) for k in samples]
-        most = len(self.solids.corners) + sum(samples) + len(face.triangles)
+        most = len(self.solids.corners) + sum(samples) + len(self._flat_levels) * len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip

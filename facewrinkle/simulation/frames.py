@@ -68,7 +68,10 @@ class FrameMaker:
             self._template, self._kinds = self._new_template(data, vertices, forest), kinds
         if len(self._motion.names):
             self._update_joints()
-        frame = refilled(self._template, points / self._face.unit, data)
+        places = points / self._face.unit
+        if self._face.unit != 1.0:  # what does not move stays to the last bit where it was given
+            places = np.where(points == vertices.points * self._face.unit, vertices.points, places)
+        frame = refilled(self._template, places, data)
         motion = self._motion
         if (pose := motion.pose) is not None:
             frame.field_data[POSE] = pose

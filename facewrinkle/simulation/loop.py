@@ -216,6 +216,7 @@ class Simulation:
                 for layer in own:
                     layer.follow(Change(slice(None), len(self.vertices.points)), self.vertices)
             self._marks, self._hold = None, Hold()
+            self._tell_age()
             self._frames.remesh()
 
     # --- what is asked of the face -------------------------------------------------------------
@@ -334,9 +335,14 @@ class Simulation:
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._marks, self._hold = None, Hold()
         self._frames: FrameMaker = FrameMaker(face, self.motion)
-        age = max((layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)), default=0.0)
-        if age > 0.0:
-            self._frames.field_data[AGE] = [age]
+        self._tell_age()
+
+    def _tell_age(self) -> None:
+        """Write the age of the lines to all frames; where nothing draws lines, pictures take that of the face."""
+        self._frames.field_data.pop(AGE, None)
+        ages = [layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)]
+        if ages:
+            self._frames.field_data[AGE] = [max(ages)]
 
     def take_triangles(self, other: Simulation) -> None:
         """Go back to the face at rest, on the present triangles of another simulation of the same face.

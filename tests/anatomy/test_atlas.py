@@ -400,3 +400,21 @@ def test_an_atlas_that_is_no_text(tmp_path):
 def test_mixtures_are_names_or_dictionaries(what):
     with pytest.raises(ParameterError, match="name or a dictionary"):
         load_atlas().contractions(what)
+
+
+def test_tissue_is_changed_as_a_whole(tmp_path):
+    own = load_atlas()
+    path = tmp_path / "thin.toml"
+    sample = "depth = 3.0\nstiffness = 2.0\nat = { glabella = 1.0 }\n"
+    path.write_text(f'base = "facewrinkle"\n[[tissue]]\n{sample}')
+    atlas = read_atlas(path)
+    assert atlas.tissue == [{"depth": 3.0, "stiffness": 2.0, "at": {"glabella": 1.0}}]
+    assert atlas.muscles == own.muscles
+    for text, message in (
+        (f"[tissue]\n{sample}", r"tissue must be written as \[\[tissue\]\], once for each sample"),
+        ("[[muscles]]\nname = 1\n", r"muscles must be written as \[muscles\], with entries by name"),
+        ("[tisue]\n", "unknown table 'tisue'. Did you mean 'tissue'"),
+    ):
+        path.write_text(f'base = "facewrinkle"\n{text}')
+        with pytest.raises(FaceWrinkleError, match=message):
+            read_atlas(path)

@@ -11,6 +11,10 @@ the input                       its fingerprint
 
 from __future__ import annotations
 
+import dataclasses
+import warnings
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -18,8 +22,12 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle.anatomy import fitting
+from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
+from facewrinkle.geometry.topology import boundary_loops
+from facewrinkle.mesh import to_polydata
 
 TURN = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
 
@@ -286,3 +294,44 @@ def test_errors(face):
 def test_units_that_are_none(face, units):
     with pytest.raises(ParameterError, match="units"):
         fw.fit_face(face.mesh, face.landmarks, units=units)
+
+
+def test_landmarks_are_measured_to_the_surface_not_to_its_vertices(face):
+    """The middle of the forehead is one wide fan of triangles, whose corners are far from the landmark."""
+    place = face.landmarks["forehead_mid"]
+    far = np.linalg.norm(face.points - place, axis=1) > 0.3 * face.frame.pupil_distance
+    holed = face.triangles[far[face.triangles].all(axis=1)]
+    used, holed = np.unique(holed, return_inverse=True)
+    points, holed = face.points[used], holed.reshape(-1, 3).astype(np.int32)
+    rim = min(boundary_loops(holed), key=lambda loop: np.linalg.norm(points[loop].mean(axis=0) - place))
+    fan = [[rim[0], b, a] for a, b in pairwise(rim[1:])]
+    mesh = to_polydata(points, np.concatenate([holed, fan]))
+    coarse = dataclasses.replace(face, mesh=mesh)
+    assert np.linalg.norm(coarse.points - place, axis=1).min() > 0.25 * face.frame.pupil_distance
+    on_it = np.asarray(mesh.find_closest_cell(place, return_closest_point=True)[1])
+    moved = fitting.refitted(coarse, {"forehead_mid": on_it})
+    np.testing.assert_array_equal(moved.landmarks["forehead_mid"], on_it)
+    with pytest.raises(LandmarkError, match=r"landmarks off the mesh.*forehead_mid \(0\.28"):
+        fitting.refitted(coarse, {"forehead_mid": on_it + 0.3 * face.frame.pupil_distance * face.frame.axes[2]})
+
+
+def test_lids_are_shut_or_not_by_the_eyes_of_the_file(face, monkeypatch):
+    """Lids that lie on a ball of one size only: on that of the file, or on the one that is placed without it."""
+    eye, radius = face.eyes[0], 1.1 * face.eyes[0].radius
+    ball = pv.Sphere(radius=radius, center=eye.centre, theta_resolution=20, phi_resolution=20)
+
+    def lying_on(large):
+        def found(own, *mesh):
+            return eyelid_opening(own, *mesh) if own.side == "r" or (own.radius > 0.95 * radius) == large else None
+
+        return found
+
+    for large, shut in ((True, False), (False, True)):
+        monkeypatch.setattr("facewrinkle.anatomy.face.eyelid_opening", lying_on(large))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            whole = fw.fit_face(face.mesh + ball, face.landmarks)
+        assert whole.eyes[0].radius == pytest.approx(radius, rel=0.02)
+        assert ("l" not in whole.eyelid_openings) == shut
+        assert any("no opening before the left eye" in str(one.message) for one in told) == shut
+        assert any("no opening before the left eye" in sentence for sentence in whole.report) == shut

@@ -24,6 +24,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
+from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.base import Undriven
 from facewrinkle.plotting import Style, picture
 from facewrinkle.simulation.fold_layers import fold_layers
@@ -462,6 +463,26 @@ def test_layers_that_are_refused_leave_the_present_ones(face):
     assert sim.refinement.max_level == level
     sim.express("frowning")
     assert sim.step().n_points >= face.mesh.n_points
+
+
+def test_frames_tell_the_age_of_the_lines_that_are_drawn_now(face):
+    old = dataclasses.replace(face, age=0.8)
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), [fw.WaveFolds()])
+    assert sim.step().field_data["age"].tolist() == [0.0]
+    sim.use_layers([fw.WaveFolds(age=1.0)])
+    assert sim.step().field_data["age"].tolist() == [1.0]
+    sim.use_layers([])
+    assert "age" not in sim.step().field_data
+    young_lines = fw.Simulation(old, fw.Refinement(max_level=0), [fw.WaveFolds(age=0.0)])
+    assert young_lines.step().field_data["age"].tolist() == [0.0]
+    assert fw.Simulation(old, fw.Refinement(max_level=0)).step().field_data["age"].tolist() == [0.8]
+
+
+@pytest.mark.parametrize("unit", [10.0, 25.4, 1000.0])
+def test_the_first_frame_has_the_points_that_were_given(face, unit):
+    given = {name: point / unit for name, point in face.landmarks.items()}
+    other = fw.Face.from_landmarks(to_polydata(face.points / unit, face.triangles), given, unit)
+    np.testing.assert_array_equal(fw.Simulation(other).step().points, other.points)
 
 
 @pytest.mark.parametrize("drawn", [False, True])

@@ -196,6 +196,7 @@ class WaveFolds:
         self._spacing[before], self._active[before] = np.inf, False
         if self.pinch > 0.0:
             self._slide[before] = 0.0
+        self._deep[:] = 0.0
         self._count = kernels.excesses(
             waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
             waves.window, self._epsilon, self._excess, self._folding,

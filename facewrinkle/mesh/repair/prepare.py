@@ -35,7 +35,7 @@ class CleanSurface:
     triangles : ndarray of int32, shape (m, 3)
     points : ndarray, shape (n, 3)
     source_points : ndarray of int, shape (n,)
-        The number that each point has in the input.
+        The number that each point has in the input; -1 for all, if the surface had to be reconstructed.
     report : tuple of str
         One sentence for each repair.
     others : pyvista.PolyData, optional
@@ -153,7 +153,8 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
         at_corners = np.asarray(texture, dtype=np.float64)[faces.ravel()[skin.corners]]
         if not np.array_equal(at_corners, np.asarray(texture)[kept][triangles]):
             clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
-    return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others)
+    numbers = np.full_like(kept, -1) if skin.rebuilt else kept
+    return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), numbers, skin.report, others)
 
 
 def _chosen_sheet(

@@ -85,7 +85,7 @@ def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
     corner = corner[nearest]
     whole = RepairedMesh(
         points, triangles, mesh.corners.ravel()[corner][triangles], mesh.origin[mesh.triangles.ravel()][corner],
-        mesh.report,
+        mesh.report, rebuilt=True,
     )  # fmt: skip
     return mended(whole.reported(f"{why}; it was reconstructed with pymeshlab, with {len(triangles)} triangles."))
 

@@ -41,6 +41,8 @@ class RepairedMesh:
         The corner of the source that each corner comes from, ``3 * triangle + side``.
     origin : ndarray of int64, shape (n,)
         The point of the source that each point comes from.
+    rebuilt : bool
+        True if the points are new ones, and their origins only near.
     report : tuple of str
         One sentence for each repair.
     """
@@ -50,6 +52,7 @@ class RepairedMesh:
     corners: IntArray
     origin: IntArray
     report: tuple[str, ...] = field(default=())
+    rebuilt: bool = False
 
     @classmethod
     def of(cls, points: Array, triangles: NDArray[np.integer]) -> RepairedMesh:

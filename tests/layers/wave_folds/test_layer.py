@@ -413,3 +413,19 @@ def test_shapes_of_another_mesh_are_refused(sheet):
     layer.shapes = FoldShapes({"all": [np.zeros((4, 3))]})
     with pytest.raises(ParameterError, match=r"a shape of the family 'all' has the shape \(4, 3\), the face has"):
         fw.Simulation(sheet, layers=[layer])
+
+
+def test_folds_that_are_gone_are_not_reported(face):
+    """With triangles that stay, as without refinement."""
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), [WaveFolds(depth=3.0)])
+    sim.express("surprise")
+    *_, frame = sim.run(15)
+    layer, vertex = sim.layers[0], int(np.abs(frame["W"]).argmax())
+    assert layer.limited_share() > 0.0
+    assert layer.explained(vertex)[0]["D"] > 0.2
+    sim.relax()
+    for _ in range(60):
+        frame = sim.step()
+    assert not frame["W"].any()
+    assert layer.limited_share() == 0.0
+    assert all(entry["D"] == entry["W"] == 0.0 for entry in layer.explained(vertex))

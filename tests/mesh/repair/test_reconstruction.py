@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError, ParameterError
 from facewrinkle.geometry import topology
+from facewrinkle.layers.patterns_on_skin.selection import selection_weights
 from facewrinkle.mesh import prepare
 from facewrinkle.mesh.repair import reconstruction
 from facewrinkle.mesh.repair.reconstruction import closed_up, reconstructed
@@ -98,6 +100,13 @@ def test_a_face_in_pieces_that_face_inward_is_reconstructed(monkeypatch):
     assert ((np.cross(b - a, c - a) * a).sum(axis=1) > 0.0).mean() > 0.99
     away = np.linalg.norm(clean.points, axis=1)
     assert np.abs(away - 1.0).max() < 0.1
+    assert (clean.source_points == -1).all()  # none of them is a point of the source
+    rebuilt = fw.Face.without_anatomy(clean.mesh, 1.0, clean.source_points)
+    with pytest.raises(MeshError, match="was reconstructed: it has other vertices than the one that was given"):
+        selection_weights(np.arange(3), rebuilt, border=0.5)
+    recording = fw.Recorded.of_positions(np.asarray(source.points)[None], fps=1)
+    with pytest.raises(ParameterError, match="was not made on this face"):
+        recording.points_of(rebuilt)
     np.testing.assert_allclose(clean.mesh.point_data["height"], clean.points[:, 2], atol=0.3)
 
 
