@@ -28,8 +28,9 @@ OF_VTK = {
 }
 """Classes of VTK by the ending of the file, with their modules."""
 
-_LIMITED = """
-import importlib, json, sys
+PROGRAM = """
+import importlib, json, os, sys
+
 path, reader, seconds, memory, sys.path[:] = json.loads(sys.argv[1])
 try:
     import resource
@@ -40,97 +41,76 @@ else:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform.startswith("linux"):
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-"""
 
-_VTK = (
-    _LIMITED
-    + """
-module, name = reader.split(".")
-reader = getattr(importlib.import_module("vtkmodules." + module), name)()
-reader.SetFileName(path)
-reader.UpdateInformation()
-steps = reader.GetNumberOfSteps() if hasattr(reader, "GetNumberOfSteps") else 1
+def read_with_vtk():
+    module, name = reader.split(".")
+    source = getattr(importlib.import_module("vtkmodules." + module), name)()
+    source.SetFileName(path)
+    source.UpdateInformation()
+    steps = source.GetNumberOfSteps() if hasattr(source, "GetNumberOfSteps") else 1
+    for step in range(max(steps, 1)):
+        if steps > 1:
+            source.SetStep(step)
+        source.Update()
+        check(source.GetOutputDataObject(0))
 
-def checked(data):
+def check(data):
     if hasattr(data, "GetNumberOfBlocks"):
-        for k in range(data.GetNumberOfBlocks()):
-            checked(data.GetBlock(k))
+        for number in range(data.GetNumberOfBlocks()):
+            check(data.GetBlock(number))
         return
     for kind in ("Point", "Cell"):
         if hasattr(data, f"Get{kind}Data"):
             count, own = getattr(data, f"GetNumberOf{kind}s")(), getattr(data, f"Get{kind}Data")()
-            for k in range(own.GetNumberOfArrays()):
-                if own.GetAbstractArray(k).GetNumberOfTuples() != count:
-                    sys.exit(f"{own.GetAbstractArray(k).GetName()} has another length than the {kind.lower()}s")
+            if any(own.GetAbstractArray(k).GetNumberOfTuples() != count for k in range(own.GetNumberOfArrays())):
+                sys.exit(1)
     if hasattr(data, "GetPoints") and data.GetPoints() is not None:
         data.GetBounds()
 
-for step in range(max(steps, 1)):
-    if steps > 1:
-        reader.SetStep(step)
-    reader.Update()
-    checked(reader.GetOutputDataObject(0))
-"""
-)
+def read_with_usd():
+    from pxr import Usd
 
-_USD = (
-    _LIMITED
-    + """
-from pxr import Usd
-for prim in Usd.Stage.Open(path).Traverse(Usd.TraverseInstanceProxies()):
-    for attribute in prim.GetAttributes():
-        attribute.Get()
-        for time in attribute.GetTimeSamples():
-            attribute.Get(time)
-"""
-)
+    for prim in Usd.Stage.Open(path).Traverse(Usd.TraverseInstanceProxies()):
+        for attribute in prim.GetAttributes():
+            attribute.Get()
+            for time in attribute.GetTimeSamples():
+                attribute.Get(time)
 
-_END = """
-sys.stdout.write("whole")
-sys.stdout.flush()
-import os
+try:
+    read_with_vtk() if reader else read_with_usd()
+except MemoryError:
+    sys.exit(1)
+except Exception:  # the file is refused again when it is read, with its own reason
+    pass
+os.write(1, b"whole")
 os._exit(0)
 """
+"""Reads a file as well as it can, and ends with "whole" if the process has outlived it."""
 
 
 def probe(path: Path) -> None:
-    """Raise a MeshError if VTK cannot read a file without harm; what else is wrong with it is found later."""
-    _probe(path, _VTK, OF_VTK[path.suffix.lower()], "VTK")
-
-
-def probe_usd(path: Path) -> None:
-    """Raise a MeshError if USD dies of a file; what it refuses is found later, with its own reason."""
-    _probe(path, _USD, "", "USD")
-
-
-def _probe(path: Path, program: str, reader: str, library: str) -> None:
+    """Raise a MeshError if VTK or USD cannot read a file without harm; what else is wrong with it is found later."""
     if not sys.executable or getattr(sys, "frozen", False):
         return
     size = path.stat().st_size
     seconds, memory = SECONDS + size // PER_SECOND, MEMORY + PER_BYTE * size
+    reader = OF_VTK.get(path.suffix.lower())
     arguments = json.dumps([str(path), reader, seconds, memory, sys.path])
     try:
         run = subprocess.run(
-            [sys.executable, "-S", "-c", program + _END, arguments],
+            [sys.executable, "-S", "-c", PROGRAM, arguments],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             check=False,
             timeout=20 * seconds,
         )
+        whole = run.stdout.endswith(b"whole")
+    except subprocess.TimeoutExpired:
+        whole = False
     except OSError:  # no processes can be started here
         return
-    except subprocess.TimeoutExpired:
-        raise _harmful(path, f"{library} does not come to an end with it") from None
-    if run.stdout.endswith(b"whole") or (library == "USD" and run.returncode == 1):
-        return
-    said = run.stderr.decode(errors="replace").strip().splitlines()
-    if run.returncode == 1 and said and "has another length" in said[-1]:
-        raise _harmful(path, said[-1].strip())
-    raise _harmful(path, f"{library} does not get through it")
-
-
-def _harmful(path: Path, reason: str) -> MeshError:
-    return MeshError(
-        f"{path.name} cannot be read: {reason}. The file is damaged or of another format: export it again, or as OBJ "
-        "or PLY."
-    )
+    if not whole:
+        raise MeshError(
+            f"{path.name} cannot be read: {'VTK' if reader else 'USD'} does not get through it. The file is damaged or "
+            "of another format: export it again, or as OBJ or PLY."
+        )

@@ -12,7 +12,7 @@ from ...errors import MeshError, MissingPackageError, warn
 from ...files import check_inside
 from .materials import srgb
 from .polygons import Primitive, polygon_triangles
-from .probing import probe_usd
+from .probing import probe
 
 __all__ = ["read_usd_file"]
 
@@ -70,7 +70,7 @@ def opened(path: Path) -> Any:
             f"{path.name}: USD files need the package usd-core, which is not installed. "
             "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
         ) from None
-    probe_usd(path)
+    probe(path)
     stage = Usd.Stage.Open(str(path))
     for layer in stage.GetUsedLayers():
         if name := layer.realPath:
