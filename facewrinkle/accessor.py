@@ -186,8 +186,8 @@ def _nearest_part(
         return surface(source, units), None
     own = label == label[closest_point(np.asarray(source.points), triangles, centre).triangle]
     others, numbers = np.unique(triangles[~own], return_inverse=True)
-    rest = with_data(source, numbers.reshape(-1, 3), others)
-    return surface(with_data(source, triangles[own], np.arange(source.n_points)), units), rest
+    rest = with_data(source, numbers.reshape(-1, 3), others, ~own)
+    return surface(with_data(source, triangles[own], np.arange(source.n_points), own), units), rest
 
 
 def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:

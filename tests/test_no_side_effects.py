@@ -289,7 +289,6 @@ SPECIAL = {
         e["values"],
     ],
     "geometry.normals.details_normals": lambda e: [e["bare"], [e["displaced"]], e["triangles"], e["smooth"]],
-    "geometry.seams.of_same_triangles": lambda e: [e["uv"], e["triangles"], e["triangles"][::-1].copy()],
     "geometry.seams.refined_values": lambda e: [e["uv"], e["triangles"], forest(e)],
     "geometry.seams.split_vertices": lambda e: [e["triangles"], e["uv"], e["n_points"]],
     "geometry.topology.edge_triangles": lambda e: [

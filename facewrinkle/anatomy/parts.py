@@ -239,9 +239,7 @@ def _height(points: Array, skin: pv.PolyData) -> Array:
 def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
     """The part of a name that some cells of a mesh make up."""
     kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
-    mesh = with_data(others, renumbered.reshape(-1, 3), kept)
-    for array in others.cell_data:
-        mesh.cell_data[array] = np.asarray(others.cell_data[array])[cells]
+    mesh = with_data(others, renumbered.reshape(-1, 3), kept, cells)
     if COLORS in mesh.point_data:
         colours = np.asarray(mesh.point_data[COLORS])
         if colours.min() == 255:

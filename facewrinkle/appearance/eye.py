@@ -14,7 +14,6 @@ from ..anatomy.face import Face
 from ..array_types import Array
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
-from ..mesh.arrays import add_array, shallow
 from . import _eye_kernels as kernels
 
 PUPIL, IRIS = 9.0, 28.5
@@ -102,8 +101,8 @@ class PaintedEye:
         gaze = self.eye.gaze if gaze is None else gaze
         if self._turned is None or not np.array_equal(self._turned.gaze, gaze):
             self._turned = self._turn(gaze)
-        ball = shallow(self._turned.ball)
-        add_array(ball.GetPointData(), "paint", self._between_lids(self._turned, points))
+        ball = self._turned.ball.copy(deep=False)
+        ball.point_data["paint"] = self._between_lids(self._turned, points)
         return ball
 
     def axes(self, gaze: Array) -> Array:

@@ -7,7 +7,6 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array
-from ..mesh.arrays import array_of, points_and_triangles
 from . import _furrow_kernels as kernels
 
 FURROW_SHADE, FURROW_DEPTH = 0.42, 0.6
@@ -27,13 +26,11 @@ def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
 
     Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
     """
-    height = np.ascontiguousarray(array_of(skin, "W"), np.float64)
+    height = np.ascontiguousarray(skin.point_data["W"], np.float64)
     dark = furrow_shade(height)
     if dark.any():
-        points, triangles = points_and_triangles(skin)
-        flat = array_of(skin, "rest")  # without its furrows
-        rest = np.ascontiguousarray(points if flat is None else flat, np.float64)
-        triangles = np.ascontiguousarray(triangles, np.int32)
+        rest = np.ascontiguousarray(skin.point_data.get("rest", skin.points), np.float64)  # without its furrows
+        triangles = np.ascontiguousarray(skin.regular_faces, np.int32)
         coherence = np.empty(len(dark))
         kernels.coherence(rest, height, triangles, dark > 0.0, FURROW_RINGS, coherence)
         dark *= coherence

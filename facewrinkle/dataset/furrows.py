@@ -14,7 +14,6 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..mesh import MUSCLES
-from ..mesh.arrays import points_and_triangles
 
 DEEP = 0.05
 """Skin this far below the smooth surface is part of a furrow, mm."""
@@ -69,7 +68,7 @@ def furrows_of(
     (True, {'frontalis'}, True)
     """
     height = np.asarray(frame.point_data["W"])
-    triangles = points_and_triangles(frame)[1]
+    triangles = frame.regular_faces
     deep = height <= -DEEP
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges = edges[deep[edges].all(axis=1)]

@@ -27,7 +27,6 @@ from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
-from ..mesh.arrays import points_and_triangles
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Style, View, add_lamps
 from ..plotting.wet import TearScene
@@ -298,7 +297,7 @@ def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:
     >>> {name: array.shape[1] for name, array in mesh_of(frame).items()}
     {'points': 3, 'rest': 3, 'triangles': 3}
     """
-    points, triangles = points_and_triangles(frame)
+    points, triangles = frame.points, frame.regular_faces
     rest = np.asarray(frame.point_data.get("rest", points))
     return {
         "points": np.asarray(points, np.float32), "rest": rest.astype(np.float32),

@@ -13,7 +13,6 @@ import pyvista as pv
 from ..array_types import Array, IntArray
 from ..geometry._depth_buffer_kernels import rasterise
 from ..geometry.interpolation import interpolated
-from ..mesh.arrays import points_and_triangles
 from . import _pixel_kernels as kernels
 
 
@@ -156,9 +155,8 @@ class TriangleBuffer:
     def draw(self, meshes: Mapping[str, pv.PolyData]) -> None:
         """Draw meshes, each with another name than all before; they hide what lies behind them."""
         for name, mesh in meshes.items():
-            points, triangles = points_and_triangles(mesh)
-            local = self.camera.local(np.asarray(points, dtype=np.float64))
-            corners = np.ascontiguousarray(triangles, dtype=np.int32)
+            local = self.camera.local(np.asarray(mesh.points, dtype=np.float64))
+            corners = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
             seen = local[:, 2] > self.camera.near
             nearness = np.divide(1.0, local[:, 2], out=np.full(len(local), -np.inf), where=seen)
             scale, k = np.where(seen, nearness, 0.0), self.camera.intrinsic

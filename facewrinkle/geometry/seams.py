@@ -84,38 +84,3 @@ def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Arr
     base = np.ascontiguousarray(base, dtype=np.int32)
     kernels.interpolate_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
     return out
-
-
-def of_same_triangles(values: Array, source: IntArray, triangles: IntArray) -> Array | None:
-    """Values (m, 3, d) for some of the triangles of a mesh, in any order and with their corners in any order.
-
-    Parameters
-    ----------
-    values : ndarray, shape (m0, 3, d)
-        At the corners of the mesh's triangles.
-    source : ndarray of int, shape (m0, 3)
-    triangles : ndarray of int, shape (m, 3)
-
-    Returns
-    -------
-    ndarray or None
-        None if some of the triangles are not in the mesh.
-
-    Examples
-    --------
-    >>> of_same_triangles(np.array([[[1.0], [2.0], [3.0]]]), np.array([[7, 8, 9]]), np.array([[7, 9, 8]])).ravel()
-    array([1., 3., 2.])
-    """
-    order = np.argsort(source, axis=1)
-    known, first = np.unique(np.take_along_axis(source, order, axis=1), axis=0, return_index=True)
-    turned = np.argsort(triangles, axis=1)
-    rows, number = np.unique(np.concatenate([known, np.take_along_axis(triangles, turned, axis=1)]), axis=0,
-                             return_inverse=True)  # fmt: skip
-    if len(rows) > len(known):
-        return None
-    found = first[number.ravel()[len(known) :]]
-    out = np.empty((*triangles.shape, values.shape[2]))
-    np.put_along_axis(
-        out, turned[..., None], np.take_along_axis(values[found], order[found][..., None], axis=1), axis=1
-    )
-    return out

@@ -25,7 +25,7 @@ from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.seams import split_vertices
-from ..mesh.arrays import COLORS, CORNERS, points_and_triangles
+from ..mesh.arrays import COLORS, CORNERS
 from ..mesh.frame_state import FrameState
 from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
@@ -199,8 +199,7 @@ class VisibleParts:
 
     def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
         """A part whose points move freely and whose triangles stay."""
-        points, triangles = points_and_triangles(mesh)
-        points = np.asarray(points, np.float64)
+        points, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
         changed = self._change(name, points)
         known = self._still_parts.get(name)
         if known is not None and known.changed == changed:
@@ -245,7 +244,7 @@ class _Topology:
         self.info: dict[str, Any] = {}
 
     def update(self, frame: pv.PolyData, visible: VisibleSkin, appearance: Appearance) -> None:
-        triangles = np.asarray(points_and_triangles(frame)[1])
+        triangles = np.asarray(frame.regular_faces)
         if self._triangles is not None and np.array_equal(triangles, self._triangles):
             return
         self._triangles, self.version = triangles.copy(), self.version + 1
@@ -343,7 +342,7 @@ def _eye(ball: PaintedEye) -> Part:
 
 
 def _rigid(mesh: pv.PolyData, name: str) -> Part:
-    points, triangles = points_and_triangles(mesh)
+    points, triangles = mesh.points, mesh.regular_faces
     fixed: dict[str, np.ndarray] = {
         "position": np.asarray(points, np.float32),
         "normal": small_normals(np.asarray(mesh.point_data["Normals"])),

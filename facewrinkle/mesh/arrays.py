@@ -9,12 +9,11 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPointData
+from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated, nearest_values
 from ..geometry.normals import vertex_normals
-from ..geometry.seams import of_same_triangles
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -157,17 +156,18 @@ def to_polydata(
         )
     if triangles.dtype != np.int32:
         triangles = triangles.astype(np.int64)
-    mesh = of_own_arrays(points, triangles, {})
+    mesh, place, cells = pv.PolyData(), vtkPoints(), vtkCellArray()
+    place.SetData(numpy_to_vtk(points))
+    cells.SetData(3, numpy_to_vtk(triangles.ravel(), deep=True))
+    mesh.SetPoints(place)
+    mesh.SetPolys(cells)
     for name, values in (point_data or {}).items():
         values = np.array(values) if copy else np.asarray(values)
         if len(values) != len(points):
             raise MeshError(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
-        if values.dtype.kind in "fiu" and values.ndim <= 2:
-            add_array(mesh.GetPointData(), name, values)
-        else:  # PyVista can keep types that VTK lacks
-            mesh.point_data[name] = values
+        mesh.point_data.set_array(values, name)  # which, unlike an item, never becomes what the mesh is coloured by
     return mesh
 
 
@@ -196,26 +196,6 @@ def blended(shapes: np.ndarray) -> np.ndarray:
     return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
 
 
-def of_own_arrays(points: np.ndarray, triangles: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
-    """Return a PolyData that shares memory with arrays that need no checks: faster than `to_polydata`."""
-    mesh, place, cells = pv.PolyData(), vtkPoints(), vtkCellArray()
-    place.SetData(numpy_to_vtk(points))
-    cells.SetData(3, numpy_to_vtk(triangles.ravel(), deep=True))
-    mesh.SetPoints(place)
-    mesh.SetPolys(cells)
-    data = mesh.GetPointData()
-    for name, values in point_data.items():
-        add_array(data, name, values)
-    return mesh
-
-
-def add_array(data: vtkPointData, name: str, values: np.ndarray) -> None:
-    """Set ``mesh.point_data[name] = values`` without PyVista's checks: each frame has a dozen arrays."""
-    array = numpy_to_vtk(values)
-    array.SetName(name)
-    data.AddArray(array)
-
-
 def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
     """Return values as an array of real numbers; raise a MeshError for anything else."""
     try:
@@ -225,22 +205,6 @@ def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
     if array.dtype.kind not in "fiu":
         raise MeshError(f"{name} must be an array of real numbers, received {type(values).__name__} of {array.dtype}.")
     return array
-
-
-def array_of(mesh: pv.PolyData, name: str) -> np.ndarray | None:
-    """Return ``mesh.point_data.get(name)`` as a plain array, faster than PyVista: tears need it in each frame."""
-    array = mesh.GetPointData().GetArray(name)
-    return None if array is None else np.asarray(array)
-
-
-def points_and_triangles(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``mesh.points`` and ``mesh.regular_faces`` as plain arrays, faster than PyVista: tears need them in each
-    frame.
-    """
-    polys, points = mesh.GetPolys(), np.asarray(mesh.GetPoints().GetData())
-    if polys.IsHomogeneous() != 3:
-        return points, mesh.regular_faces
-    return points, np.asarray(polys.GetConnectivityArray()).reshape(-1, 3)
 
 
 def refilled(template: pv.PolyData, points: np.ndarray, point_data: Mapping[str, np.ndarray]) -> pv.PolyData:
@@ -286,20 +250,6 @@ def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray | None 
     return mesh
 
 
-def shallow(mesh: pv.PolyData) -> pv.PolyData:
-    """Return ``mesh.copy(deep=False)`` without what PyVista remembers besides, faster: pictures need it in each frame.
-
-    Examples
-    --------
-    >>> ball = pv.Sphere()
-    >>> shallow(ball).GetPoints() is ball.GetPoints()
-    True
-    """
-    copy = pv.PolyData()
-    copy.ShallowCopy(mesh)
-    return copy
-
-
 def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:
@@ -330,16 +280,19 @@ def interpolated_point_data(
 
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
     """Return a shallow copy with up-to-date normals: those of a frame, else new ones, as the old may be stale."""
-    shaded = shallow(mesh)
+    shaded = mesh.copy(deep=False)
     if not shaded.GetPointData().HasArray("split_gamma"):
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
     shaded.GetPointData().SetActiveNormals("Normals")  # else PyVista makes others, and drops texture coordinates
     return shaded
 
 
-def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> pv.PolyData:
-    """Return triangles on the points `kept` of `source`, with the data of these points, texture seams and field data.
+def with_data(
+    source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray, rows: np.ndarray | None = None
+) -> pv.PolyData:
+    """Return triangles on the points `kept` of `source`, with the data of these points, and field data.
 
+    `rows` are the triangles of `source` that these are, if they are some of its own: their cell data are kept, too.
     Normals are left out: VTK would go on shading with them after the points have moved.
     """
     stale = {source.point_data.active_normals_name, "Normals"}
@@ -353,9 +306,6 @@ def with_data(source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray) -> p
     if scalars in names and scalars != texture:  # PyVista makes the first array both, and VTK's filters drop it
         mesh.point_data.active_scalars_name = scalars
     mesh.field_data.update(source.field_data)
-    if CORNERS in source.cell_data:
-        corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
-        own = of_same_triangles(corners, np.asarray(source.regular_faces), np.asarray(kept)[triangles])
-        if own is not None:
-            mesh.cell_data[CORNERS] = own.reshape(-1, 6)
+    for name in () if rows is None else source.cell_data:
+        mesh.cell_data[name] = np.asarray(source.cell_data[name])[rows]
     return mesh

@@ -168,10 +168,12 @@ def _split_parts(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndar
     for frame in frames:
         kept = np.flatnonzero(frame[PART] == 0)  # which come first
         triangles = np.asarray(frame.regular_faces)
-        skins.append(with_data(frame, triangles[triangles[:, 0] < len(kept)], kept))
+        rows = triangles[:, 0] < len(kept)
+        skins.append(with_data(frame, triangles[rows], kept, rows))
     first = np.asarray(frames[0].regular_faces)
     count = skins[0].n_points
-    others = with_data(frames[0], first[first[:, 0] >= count] - count, np.arange(count, frames[0].n_points))
+    rows = first[:, 0] >= count
+    others = with_data(frames[0], first[rows] - count, np.arange(count, frames[0].n_points), rows)
     others.points = np.asarray(others["rest"])
     return others, np.array([np.asarray(frame.points)[frame[PART] != 0] for frame in frames]), skins
 

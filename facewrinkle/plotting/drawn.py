@@ -13,7 +13,6 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..array_types import Array
-from ..mesh.arrays import points_and_triangles
 
 
 class FrontFirst:
@@ -35,7 +34,7 @@ class FrontFirst:
 
     def applied(self, mesh: pv.PolyData, viewpoint: Array) -> pv.PolyData:
         """Return the mesh with its triangles in order, seen from a viewpoint; its arrays are the same, not copies."""
-        triangles = points_and_triangles(mesh)[1]
+        triangles: npt.NDArray[np.int64] = np.asarray(mesh.regular_faces, np.int64)
         if not np.array_equal(triangles, self._triangles):
             points = np.asarray(mesh.point_data.get("rest", mesh.points), dtype=np.float64)
             hidden = _turned_away(points, triangles, viewpoint)

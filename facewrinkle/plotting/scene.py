@@ -18,7 +18,7 @@ from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS, shallow
+from ..mesh.arrays import COLORS
 from ..mesh.seams import corner_texture
 from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
@@ -209,7 +209,7 @@ class Scene:
         self._posed = pose
 
     def _show_skin(self, seen: Seen) -> None:
-        skin, options = shallow(seen.skin), dict(SKIN_LIGHTING)
+        skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
         viewpoint = np.append(self.plotter.camera.position, 1.0)
         viewpoint = (seen.pose @ viewpoint if self.style.follow else viewpoint)[:3]
         textured = self._texture is not None and skin.active_texture_coordinates is not None

@@ -22,7 +22,7 @@ from ..errors import MeshError, ParameterError, check_range, check_whole, unknow
 from ..geometry.laplacian import neighbour_mean
 from ..geometry.normals import detail_normals
 from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges
-from ..mesh import MeshLike, array_of, of_own_arrays
+from ..mesh import MeshLike, to_polydata
 from . import path as paths
 from .clearance import kept_off
 from .drop import Sampled
@@ -396,9 +396,10 @@ class SheddingTear:
         top = bottom + height[:, None] * up
         shaded = detail_normals(bottom, top, part.triangles, up)
         data = {"Normals": (shaded, -up), "thickness": (height, height), "under": (up, up)}
-        mesh = of_own_arrays(
+        mesh = to_polydata(
             *solid(bottom, top, part.triangles),
             {name: np.concatenate(of_top_and_bottom) for name, of_top_and_bottom in data.items()},
+            copy=False,
         )
         mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
@@ -499,7 +500,7 @@ class SheddingTear:
 def _normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
     """Return the normals (n, 3) of a frame: those of its wrinkles, if a simulation made it."""
     if on is not None and on.GetPointData().HasArray("split_gamma"):
-        wrinkled = array_of(on, "Normals")
+        wrinkled = on.point_data.get("Normals")
         if wrinkled is not None:
             return np.ascontiguousarray(wrinkled, dtype=np.float64)
     return np.ascontiguousarray(frame.normals, dtype=np.float64)

@@ -17,7 +17,7 @@ from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
-from ..mesh import MeshLike, array_of, points_and_triangles, read_surface, to_polydata
+from ..mesh import MeshLike, read_surface, to_polydata
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -122,9 +122,8 @@ class SupportSurface:
             return self, self.points
         if not isinstance(on, pv.PolyData):
             raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
-        points, triangles = points_and_triangles(on)
-        points, triangles = np.asarray(points, dtype=np.float64), np.asarray(triangles, dtype=np.int32)
-        rest = array_of(on, "rest")
+        points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
+        rest = on.point_data.get("rest")
         if rest is None and len(points) != len(self.points):
             raise MeshError(
                 f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.seams import of_same_triangles, refined_values, split_vertices
+from facewrinkle.geometry.seams import refined_values, split_vertices
 
 
 def sheet(n):
@@ -80,18 +80,3 @@ def test_without_a_seam_nothing_is_split_at_any_depth(seed):
     assert forest.level.max() == 6
     values = refined_values(uv[TRIANGLES], TRIANGLES, forest)
     assert len(split_vertices(forest.triangles, values, forest.n_points).origin) == forest.n_points
-
-
-@settings(max_examples=40)
-@given(st.integers(0, 2**32 - 1))
-def test_triangles_are_recognised_however_they_are_turned(seed):
-    rng = np.random.default_rng(seed)
-    values = rng.random((*TRIANGLES.shape, 2))
-    chosen = rng.permutation(len(TRIANGLES))[: rng.integers(1, len(TRIANGLES))]
-    turn = np.argsort(rng.random((len(chosen), 3)), axis=1)
-    found = of_same_triangles(values, TRIANGLES, np.take_along_axis(TRIANGLES[chosen], turn, axis=1))
-    np.testing.assert_array_equal(found, np.take_along_axis(values[chosen], turn[..., None], axis=1))
-
-
-def test_triangles_of_another_mesh_are_not():
-    assert of_same_triangles(np.zeros((*TRIANGLES.shape, 2)), TRIANGLES, np.array([[0, 1, 24]])) is None

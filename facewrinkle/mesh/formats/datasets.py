@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...errors import MeshError, type_of
-from ..arrays import COLORS, IMAGE, IMAGES, MESH, PART, TEXTURE, to_polydata, use_texture, with_data
+from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, MESH, PART, TEXTURE, to_polydata, use_texture, with_data
 from ..seams import add_seams
 from .merging import merged_surfaces, set_images, set_meshes
 from .polygons import Polygons, polygon_triangles
@@ -60,9 +60,8 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
     _check_counts(data.n_points, _count_faces(data), name)
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
-    for key in (IMAGE, MESH) if data.is_all_triangles else ():  # of a surface that was read before
-        if key in data.cell_data and _numbers(data.cell_data[key]) and (key == MESH or IMAGES in data.field_data):
-            surface.cell_data[key] = data.cell_data[key]
+    if data.is_all_triangles:
+        surface.cell_data.update(_known_cell_data(data, surface.n_cells))
     if PART in surface.point_data and surface.point_data[PART].dtype.kind in "iu":  # a frame of a simulation
         set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
     return surface
@@ -78,9 +77,13 @@ def _check_counts(n_points: int, n_faces: int, name: str) -> None:
         )
 
 
-def _numbers(values: np.ndarray) -> bool:
-    """Return True if an array numbers something; other programs may give the same name to anything."""
-    return values.ndim == 1 and values.dtype.kind in "iu"
+def _known_cell_data(data: pv.PolyData, count: int) -> dict[str, np.ndarray]:
+    """The cell data of a surface that was read before; other programs may give the same names to anything."""
+    known = {key: np.asarray(data.cell_data[key]) for key in (CORNERS, IMAGE, MESH) if key in data.cell_data}
+    if IMAGES not in data.field_data:
+        known.pop(IMAGE, None)
+    kinds = {CORNERS: ((count, 6), "f"), IMAGE: ((count,), "iu"), MESH: ((count,), "iu")}
+    return {key: a for key, a in known.items() if a.shape == kinds[key][0] and a.dtype.kind in kinds[key][1]}
 
 
 def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -229,12 +229,8 @@ def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.P
     """Triangles of the source that do not belong to the skin, with the numbers of their parts."""
     rows, first = np.unique(apart.corners[:, 0] // 3, return_index=True)
     kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
-    others = with_data(source, renumbered.reshape(-1, 3), kept)
+    others = with_data(source, renumbered.reshape(-1, 3), kept, rows)
     others.point_data[SOURCE] = kept
-    if CORNERS in source.cell_data:
-        others.cell_data[CORNERS] = np.asarray(source.cell_data[CORNERS])[rows]
-    if IMAGE in source.cell_data:
-        others.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[rows]
     others.cell_data[PART] = np.unique(label[first], return_inverse=True)[1].ravel()
     return others
 
