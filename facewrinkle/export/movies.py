@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import struct
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
-from io import BytesIO
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -119,8 +117,6 @@ def _closed(opened: Callable[[Path], _Film | _Gif], whole: Path, path: Path) -> 
         writer.close(done=True)
     except OSError as problem:
         raise not_written(path, _reason(problem)) from None
-    if isinstance(writer, _Film) and not _is_whole(whole):  # ffmpeg does not tell
-        raise not_written(path, "ffmpeg could not finish it")
 
 
 class _Film:
@@ -128,12 +124,16 @@ class _Film:
 
     def __init__(self, imageio: ModuleType, path: Path, fps: float) -> None:
         self._writer = imageio.get_writer(path, mode="I", fps=fps, **H264)
+        self._path, self._count = path, 0
 
     def append(self, image: np.ndarray) -> None:
         self._writer.append_data(_even(image))
+        self._count += 1
 
     def close(self, *, done: bool) -> None:
         self._writer.close()
+        if done and _pictures_in(self._path) != self._count:  # ffmpeg does not tell
+            raise OSError("ffmpeg could not finish it")
 
 
 class _Gif:
@@ -161,18 +161,14 @@ def _reason(problem: OSError) -> OSError | str:
     return problem if problem.errno is not None else (str(problem).strip().splitlines() or ["ffmpeg failed"])[0]
 
 
-def _is_whole(path: Path) -> bool:
-    """Return True if the boxes of an MP4 file fill it, and the one with the places of the pictures is there."""
-    kinds, at, size = set(), 0, path.stat().st_size if path.exists() else 0
-    with path.open("rb") if size else BytesIO() as file:
-        while at + 8 <= size:
-            file.seek(at)
-            length, kind = struct.unpack(">I4s", file.read(8))
-            if length == 1:  # the length follows in 64 bits
-                (length,) = struct.unpack(">Q", file.read(8).rjust(8, b"\0"))
-            kinds.add(kind)
-            at += max(length, 8)
-    return at == size > 0 and {b"ftyp", b"moov", b"mdat"} <= kinds
+def _pictures_in(path: Path) -> int:
+    """Return the number of pictures in a film; 0 if it cannot be read."""
+    from imageio_ffmpeg import count_frames_and_secs
+
+    try:
+        return int(count_frames_and_secs(str(path))[0])
+    except RuntimeError:
+        return 0
 
 
 def _imageio() -> ModuleType:
