@@ -125,7 +125,7 @@ class MissingPackageError(FaceWrinkleError):
     ...         write_movie([], "head.mp4")
     ...     except MissingPackageError as error:
     ...         print(error)
-    movies need the package imageio, which is not installed. pip install 'facewrinkle[export]'
+    movies need the package imageio, which is not installed. In a checkout of the repository: pip install ".[export]"
     """
 
 
@@ -168,6 +168,18 @@ def type_of(value: object) -> str:
     """
     name = type(value).__name__
     return f"{'an' if name[0] in 'AEIOaeio' else 'a'} {name}"
+
+
+def missing_package(who: str, package: str, extra: str, otherwise: str = "") -> MissingPackageError:
+    """Return the error for an optional package that is not installed, and how to install it.
+
+    Examples
+    --------
+    >>> print(missing_package("movies need", "imageio", "export"))
+    movies need the package imageio, which is not installed. In a checkout of the repository: pip install ".[export]"
+    """
+    remedy = f'In a checkout of the repository: pip install ".[{extra}]"'
+    return MissingPackageError(f"{who} the package {package}, which is not installed. {remedy}{otherwise}")
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:

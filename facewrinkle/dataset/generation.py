@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..errors import FaceWrinkleError, MissingPackageError, OutputError, ParameterError, check_whole
+from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package
 from ..files import written
 from .card import write_card
 from .sample import Sample, SampleMaker
@@ -179,9 +179,7 @@ def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
         import dask
         from distributed import Client, LocalCluster
     except ImportError:
-        raise MissingPackageError(
-            "several workers need the package distributed, which is not installed. pip install 'facewrinkle[dataset]'"
-        ) from None
+        raise missing_package("several workers need", "distributed", "dataset") from None
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     if scheduler is not None:
         try:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import MissingPackageError
+from ..errors import missing_package
 from ..files import written
 from .sample import Sample, SampleMaker
 from .spec import Spec
@@ -142,7 +142,5 @@ def arrow() -> tuple[Any, Any]:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        raise MissingPackageError(
-            "data sets need the package pyarrow, which is not installed. pip install 'facewrinkle[dataset]'"
-        ) from None
+        raise missing_package("data sets need", "pyarrow", "dataset") from None
     return pyarrow, pyarrow.parquet

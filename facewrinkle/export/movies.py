@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..checks import picture
-from ..errors import MissingPackageError, ParameterError, check_range
+from ..errors import ParameterError, check_range, missing_package
 from ..files import not_written, output_file, replaced
 
 H264: dict[str, Any] = {
@@ -177,9 +177,7 @@ def _imageio() -> ModuleType:
         import imageio_ffmpeg  # noqa: F401
     except ImportError as missing:
         package = (missing.name or "imageio").partition(".")[0]
-        raise MissingPackageError(
-            f"movies need the package {package}, which is not installed. pip install 'facewrinkle[export]'"
-        ) from None
+        raise missing_package("movies need", package, "export") from None
     return imageio
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, Single
-from ..errors import MissingPackageError
+from ..errors import missing_package
 from ..files import written
 from ..mesh.formats.materials import linear_light
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
@@ -78,10 +78,7 @@ def write_usd(
     try:
         from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
     except ImportError:
-        raise MissingPackageError(
-            f"{path.name}: USD files need the package usd-core, which is not installed. "
-            "pip install 'facewrinkle[export]', or write .glb."
-        ) from None
+        raise missing_package(f"{path.name}: USD files need", "usd-core", "export", ", or write .glb.") from None
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, unit / 1000.0)

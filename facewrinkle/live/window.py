@@ -15,7 +15,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
-from ..errors import FaceWrinkleError, MissingPackageError, check_whole
+from ..errors import FaceWrinkleError, check_whole, missing_package
 from .document import Document
 from .keeping import Kept
 from .library import Library
@@ -64,9 +64,7 @@ class Studio:
             from .answers import Answers
             from .server import Server
         except ImportError:
-            raise MissingPackageError(
-                "the studio needs the package aiohttp, which is not installed. pip install 'facewrinkle[studio]'"
-            ) from None
+            raise missing_package("the studio needs", "aiohttp", "studio") from None
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = Folder(save_to)
@@ -201,9 +199,7 @@ class Studio:
         try:
             from .widget import StudioWidget
         except ImportError:
-            raise MissingPackageError(
-                "the widget needs the package anywidget, which is not installed. pip install 'facewrinkle[studio]'"
-            ) from None
+            raise missing_package("the widget needs", "anywidget", "studio") from None
         return StudioWidget(self._server, height)
 
     def as_python(self) -> str:

@@ -93,7 +93,7 @@ def test_movie_without_its_packages(tmp_path, monkeypatch, missing):
     for name in [name for name in sys.modules if name.split(".")[0] == missing]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install 'facewrinkle\[export\]'"):
+    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install \"\.\[export\]\""):
         write_movie(pictures(2, 4, 4), tmp_path / "movie.mp4")
     assert write_movie(pictures(2, 4, 4), tmp_path / "movie.gif").exists()
 

@@ -281,7 +281,7 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
 
 def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'facewrinkle\[studio\]'"):
+    with pytest.raises(MissingPackageError, match=r"pip install \"\.\[studio\]\""):
         Studio(face, browser=False)
 
 

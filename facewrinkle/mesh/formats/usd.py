@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import MeshError, MissingPackageError, warn
+from ...errors import MeshError, missing_package, warn
 from ...files import check_inside
 from .materials import srgb
 from .polygons import Primitive, polygon_triangles
@@ -66,10 +66,8 @@ def opened(path: Path) -> Any:
     try:
         from pxr import Usd
     except ImportError:
-        raise MissingPackageError(
-            f"{path.name}: USD files need the package usd-core, which is not installed. "
-            "pip install 'facewrinkle[export]', or export the mesh as OBJ, PLY or glTF."
-        ) from None
+        otherwise = ", or export the mesh as OBJ, PLY or glTF."
+        raise missing_package(f"{path.name}: USD files need", "usd-core", "export", otherwise) from None
     probe(path)
     stage = Usd.Stage.Open(str(path))
     for layer in stage.GetUsedLayers():

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ...array_types import Array, IntArray
-from ...errors import MeshError, MissingPackageError
+from ...errors import MeshError, missing_package
 from ...geometry import topology
 from ...geometry.sampling import triangle_samples
 from .topology_repair import RepairedMesh, mended, merged_points
@@ -60,10 +60,8 @@ def reconstructed(mesh: RepairedMesh, why: str) -> RepairedMesh:
     try:
         import pymeshlab
     except ImportError:
-        raise MissingPackageError(
-            f"{why}. To mend it, the package pymeshlab is needed, which is not installed: "
-            "pip install 'facewrinkle[remesh]'. Or reconstruct it as one surface in a modeller."
-        ) from None
+        otherwise = ". Or reconstruct it as one surface in a modeller."
+        raise missing_package(f"{why}. To mend it needs", "pymeshlab", "remesh", otherwise) from None
     places, normals, corner = _samples(mesh)
     middle, size = mesh.points[mesh.triangles].mean(axis=(0, 1)), _diagonal(mesh)
     work = pymeshlab.MeshSet(verbose=False)  # kept while its mesh is in use
