@@ -1,0 +1,170 @@
+"""The wrinkles of Zhang, Sim and Tan as their paper prints them: Eqs. 3 to 18, and the loop of Section 4.3.
+
+What fails in print fails here: furrows begin and end in a step, amplitudes have no bound, and wrinkles stay after the
+face has relaxed. :class:`facewrinkle.MuscleWrinkles` mends this.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from ..anatomy.face import Face
+from ..array_types import Array, IntArray
+from ..errors import check_whole
+from ..geometry.profile import anisotropy
+from ..geometry.refinement import Change
+from ..geometry.topology import vertex_rings
+from .base import Displacement, SurfacePoints, SurfaceState
+
+ITERATIONS = 250
+"""Iterations of an expression: the seconds in Table 1 of the paper times its frames per second give 230 to 260."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spokes:
+    """The edges around the vertices at which compression is measured (Eqs. 8-9).
+
+    Attributes
+    ----------
+    owner : ndarray of int, shape (e,)
+        The measured vertex and direction of each edge, p in number.
+    ends : ndarray of int, shape (e, 2)
+    length : ndarray, shape (e,)
+        L at rest, mm.
+    weight : ndarray, shape (e,)
+        ``|cos theta|``, divided by the sum of those around the vertex.
+
+    Examples
+    --------
+    A sheet that is compressed by a fifth in all directions:
+
+    >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+    >>> spokes = Spokes.around(np.array([0]), np.array([[1.0, 0, 0]]), sheet, triangles)
+    >>> spokes.compression(0.8 * sheet).round(9)
+    array([0.2])
+    """
+
+    owner: IntArray
+    ends: IntArray
+    length: Array
+    weight: Array
+
+    @classmethod
+    def around(cls, vertex: IntArray, direction: Array, rest: Array, triangles: IntArray) -> Self:
+        """Collect the edges around vertices (p,), with unit directions (p, 3), of a mesh at rest."""
+        offsets, neighbours = vertex_rings(triangles, len(rest))
+        counts = np.diff(offsets)[vertex]
+        owner = np.repeat(np.arange(len(vertex)), counts)
+        place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        ends = np.stack([vertex[owner], neighbours[offsets[vertex][owner] + place]], axis=1)
+        edge = rest[ends[:, 1]] - rest[ends[:, 0]]
+        length = np.linalg.norm(edge, axis=1)
+        cosine = np.abs((edge * direction[owner]).sum(axis=1)) / length
+        return cls(owner, ends, length, cosine / np.bincount(owner, cosine)[owner])
+
+    def compression(self, moved: Array) -> Array:
+        """Return epsilon (p,) where the vertices have moved to (n, 3)."""
+        shrinkage = 1.0 - np.linalg.norm(moved[self.ends[:, 1]] - moved[self.ends[:, 0]], axis=1) / self.length
+        return np.bincount(self.owner, self.weight * shrinkage)
+
+
+class PrintedWrinkles:
+    """The layer of wrinkles as printed: in each iteration, ``H At / N`` times A is added to the height of each vertex.
+
+    Parameters
+    ----------
+    iterations : int
+        N, the number of time steps in which an expression is made. Heights are added in the first N steps of a
+        contraction.
+
+    Notes
+    -----
+    The paper weights edges by ``cos(theta)`` (Eq. 9), whose sum over the edges around a vertex is 0 where they are
+    symmetric; here it is ``|cos(theta)|``. Everything else is as printed, if the muscles have ``ends="paper"``,
+    ``falloff="paper"``, and no `folds` of their own, as those of :func:`facewrinkle.anatomy.atlas.printed_atlas`.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> sim = fw.Simulation(fw.default_face(), layers=[PrintedWrinkles(iterations=20)])
+    >>> sim.express("frowning")
+    >>> *_, frame = sim.run(20)
+    >>> bool(frame["W"].min() < -0.1)
+    True
+    """
+
+    stateless = False
+
+    def __init__(self, iterations: int = ITERATIONS) -> None:
+        self.iterations = check_whole("iterations", iterations, 1, 1e9)
+
+    # --- Eq. 3: W = H A At ---------------------------------------------------------------------------
+
+    def attach(self, face: Face) -> None:
+        """See :class:`facewrinkle.layers.base.Layer`."""
+        self._muscles, self._zones, self._unit = list(face.muscles.values()), face.zones, face.unit
+        self._depth = np.array([muscle.wrinkles.depth for muscle in self._muscles])
+        self._vertex, self._muscle, self._product = np.empty(0, int), np.empty(0, int), np.empty(0)
+        self._direction, self._height = np.empty((0, 3)), np.empty(0)
+        self._coordinates, self._epsilon = np.empty((0, 2)), np.empty(0)
+        self._spokes: Spokes | None = None
+        self._left, self._time = self.iterations, -1.0
+
+    def follow(self, change: Change, created: SurfacePoints) -> None:
+        """See :class:`facewrinkle.layers.base.Layer`. H At is computed once, where a new vertex rests."""
+        number = np.full(len(self._height), -1)
+        number[change.kept] = np.arange(len(number[change.kept]))
+        n = int(number.max(initial=-1)) + 1
+        lives = number[self._vertex] >= 0
+        old = (self._muscle, self._product, self._direction, self._coordinates)
+        parts = [(number[self._vertex][lives], *(column[lives] for column in old))]
+        for k, muscle in enumerate(self._muscles):
+            where = np.flatnonzero(self._zones[k][created.host])
+            where = where[muscle.wrinkling_region(created.points[where])]
+            points = created.points[where]
+            product, coordinates = (
+                muscle.unit_amplitude(points) / self.iterations,
+                np.stack(muscle.coordinates(points), 1),
+            )
+            parts.append((n + where, np.full(len(where), k), product, muscle.fold_direction(points), coordinates))
+        columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
+        self._vertex, self._muscle, self._product, self._direction, self._coordinates = columns
+        self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
+        self._epsilon, self._spokes = np.zeros(len(self._vertex)), None
+
+    def displacement(self, state: SurfaceState) -> Displacement:
+        """See :class:`facewrinkle.layers.base.Layer`."""
+        if not state.rates.any():
+            self._left = self.iterations
+        elif self._left and state.time != self._time:
+            self._left, self._time = self._left - 1, state.time
+            k0 = self._depth * state.rates  # in proportion to the contraction rate (Section 5)
+            self._epsilon = self._compression(state)
+            height = k0[self._muscle] * self._product * anisotropy(self._epsilon)
+            self._height = self._height + np.bincount(self._vertex, height, len(self._height))
+        n = len(self._height)
+        active = np.zeros(n, bool)
+        active[self._vertex[state.rates[self._muscle] > 0.0]] = True
+        return Displacement(self._height, np.full(n, np.inf), np.zeros((n, 3)), active)
+
+    # --- Eqs. 8 and 9: the compression epsilon, by the edges around a vertex --------------------------
+
+    def _compression(self, state: SurfaceState) -> Array:
+        """Epsilon of each vertex and muscle, on the surface that moves but has no wrinkles."""
+        if self._spokes is None:
+            self._spokes = Spokes.around(
+                self._vertex, self._direction, state.vertices.points * self._unit, state.triangles
+            )
+        return self._spokes.compression(state.bare)
+
+    def fields(self) -> dict[str, np.ndarray]:
+        """Return lambda, gamma and epsilon of the muscle with the largest H At at each vertex, its index, and W."""
+        n, order = len(self._height), np.argsort(np.abs(self._product), kind="stable")
+        out = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1)}
+        vertex = self._vertex[order]  # of several muscles, the last one stays
+        out["lambda"][vertex], out["gamma"][vertex] = self._coordinates[order].T
+        out["epsilon"][vertex], out["muscle"][vertex] = self._epsilon[order], self._muscle[order]
+        return {**out, "W": self._height.copy()}
