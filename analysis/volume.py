@@ -2,7 +2,7 @@
 
 Eq. 7 makes the integral of the shape H over a cycle vanish. The volume of a fold is that integral weighted by all that
 varies within the fold: the width of the region, its attenuation, the compression of the skin. Nothing in the paper
-makes these integrals vanish; the option ``MuscleWrinkles(balance=True)`` does, on the mesh.
+makes these integrals vanish.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .surfaces import (
 
 Array = npt.NDArray[np.float64]
 
-STEPS = ("H", "H At", "H At A", "bounded", "default mesh", "balanced")
+STEPS = ("H", "H At", "H At A", "bounded", "default mesh")
 """Factors that are added to a wrinkle one after the other."""
 
 
@@ -133,7 +133,7 @@ def displaced_exactly(muscle: fw.SheetMuscle) -> float:
 
 
 def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
-    """Return the net share of the volume in % as each of STEPS is added to H, on a fine mesh up to the last two."""
+    """Return the net share of the volume in % as each of STEPS is added to H, on a fine mesh but for the last."""
     face, rates = sim.face, rates_of(sim)
     fine = wrinkling(face, rates, level)
     surface = wrinkled_surface(sim, fine, [_unbounded()])
@@ -151,7 +151,6 @@ def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:
         "H At A": share(volumes(surface)),
         "bounded": share(volumes(wrinkled_surface(sim, fine, [MuscleWrinkles()]))),
         "default mesh": share(volumes(wrinkled_surface(sim))),
-        "balanced": share(volumes(wrinkled_surface(sim, layers=[MuscleWrinkles(balance=True)]))),
     }
 
 
@@ -165,14 +164,12 @@ def report(quick: bool = False) -> Report:
     for _ in default.run(6):
         pass
     folds = by_fold(wrinkled_surface(default), sheet())
-    balanced = by_fold(wrinkled_surface(default, layers=[_unbounded(balance=True)]), sheet())
     flat = [(name, *in_the_plane(muscle, 1000 if quick else 4000)) for name, muscle in regions().items()]
     face = fw.default_face()
     rungs = {}
     for name in EXPRESSIONS[:2] if quick else (*EXPRESSIONS, "happiness"):
         rungs[name] = ladder(settled(face, name), 3 if quick else 5)
     sizes = [abs(rung["default mesh"]) for rung in rungs.values()]
-    left = max(abs(rung["balanced"]) for rung in rungs.values())
     tables = [
         Table(
             "The plate: net volume, and error of the displaced volume, in % of the displaced volume",
@@ -180,9 +177,8 @@ def report(quick: bool = False) -> Report:
             [*((k, *(mesh[c][k] for c in mesh)) for k in range(len(mesh["net"]))), ("order", np.nan, *orders.values())],
         ),
         Table(
-            "The plate at the default resolution, fold by fold (mm³)", ("fold", "net", "displaced", "net, balanced"),
-            [*((k + 1, *folds[k], balanced[k, 0]) for k in range(len(folds))),
-             ("all", *folds.sum(axis=0), balanced[:, 0].sum())],
+            "The plate at the default resolution, fold by fold (mm³)", ("fold", "net", "displaced"),
+            [*((k + 1, *folds[k]) for k in range(len(folds))), ("all", *folds.sum(axis=0))],
         ),
         Table("Regions in the plane: net in % of the displaced volume", ("region", "H", "H At"), flat),
         Table(
@@ -198,12 +194,11 @@ def report(quick: bool = False) -> Report:
         f"The integral of H vanishes to {worst:.0e} of that of |H|, the net volume on an evenly compressed plate as "
         f"the edge length to the power {orders['net']:.1f}: {abs(share_of(folds)):.2f} % are left at the default "
         "resolution. On the head, uneven compression, tapering, and cycles that start where H is 0 in a region that "
-        f"widens leave {min(sizes):.1f} to {max(sizes):.1f} % whatever the mesh; MuscleWrinkles(balance=True) brings "
-        f"it to {left:.0e} %.",
+        f"widens leave {min(sizes):.1f} to {max(sizes):.1f} % whatever the mesh.",
         tables,
         [_mesh_plot(mesh, orders), _ladder_plot(rungs)],
         {"cycle": worst, "plate": mesh, "orders": orders, "default net": share_of(folds), "head": rungs,
-         "balanced net": share_of(balanced), "plane": {name: values for name, *values in flat}},
+         "plane": {name: values for name, *values in flat}},
     )  # fmt: skip
 
 
@@ -230,8 +225,8 @@ def regions() -> dict[str, Muscle]:
     }
 
 
-def _unbounded(balance: bool = False) -> MuscleWrinkles:
-    return MuscleWrinkles(inextensible=False, balance=balance)
+def _unbounded() -> MuscleWrinkles:
+    return MuscleWrinkles(inextensible=False)
 
 
 def _mesh_plot(mesh: dict[str, list[float]], orders: dict[str, float]) -> Plot:
@@ -254,7 +249,7 @@ def _ladder_plot(rungs: dict[str, dict[str, float]]) -> Plot:
     figure, (ax,) = plot(1, 1, (10.0, 3.8))
     width = 0.13
     for k, (step, colour) in enumerate(zip(STEPS, COLOURS, strict=True)):
-        place = np.arange(len(rungs)) + (k - 2.5) * width
+        place = np.arange(len(rungs)) + (k - 2.0) * width
         ax.bar(place, [rung[step] for rung in rungs.values()], width * 0.92, color=colour, label=step)
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xticks(np.arange(len(rungs)), list(rungs))
@@ -263,8 +258,7 @@ def _ladder_plot(rungs: dict[str, dict[str, float]]) -> Plot:
     return Plot(
         "ladder", figure,
         "Where the volume of wrinkles on the head comes from: H over its region, with attenuation and tapering (At), "
-        "with the compression of the skin (A), within what skin of fixed length folds, on the mesh of the frame, and "
-        "balanced.",
+        "with the compression of the skin (A), within what skin of fixed length folds, and on the mesh of the frame.",
     )  # fmt: skip
 
 

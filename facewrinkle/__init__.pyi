@@ -40,6 +40,7 @@ from .layers.muscle_wrinkles import MuscleWrinkles as MuscleWrinkles
 from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
 from .layers.patterns_on_skin.region import Region as Region
 from .layers.patterns_on_skin.strength import Compression as Compression
+from .layers.printed_wrinkles import PrintedWrinkles as PrintedWrinkles
 from .layers.wave_folds import WaveFolds as WaveFolds
 from .live import studio as studio
 from .mesh import read_surface as read_surface

@@ -76,7 +76,10 @@ WRONG = {
         "three",
     ),
     "an array as a flag": (lambda face: fw.Simulation(face).settle(afresh=np.zeros(3)), "afresh must be True or False"),
-    "text as a flag": (lambda face: fw.MuscleWrinkles(balance="no"), "balance must be True or False, received 'no'"),
+    "text as a flag": (
+        lambda face: fw.MuscleWrinkles(anatomical="no"),
+        "anatomical must be True or False, received 'no'",
+    ),
     "the class of a layer": (lambda face: fw.Simulation(face, layers=[fw.MuscleWrinkles]), r"such as \[MuscleWrinkles"),
     "a mesh as a recording": (lambda face: fw.Recorded(face.mesh, np.zeros(3)), r"Recorded\.of_positions"),
     "a list as a face": (lambda face: fw.Simulation([1]), "mesh"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ BASE = "facewrinkle"
 """The base that an atlas names which only changes the package's own."""
 
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
+PRINTED_ATLAS = DEFAULT_ATLAS.with_name("printed.toml")
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
 KEYS = {
@@ -206,6 +207,21 @@ class Atlas:
         if not rows:
             raise FaceWrinkleError("in the atlas: there are no samples of tissue; one [[tissue]] at least is needed.")
         return tuple(np.array(column) for column in zip(*rows, strict=True))  # type: ignore[return-value]
+
+
+@lru_cache(maxsize=1)
+def printed_atlas() -> Atlas:
+    """The 23 muscles of Zhang, Sim and Tan with the wrinkles that their paper prints, and its five expressions.
+
+    The tissue is that of :func:`load_atlas`.
+
+    Examples
+    --------
+    >>> atlas = printed_atlas()
+    >>> len(atlas.muscles), list(atlas.expressions)
+    (23, ['surprise', 'frowning', 'closing_eye', 'stretching_mouth', 'fear'])
+    """
+    return replace(read_atlas(PRINTED_ATLAS), tissue=load_atlas().tissue)
 
 
 @lru_cache(maxsize=1)

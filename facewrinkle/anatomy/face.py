@@ -428,6 +428,20 @@ class Face:
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})
 
+    def with_atlas(self, atlas: Atlas) -> Self:
+        """Return the face with the muscles, action units and expressions of another atlas; the tissue stays.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> from facewrinkle.anatomy.atlas import printed_atlas
+        >>> fw.default_face().with_atlas(printed_atlas())
+        Face(4517 triangles, 33 landmarks, 23 muscles)
+        """
+        template = self.template and self.template.with_atlas(atlas)
+        muscles = atlas.place(self.landmarks, self.frame)
+        return dataclasses.replace(self, atlas=atlas, muscles=muscles, template=template)
+
 
 def per_face(face: Face, name: str, key: Hashable, make: Callable[[], T]) -> T:
     """Return what was made of a face under a name and a key, or make it.

@@ -77,7 +77,7 @@ def _cases(folder: Path) -> list[Callable[[], None]]:
     on_scan, paper = FaceOptions(folder / "head.face"), FoldOptions("paper")
     return [
         partial(express, "surprise", frames=8, maps=64, output=output),
-        partial(express, "fear", frames=4, folds=paper, compression="edges", output=output),
+        partial(express, "fear", frames=4, folds=paper, output=output),
         partial(pattern, "forehead", frames=2, output=output),
         partial(pattern, "dimple", frames=2, expression="AU12", output=output),
         partial(tear, "dripping", seconds=0.5, output=output),

@@ -20,7 +20,7 @@ from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
-from ..simulation import Refinement, Simulation
+from ..simulation import PRINTED, Refinement, Simulation
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
@@ -45,7 +45,6 @@ def express(
     samples: float | None = None,
     alpha: float | None = None,
     count: WholeOrNone = None,
-    compression: Literal["gradient", "edges"] = "gradient",
     ends: Literal["continuous", "paper"] | None = None,
     maps: WholeOrNone = None,
     folds: FoldOptions | None = None,
@@ -64,15 +63,15 @@ def express(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
     gamma_c
-        Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03.
+        Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03, or 0.01
+        with --folds printed.
     samples
-        Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4.
+        Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
+        with --folds printed.
     alpha
         Sharpness of the furrows of the contracted muscles, with --folds paper.
     count
         Number of furrows of each contracted muscle, with --folds paper.
-    compression
-        Measure compression by the deformation gradient, or by edges as in the paper, with --folds paper.
     ends
         Wrinkles that begin and end at height 0, or in a furrow as in the paper, with --folds paper. Default: what the
         atlas says.
@@ -87,17 +86,19 @@ def express(
         raise ParameterError(
             f"--{next(iter(changes))} belongs to the papers' folds: add --folds paper, or leave it out."
         )
-    face = source.load(report)
+    face = folds.face(source.load(report))
     mixture = parse_mixture(name, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     performance = Performance(
         face=_with_folds(face, rates, changes),
         rates=rates,
         frames=frames,
-        refinement=Refinement(
-            **_given(max_level=max_level, gamma_c=gamma_c, samples=samples), coarsen=output.save_animation is None
+        refinement=replace(
+            PRINTED if folds.folds == "printed" else Refinement(),
+            **_given(max_level=max_level, gamma_c=gamma_c, samples=samples),
+            coarsen=output.save_animation is None,
         ),
-        layers=folds.layers(face, compression=compression),
+        layers=folds.layers(face, frames),
         folds=folds,
         size=output.pixels,
         view=output.view,

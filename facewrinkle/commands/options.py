@@ -16,9 +16,10 @@ from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face
 from ..errors import ParameterError, warn
 from ..layers.base import Layer
-from ..layers.muscle_wrinkles import CompressionMethod, MuscleWrinkles
+from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
-from ..simulation.fold_layers import Folds, fold_layers
+from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 from .parsing import parse_size, parse_units, parse_weights
 from .report import Report
 
@@ -89,7 +90,8 @@ class FoldOptions:
     Parameters
     ----------
     folds
-        Waves that grow where the skin is compressed, or lines by the papers' formula.
+        wave: grow where the skin is compressed. paper: lines by the formula of Zhang, Sim and Tan, mended where it fails.
+        printed: their 23 muscles and wrinkles as printed.
     depth
         Factor of the depth of all folds.
     density
@@ -115,20 +117,30 @@ class FoldOptions:
     pinch: float = 0.0
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
-    def layers(self, face: Face, compression: CompressionMethod = "gradient") -> list[Layer]:
-        """Return the layers of folds of a face; an error for options that do not go together."""
+    def face(self, face: Face) -> Face:
+        """Return the face that has these folds: one with other muscles for those as printed."""
+        return with_printed_muscles(face) if self.folds == "printed" else face
+
+    def layers(self, face: Face, iterations: int = ITERATIONS) -> list[Layer]:
+        """Return the layers of folds of a face; an error for options that do not go together.
+
+        `iterations` are those in which wrinkles as printed are made.
+        """
         names = ("density", "length", "seed", "age", "pinch")
         waves = {name: getattr(self, name) for name in names}
-        if self.folds == "paper":
+        if self.folds != "wave":
             usual = FoldOptions()
             for name, value in waves.items():
                 if value != getattr(usual, name):
                     raise ParameterError(
                         f"--{name} belongs to folds that are waves: add --folds wave, or leave it out."
                     )
-            return [MuscleWrinkles(compression, self.depth, inextensible=not self.no_limit)] if face.muscles else []
-        if compression != "gradient":
-            raise ParameterError("--compression belongs to the papers' folds: add --folds paper, or leave it out.")
+        if self.folds == "printed":
+            if self.depth != usual.depth or self.no_limit:
+                raise ParameterError("wrinkles as printed have no --depth and no limit: leave them out.")
+            return [PrintedWrinkles(iterations)]
+        if self.folds == "paper":
+            return [MuscleWrinkles(self.depth, inextensible=not self.no_limit)] if face.muscles else []
         return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
 
     def limited_share(self, layers: Iterable[Layer]) -> float:

@@ -97,6 +97,10 @@ def play(
     face = clip.face
     with report.waiting("Preparing the skin"):
         refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
+        if folds.folds == "printed":
+            raise ParameterError(
+                "wrinkles as printed are those of an expression (facewrinkle express): play with --folds paper or wave."
+            )
         layers = folds.layers(face)
         simulation = Simulation(
             face, refinement, layers, step if isinstance(clip.motion, Recorded) else None, motion=clip.motion

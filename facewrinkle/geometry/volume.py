@@ -50,17 +50,3 @@ def swept_volumes(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles:
     """
     mean = np.asarray(displacement, np.float64)[np.asarray(triangles)].mean(axis=1)
     return np.asarray((mean * swept_areas(points, displacement, triangles)).sum(axis=1))
-
-
-def swept_shares(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
-    """Vectors (n, 3) at the vertices whose products with the displacement add up to the volume between the surfaces.
-
-    Examples
-    --------
-    >>> flat, lift = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 0, 3.0], [0, 0, 0], [0, 0, 0]])
-    >>> float((swept_shares(flat, lift, [[0, 1, 2]]) * lift).sum())
-    0.5
-    """
-    x, t = np.asarray(points), np.asarray(triangles)
-    third = np.repeat(swept_areas(x, displacement, t) / 3.0, 3, axis=0)
-    return np.stack([np.bincount(t.ravel(), third[:, k], len(x)) for k in range(3)], axis=1)

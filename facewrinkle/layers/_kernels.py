@@ -46,56 +46,6 @@ def _two_builds(function: Any) -> Callable[..., None]:
 
 
 @njit(cache=True)
-def edge_weights(starts, offsets, rest, indptr, ring, directions, lengths, out):
-    """Rest lengths L of the edges, and the weights |cos theta| / (L sum |cos theta|) of Eq. 9.
-
-    Entry p of vertex i, starts[i] <= p < starts[i + 1], has its own direction. The weights of vertex i begin at
-    offsets[i]: for each neighbour in turn, those of all entries.
-    """
-    for i in range(rest.shape[0]):
-        first, last = starts[i], starts[i + 1]
-        for q in range(indptr[i], indptr[i + 1]):
-            j = ring[q]
-            x, y, z = rest[j, 0] - rest[i, 0], rest[j, 1] - rest[i, 1], rest[j, 2] - rest[i, 2]
-            lengths[q] = np.sqrt(x * x + y * y + z * z)
-            for p in range(first, last):
-                o = offsets[i] + (q - indptr[i]) * (last - first) + p - first
-                out[o] = abs(x * directions[p, 0] + y * directions[p, 1] + z * directions[p, 2]) / lengths[q]
-        for p in range(first, last):
-            total = 0.0
-            for turn in range(2):
-                for q in range(indptr[i], indptr[i + 1]):
-                    o = offsets[i] + (q - indptr[i]) * (last - first) + p - first
-                    if turn == 0:
-                        total += out[o]
-                    else:
-                        out[o] = out[o] / (lengths[q] * total) if total > 0.0 else 0.0
-
-
-@_two_builds
-def edge_epsilon(starts, offsets, weights, lengths, deformed, indptr, ring, out):
-    """Eq. 9 as the sum of weight times shortening, for the entries of each vertex."""
-    for i in prange(starts.shape[0] - 1):
-        first, last = starts[i], starts[i + 1]
-        if first == last:
-            continue
-        o, step = offsets[i], last - first
-        x, y, z = deformed[i, 0], deformed[i, 1], deformed[i, 2]
-        e = 0.0
-        for p in range(first + 1, last):
-            out[p] = 0.0
-        for q in range(indptr[i], indptr[i + 1]):
-            j = ring[q]
-            dx, dy, dz = deformed[j, 0] - x, deformed[j, 1] - y, deformed[j, 2] - z
-            shorter = lengths[q] - np.sqrt(dx * dx + dy * dy + dz * dz)
-            e += weights[o] * shorter
-            for k in range(1, step):
-                out[first + k] += weights[o + k] * shorter
-            o += step
-        out[first] = e
-
-
-@njit(cache=True)
 def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
     """Add the change of the metric (n, 6) of each triangle to its vertices, by their shares in the area.
 

@@ -46,49 +46,53 @@ def edge_compression(
     >>> edge_compression(square, 0.9 * square, rings, np.tile([1.0, 0, 0], (3, 1))).round(12).tolist()
     [0.1, 0.1, 0.1]
     """
-    x0, x1 = np.ascontiguousarray(rest, dtype=np.float64), np.ascontiguousarray(deformed, dtype=np.float64)
-    starts = np.arange(len(x0) + 1, dtype=np.int32)
-    weights = EdgeWeights(x0, rings, starts, np.ascontiguousarray(directions, dtype=np.float64))
-    return weights.epsilon(x1)
+    x0, x1, m = (np.asarray(each, dtype=np.float64) for each in (rest, deformed, directions))
+    return EdgeWeights(x0, rings, np.arange(len(x0)), m).epsilon(x1)
 
 
 class EdgeWeights:
-    """The weights of Eq. 9 for a mesh at rest, with any number of directions (entries) per vertex.
+    """The edges around some vertices of a mesh at rest, with their weights along a direction each (Eqs. 8-9).
 
     Parameters
     ----------
     rest : ndarray, shape (n, 3)
     rings : tuple of ndarray
         Neighbours of each vertex, as (indptr, indices).
-    starts : ndarray of int32, shape (n + 1,)
-        Entries of vertex i are ``starts[i] <= p < starts[i + 1]``.
+    vertices : ndarray of int, shape (p,)
+        Those at which compression is measured; one may come several times.
     directions : ndarray, shape (p, 3)
         Unit directions at rest.
 
     Examples
     --------
-    One direction at the first vertex, two at the second, none at the third; the sheet is compressed by a fifth along x:
+    One direction at the first vertex, two at the second; the sheet is compressed by a fifth along x:
 
     >>> from facewrinkle.geometry.topology import vertex_rings
     >>> sheet = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> starts, directions = np.array([0, 1, 3, 3], np.int32), np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), starts, directions)
+    >>> directions = np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), np.array([0, 1, 1]), directions)
     >>> weights.epsilon(sheet * [0.8, 1, 1]).round(3)
     array([0.2  , 0.156, 0.094])
     """
 
-    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], starts: IntArray, directions: Array) -> None:
-        self._rings, self._starts = rings, starts
-        counts = np.diff(starts).astype(np.int64) * np.diff(rings[0])
-        self._offsets = np.concatenate([[0], np.cumsum(counts)])
-        self._weights, self._lengths = np.empty(self._offsets[-1]), np.empty(len(rings[1]))
-        kernels.edge_weights(starts, self._offsets, rest, *rings, directions, self._lengths, self._weights)
+    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray, directions: Array) -> None:
+        offsets, neighbours = rings
+        counts = np.diff(offsets)[vertices]
+        self._owner = np.repeat(np.arange(len(vertices)), counts)
+        place = np.arange(len(self._owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+        self._i = vertices[self._owner]
+        self._j = neighbours[offsets[self._i] + place]
+        edge = rest[self._j] - rest[self._i]
+        self._length = np.linalg.norm(edge, axis=1)
+        cosine = np.abs((edge * directions[self._owner]).sum(axis=1)) / self._length
+        total = np.bincount(self._owner, cosine, len(vertices))
+        self._weight = cosine / np.where(total > 0.0, total, 1.0)[self._owner]
+        self._n = len(vertices)
 
     def epsilon(self, deformed: Array) -> Array:
-        """Return the compression (p,) of all entries in the deformed mesh (n, 3)."""
-        out = np.zeros(self._starts[-1])
-        kernels.edge_epsilon(self._starts, self._offsets, self._weights, self._lengths, deformed, *self._rings, out)
-        return out
+        """Return the compression (p,) in the deformed mesh (n, 3)."""
+        shrinkage = 1.0 - np.linalg.norm(deformed[self._j] - deformed[self._i], axis=1) / self._length
+        return np.asarray(np.bincount(self._owner, self._weight * shrinkage, self._n), np.float64)
 
 
 class StrainField:

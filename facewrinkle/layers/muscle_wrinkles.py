@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import math
-from typing import Literal
-
 import numpy as np
 
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray
-from ..errors import ParameterError, check_flag, check_range, check_whole
+from ..errors import ParameterError, check_flag, check_range
 from ..geometry.normals import vertex_normals
-from ..geometry.orientation import unfolded_shares
 from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
-from ..geometry.topology import vertex_rings
-from ..geometry.volume import swept_shares
 from . import _kernels as kernels
 from .activation import Activation
 from .base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
-from .compression import EdgeWeights, StrainField
+from .compression import StrainField
 from .folds import Folds, alike
 from .gathered import Gathered
-
-CompressionMethod = Literal["gradient", "edges"]
-
-COMPRESSION_METHODS: tuple[CompressionMethod, ...] = ("gradient", "edges")
-
-BALANCING = 6
-"""Rounds of balancing; each comes some hundred times closer than the one before."""
 
 SMALLEST = 0.5
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
@@ -46,24 +33,12 @@ class MuscleWrinkles:
 
     Parameters
     ----------
-    compression : {"gradient", "edges"}
-        The method by which epsilon is measured: along the fibre from the deformation gradient, which does not depend
-        on the mesh, or by the weighted shortening of edges (Eqs. 8-9, with ``|cos|``), which gives a half to two thirds
-        of it.
     depth : float
         Multiplies the depth of all wrinkles.
-    accumulate : int
-        0: stateless, ``W = H A At`` of the present frame; it is exactly 0 after release. N > 0: as in the paper, 1/N of
-        it is added in each of the first N steps of a contraction; the wrinkles lag behind the compression and stay
-        until the simulation is reset. For comparison only.
     inextensible : bool
         If True, wrinkles stay within what skin of fixed length can fold: 2 L sqrt(epsilon) / pi from bulge to furrow
         for a wavelength L, for all muscles over a vertex together (:func:`facewrinkle.geometry.profile.deepest`). If
         False, the amplitude is the paper's, which has no bound.
-    balance : bool
-        If True, the bulges of each muscle hold exactly as much volume as its furrows lack, on the mesh of each frame.
-        Bulges are lowered and furrows deepened by the same share, up to a fifth, to make up for attenuation, uneven
-        compression and the triangles; H alone keeps the volume (Eq. 7).
     anatomical : bool
         If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
         folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
@@ -91,36 +66,21 @@ class MuscleWrinkles:
 
     def __init__(
         self,
-        compression: CompressionMethod = "gradient",
         depth: float = 1.0,
-        accumulate: int = 0,
         inextensible: bool = True,
-        balance: bool = False,
         anatomical: bool = False,
         pinch: float = 0.0,
     ) -> None:
-        if compression not in COMPRESSION_METHODS:
-            allowed = ", ".join(COMPRESSION_METHODS)
-            raise ParameterError(f"compression must be one of {allowed}, received {compression!r}.")
-        self.compression = compression
         self.depth = check_range("depth", depth, 0.0, 1e6)
-        self.accumulate = check_whole("accumulate", accumulate, 0, 1e9)
         self.inextensible = check_flag("inextensible", inextensible)
-        self.balance = check_flag("balance", balance)
         self.anatomical = check_flag("anatomical", anatomical)
         self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
-        if self.pinch > 0.0 and (self.accumulate or self.balance or not self.anatomical):
-            raise ParameterError(
-                "pinch belongs to anatomical folds, whose heights are neither accumulated nor balanced: add "
-                "anatomical=True, and leave out accumulate and balance."
-            )
+        if self.pinch > 0.0 and not self.anatomical:
+            raise ParameterError("pinch belongs to anatomical folds: add anatomical=True.")
 
     # --- the layer protocol ----------------------------------------------------------------------
 
-    @property
-    def stateless(self) -> bool:
-        """False for heights that add up; see :class:`facewrinkle.layers.base.Layer`."""
-        return not self.accumulate
+    stateless = True
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -141,14 +101,11 @@ class MuscleWrinkles:
         self._strain = StrainField(face.points * face.unit, face.triangles[needed])
         taken = self._zones & self.anatomical
         self._gathered = Gathered(face, self._muscles, taken, self._strain.metric)
-        self._edges: EdgeWeights | None = None
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
         self._missed, self._asking_vertices = np.empty(0, int), np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
-        self._excess = np.zeros(len(self._muscles))
         self._epsilon, self._height, self._share = np.empty(0), np.empty(0), np.empty(0)
-        self._steps, self._last = 0, -1.0
         self._labels: dict[str, np.ndarray] = {}
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
@@ -160,7 +117,6 @@ class MuscleWrinkles:
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._share = np.ones(len(self._height))
-        self._edges = None
         self._labels = {}
         n = len(self._height)
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
@@ -186,16 +142,10 @@ class MuscleWrinkles:
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
         slide = self._leaning(k0, state) if self.pinch > 0.0 else None
-        if self.anatomical and not self.balance:
+        if self.anatomical:
             kernels.level(height, blunt, *state.swept(slide, height))
-        shading_offset = blunt - height
-        if self.balance:
-            height, lowered = self._balanced(k0, height, state)
-            shading_offset *= lowered
-        if self.accumulate:
-            height = self._accumulated(height, state.time)
         self._height = height
-        return Displacement(height, spacing, across, active, None if self.accumulate else shading_offset, slide=slide)
+        return Displacement(height, spacing, across, active, blunt - height, slide=slide)
 
     def limited_share(self) -> float:
         """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
@@ -223,7 +173,7 @@ class MuscleWrinkles:
             "lambda": folds.coordinates[entries, 0],
             "gamma": folds.coordinates[entries, 1],
             "epsilon": self._epsilon[entries],
-            "W": self._k0[index] * rate * (height - self._excess[index] * np.abs(height)) * share,
+            "W": self._k0[index] * rate * height * share,
         }
         out = {name: np.zeros(len(folds.leading)) for name in columns}
         for name, values in columns.items():
@@ -234,14 +184,14 @@ class MuscleWrinkles:
         """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.
 
         ``W = k0 rate H At A share`` (Eq. 3), where H At is the amplitude at k0 = 1, A the share by compression, and
-        `share` what the length of the skin, and the volume, leave of it. Lengths are in mm, "muscle" is a number.
+        `share` what the length of the skin leaves of it. Lengths are in mm, "muscle" is a number.
         """
         folds, found = self._folds, []
         for entry in range(folds.starts[vertex], folds.starts[vertex + 1]):
             index = int(folds.muscle[entry])
             height, gathered = float(folds.height[entry]), float(anisotropy(self._epsilon[entry : entry + 1])[0])
             whole = float(self._k0[index] * self.rates[index]) * height * gathered
-            share = float(self._share[vertex]) * (1.0 - float(self._excess[index]) * math.copysign(1.0, height))
+            share = float(self._share[vertex])
             found.append({
                 "muscle": index, "W": whole * share, "k0": float(self._k0[index]), "rate": float(self.rates[index]),
                 "H At": height, "A": gathered, "share": share, "epsilon": float(self._epsilon[entry]),
@@ -254,11 +204,6 @@ class MuscleWrinkles:
     def _compressed(self, state: SurfaceState, strain: Array) -> Array:
         """Epsilon of all entries, at a strain (n0, 6) of the base mesh."""
         folds, vertices = self._folds, state.vertices
-        if self.compression == "edges":
-            if self._edges is None:
-                rings = vertex_rings(state.triangles, len(state.bare))
-                self._edges = EdgeWeights(vertices.points * self._unit, rings, folds.starts, folds.direction)
-            return self._edges.epsilon(state.bare)
         kernels.strain_epsilon(
             folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
         )
@@ -293,43 +238,6 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, self._share, self.pinch, slide,
         )  # fmt: skip
         return state.carried(slide)
-
-    def _balanced(self, k0: Array, height: Array, state: SurfaceState) -> tuple[Array, Array]:
-        """Return heights with which every muscle's folds sweep no net volume; keep the shares for this in `_excess`.
-
-        Folds that would turn triangles over are lowered first, by the second result (n,): later, that would bring a
-        net volume back.
-
-        The volume between the surfaces is a sum over the vertices, whose weights depend a little on the heights: hence
-        the rounds.
-        """
-        folds, n, k = self._folds, len(height), len(k0)
-        owner = np.repeat(np.arange(n), np.diff(folds.starts))
-        parts = k0[folds.muscle] * anisotropy(self._epsilon) * self._share[owner] * folds.height
-        folded = state.triangles[np.isin(state.triangles, self._folded).any(axis=1)]
-        directions = state.directions
-        if directions is None:
-            raise ParameterError("wrinkles are balanced only in a SurfaceState with directions; it was made without.")
-        lowered = np.ones(n)
-        for _ in range(BALANCING):
-            if (unfolded := unfolded_shares(state.bare, height, directions, folded)) is not None:
-                lowered, height, parts = lowered * unfolded, height * unfolded, parts * unfolded[owner]
-            shares = swept_shares(state.bare, height[:, None] * directions, folded)
-            volumes = (shares * directions).sum(axis=1)[owner] * parts
-            net, displaced = (np.bincount(folds.muscle, v, k) for v in (volumes, np.abs(volumes)))
-            self._excess = np.divide(net, displaced, out=np.zeros(k), where=displaced > 0.0)
-            even = parts - self._excess[folds.muscle] * np.abs(parts)
-            height = np.asarray(np.bincount(owner, even, n), np.float64)
-        self._share[self._folded] *= lowered[self._folded]
-        return height, lowered
-
-    def _accumulated(self, height: Array, time: float) -> Array:
-        if not self.rates.any():
-            self._steps = 0
-        elif self._steps < self.accumulate and time != self._last:
-            self._steps, self._last = self._steps + 1, time
-            return self._height + height / self.accumulate
-        return self._height
 
 
 def outer_skin(face: Face) -> Array:

@@ -6,69 +6,19 @@ face has relaxed. :class:`facewrinkle.MuscleWrinkles` mends this.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Self
-
 import numpy as np
 
 from ..anatomy.face import Face
-from ..array_types import Array, IntArray
+from ..array_types import Array
 from ..errors import check_whole
 from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from .base import Displacement, SurfacePoints, SurfaceState
+from .compression import EdgeWeights
 
 ITERATIONS = 250
 """Iterations of an expression: the seconds in Table 1 of the paper times its frames per second give 230 to 260."""
-
-
-@dataclass(frozen=True, eq=False)
-class Spokes:
-    """The edges around the vertices at which compression is measured (Eqs. 8-9).
-
-    Attributes
-    ----------
-    owner : ndarray of int, shape (e,)
-        The measured vertex and direction of each edge, p in number.
-    ends : ndarray of int, shape (e, 2)
-    length : ndarray, shape (e,)
-        L at rest, mm.
-    weight : ndarray, shape (e,)
-        ``|cos theta|``, divided by the sum of those around the vertex.
-
-    Examples
-    --------
-    A sheet that is compressed by a fifth in all directions:
-
-    >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
-    >>> spokes = Spokes.around(np.array([0]), np.array([[1.0, 0, 0]]), sheet, triangles)
-    >>> spokes.compression(0.8 * sheet).round(9)
-    array([0.2])
-    """
-
-    owner: IntArray
-    ends: IntArray
-    length: Array
-    weight: Array
-
-    @classmethod
-    def around(cls, vertex: IntArray, direction: Array, rest: Array, triangles: IntArray) -> Self:
-        """Collect the edges around vertices (p,), with unit directions (p, 3), of a mesh at rest."""
-        offsets, neighbours = vertex_rings(triangles, len(rest))
-        counts = np.diff(offsets)[vertex]
-        owner = np.repeat(np.arange(len(vertex)), counts)
-        place = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        ends = np.stack([vertex[owner], neighbours[offsets[vertex][owner] + place]], axis=1)
-        edge = rest[ends[:, 1]] - rest[ends[:, 0]]
-        length = np.linalg.norm(edge, axis=1)
-        cosine = np.abs((edge * direction[owner]).sum(axis=1)) / length
-        return cls(owner, ends, length, cosine / np.bincount(owner, cosine)[owner])
-
-    def compression(self, moved: Array) -> Array:
-        """Return epsilon (p,) where the vertices have moved to (n, 3)."""
-        shrinkage = 1.0 - np.linalg.norm(moved[self.ends[:, 1]] - moved[self.ends[:, 0]], axis=1) / self.length
-        return np.bincount(self.owner, self.weight * shrinkage)
 
 
 class PrintedWrinkles:
@@ -110,7 +60,7 @@ class PrintedWrinkles:
         self._vertex, self._muscle, self._product = np.empty(0, int), np.empty(0, int), np.empty(0)
         self._direction, self._height = np.empty((0, 3)), np.empty(0)
         self._coordinates, self._epsilon = np.empty((0, 2)), np.empty(0)
-        self._spokes: Spokes | None = None
+        self._edges: EdgeWeights | None = None
         self._left, self._time = self.iterations, -1.0
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
@@ -133,7 +83,7 @@ class PrintedWrinkles:
         columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
         self._vertex, self._muscle, self._product, self._direction, self._coordinates = columns
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
-        self._epsilon, self._spokes = np.zeros(len(self._vertex)), None
+        self._epsilon, self._edges = np.zeros(len(self._vertex)), None
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -154,11 +104,14 @@ class PrintedWrinkles:
 
     def _compression(self, state: SurfaceState) -> Array:
         """Epsilon of each vertex and muscle, on the surface that moves but has no wrinkles."""
-        if self._spokes is None:
-            self._spokes = Spokes.around(
-                self._vertex, self._direction, state.vertices.points * self._unit, state.triangles
+        if self._edges is None:
+            self._edges = EdgeWeights(
+                state.vertices.points * self._unit,
+                vertex_rings(state.triangles, len(state.bare)),
+                self._vertex,
+                self._direction,
             )
-        return self._spokes.compression(state.bare)
+        return self._edges.epsilon(state.bare)
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the muscle with the largest H At at each vertex, its index, and W."""

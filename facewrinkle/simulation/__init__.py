@@ -1,6 +1,6 @@
 """The loop: a motion moves the base mesh, refinement gives the layers triangles, layers displace, a frame comes out."""
 
 from .loop import Simulation
-from .refinement import FINEST, Refinement
+from .refinement import FINEST, PRINTED, Refinement
 
-__all__ = ["FINEST", "Refinement", "Simulation"]
+__all__ = ["FINEST", "PRINTED", "Refinement", "Simulation"]

@@ -4,15 +4,30 @@ from __future__ import annotations
 
 from typing import Any, Literal, get_args
 
+from ..anatomy.atlas import load_atlas, printed_atlas
 from ..anatomy.face import Face
 from ..errors import unknown_name
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
 
-Folds = Literal["wave", "paper"]
+Folds = Literal["wave", "paper", "printed"]
 
 FOLDS: tuple[Folds, ...] = get_args(Folds)
+
+
+def with_printed_muscles(face: Face) -> Face:
+    """Return a face with the muscles of :func:`facewrinkle.anatomy.atlas.printed_atlas`; the same if it has none, or an
+    atlas of its own.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> len(with_printed_muscles(fw.default_face()).muscles)
+    23
+    """
+    return face.with_atlas(printed_atlas()) if face.muscles and face.atlas is load_atlas() else face
 
 
 def fold_layers(
@@ -25,7 +40,9 @@ def fold_layers(
     face : Face
     folds : {"wave", "paper"}
         "wave": :class:`facewrinkle.WaveFolds` with the anatomical folds, which all people have at the same places, by
-        formula. "paper": all lines by the papers' formula, :class:`facewrinkle.MuscleWrinkles`.
+        formula. "paper": all lines by the formula of Zhang, Sim and Tan, mended where it fails as printed,
+        :class:`facewrinkle.MuscleWrinkles`. "printed": as printed, :class:`facewrinkle.PrintedWrinkles`; the face
+        should have the muscles of :func:`facewrinkle.anatomy.atlas.printed_atlas`.
     depth : float
         Multiplies the depth of all folds.
     inextensible : bool
@@ -52,6 +69,8 @@ def fold_layers(
         raise unknown_name("kind of folds", folds, FOLDS)
     if not face.muscles:
         return []
+    if folds == "printed":
+        return [PrintedWrinkles()]
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(depth=depth, inextensible=inextensible, pinch=pinch)]
     common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, "pinch": pinch}

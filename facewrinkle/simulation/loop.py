@@ -30,6 +30,7 @@ from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
+from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.results import displacement_of, fields_of
 from ..layers.wave_folds import WaveFolds
 from ..mesh import MeshLike
@@ -40,10 +41,11 @@ from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
 from ..motion.threads import OneThread
-from .fold_layers import Folds, fold_layers
+from .fold_layers import Folds, fold_layers, with_printed_muscles
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
+    PRINTED,
     Hold,
     Refinement,
     Restless,
@@ -86,8 +88,10 @@ class Simulation:
     motion : Motion or Recorded, optional
         Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy gets
         :class:`facewrinkle.Still`.
-    folds : {"wave", "paper"}
-        The default layers: see :func:`facewrinkle.simulation.fold_layers.fold_layers`.
+    folds : {"wave", "paper", "printed"}
+        The default layers: see :func:`facewrinkle.simulation.fold_layers.fold_layers`. With "printed", all is as in
+        the paper of Zhang, Sim and Tan: a face with the package's own atlas gets the muscles of
+        :func:`facewrinkle.anatomy.atlas.printed_atlas`, and triangles are split by Eq. 19 alone.
 
     Warns
     -----
@@ -136,8 +140,9 @@ class Simulation:
     ) -> None:
         self._alone = OneThread("this simulation", "fw.Simulation(face)")
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
-        self.face = face = face if isinstance(face, Face) else surface(face)
-        self.refinement = refinement or Refinement()
+        face = face if isinstance(face, Face) else surface(face)
+        self.face = face = with_printed_muscles(face) if folds == "printed" else face
+        self.refinement = refinement or (PRINTED if folds == "printed" else Refinement())
         self._marks: tuple[BoolArray, BoolArray] | None = None
         self._late, self._changed = False, False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
@@ -225,6 +230,11 @@ class Simulation:
     def muscles(self) -> tuple[str, ...]:
         """Names of the face's muscles, in the order of their indices."""
         return tuple(self.face.muscles)
+
+    @property
+    def _printed(self) -> bool:
+        """True if all folds are as printed."""
+        return bool(self.layers) and all(isinstance(layer, PrintedWrinkles) for layer in self.layers)
 
     @property
     def skin(self) -> Skin:
@@ -430,8 +440,9 @@ class Simulation:
     def settle(self, within: float = 0.01, most: int = 300, afresh: bool = False) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
 
-        Its triangles do not depend on what came before, unless layers keep heights (``MuscleWrinkles(accumulate=n)``)
-        or vertices their numbers (``Refinement(coarsen=False)``).
+        Its triangles do not depend on what came before, unless layers keep heights or vertices their numbers
+        (``Refinement(coarsen=False)``). Wrinkles as printed (:class:`facewrinkle.PrintedWrinkles`) take all their
+        iterations.
 
         Parameters
         ----------
@@ -475,6 +486,10 @@ class Simulation:
             self.motion.reset()
             self._attach_anew()
         start, target = self.motion.rates.copy(), self._asked
+        if self._printed:
+            for number in range(max(layer.iterations for layer in self.layers if isinstance(layer, PrintedWrinkles))):
+                frame = self._stepped(_ramped(start, target, (number + 1) / RAMP))
+            return frame
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
             before, base = base, self._moved(_ramped(start, target, (number + 1) / RAMP)).copy()
@@ -495,7 +510,7 @@ class Simulation:
 
     def _may_unsplit(self) -> bool:
         """Tell whether triangles may be found anew: vertices need not keep their numbers, nor layers their heights."""
-        return self.refinement.coarsen and not any(getattr(own, "accumulate", 0) for own in self.layers)
+        return self.refinement.coarsen and not any(isinstance(own, PrintedWrinkles) for own in self.layers)
 
     def _attach_anew(self) -> None:
         """Let layers forget what came before, those that remember any of it."""
@@ -574,6 +589,8 @@ class Simulation:
             bare = interpolated(base, vertices.corners, vertices.barycentric)
             smooth = interpolated(vertex_normals(base, self.face.triangles), vertices.corners, vertices.barycentric)
             kernels.normalise(smooth)
+            if self._printed:  # along the normals of the undeformed surface, and with no bound (Section 4.3)
+                smooth = vertices.normals
             state = SurfaceState(
                 self.motion.rates, vertices, triangles, base, bare, self.time, lambda: self._strain_field, smooth
             )
@@ -581,7 +598,8 @@ class Simulation:
             height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
             offsets = [own.shading_offset for own in added if own.shading_offset is not None]
             offset = sum(offsets[1:], offsets[0]) if offsets else None
-            if (shares := unfolded_shares(bare, height, smooth, triangles)) is not None:
+            shares = None if self._printed else unfolded_shares(bare, height, smooth, triangles)
+            if shares is not None:
                 height = height * shares
                 offset = None if offset is None else offset * shares
             moved = displaced(bare, height, smooth)

@@ -80,6 +80,10 @@ class Refinement:
         check_range("hysteresis", self.hysteresis, 1e-9, 1.0 - 1e-9)
 
 
+PRINTED = Refinement(gamma_c=0.01, samples=0)
+"""For wrinkles as printed: Eq. 19 alone, with one threshold at which it splits all of the paper's expressions."""
+
+
 # --- the level --------------------------------------------------------------------------------------
 
 

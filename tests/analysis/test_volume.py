@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-import facewrinkle as fw
 from analysis.profiles import EPSILON, sheet
-from analysis.surfaces import plate, rates_of, settled, squeezed, uniform, wrinkled_surface, wrinkling
+from analysis.surfaces import plate, settled, squeezed, uniform, wrinkled_surface
 from analysis.volume import displaced_exactly, in_the_plane, ladder, quadrature, regions, share, volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
@@ -49,35 +48,6 @@ def test_the_displaced_volume_is_that_of_the_closed_form():
 def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
     for rung in report("volume").numbers["head"].values():
         assert abs(rung["default mesh"] - rung["bounded"]) < 1.0
-        assert abs(rung["balanced"]) < 1e-9
-
-
-@pytest.mark.parametrize("expression", ["fear", "surprise"])  # a crease, as in happiness, lifts the cheek on one side
-def test_balanced_wrinkles_hold_no_volume_on_any_mesh_and_hardly_change(face, expression):
-    sim = settled(face, expression, 30)
-    for forest in (None, wrinkling(face, rates_of(sim), 1), wrinkling(face, rates_of(sim), 3)):
-        before, after = wrinkled_surface(sim, forest), wrinkled_surface(sim, forest, [MuscleWrinkles(balance=True)])
-        assert abs(share(volumes(after))) < 1e-9
-        assert abs(share(volumes(before))) > 1e-3
-        np.testing.assert_array_equal(after.height == 0.0, before.height == 0.0)
-        change = np.abs(after.height - before.height)
-        assert change.max() < 0.25 * np.abs(before.height).max()
-        # The heights of the muscles add up to those of all.
-        layer = after.layers[0]
-        parts = [layer.fields_of(k, rate)["W"] for k, rate in enumerate(sim.motion.rates) if rate > 0.0]
-        np.testing.assert_allclose(np.sum(parts, axis=0), after.height, atol=1e-12)
-
-
-def test_a_balanced_simulation_plays_and_relaxes(face):
-    sim = fw.Simulation(face, layers=[MuscleWrinkles(balance=True)])
-    sim.express("frowning")
-    *_, frame = sim.run(15)
-    assert np.abs(frame["W"]).max() > 0.3
-    assert abs(share(volumes(wrinkled_surface(sim)))) < 1e-9
-    sim.relax()
-    for _ in range(80):
-        frame = sim.step()
-    assert not frame["W"].any()
 
 
 def test_the_ladder_ends_with_what_the_frames_hold(face):

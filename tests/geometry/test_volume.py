@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.geometry.volume import swept_areas, swept_shares, swept_volumes
+from facewrinkle.geometry.volume import swept_areas, swept_volumes
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,6 @@ def test_between_two_closed_surfaces_lies_the_difference_of_their_volumes(ball):
     displacement = np.random.default_rng(0).normal(0.0, 0.1, points.shape)
     between = enclosed(points + displacement, triangles) - enclosed(points, triangles)
     assert swept_volumes(points, displacement, triangles).sum() == pytest.approx(between, abs=1e-13)
-    assert (swept_shares(points, displacement, triangles) * displacement).sum() == pytest.approx(between, abs=1e-13)
 
 
 def test_a_prism_is_its_area_times_its_height():

@@ -8,8 +8,6 @@ the bound                       bulges and furrows measured on the relief itself
 without the bound               the paper's sum
 zeros                           exact: at rest, where epsilon <= 0, outside the regions, after release
 dominant muscle, lambda, gamma  the largest |H At| over all muscles; its coordinates
-compression by edges            Eqs. 8-9 on the refined mesh
-accumulate=N                    the running sum of the stateless heights over N
 depth                           proportion
 muscles with the same folds     each evaluated by itself
 """
@@ -24,9 +22,8 @@ from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.profile import deepest
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.base import SurfacePoints
-from facewrinkle.layers.compression import StrainField, along, edge_compression
+from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.folds import OF_ENTRIES, Folds, alike
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
@@ -190,37 +187,6 @@ def test_the_dominant_muscle_is_that_of_the_largest_amplitude(face, played):
         assert not play.top[array][muscle == -1].any()
 
 
-def test_compression_by_edges_is_that_of_the_refined_mesh(face):
-    sim = fw.Simulation(face, layers=[MuscleWrinkles(compression="edges")])
-    sim.express("surprise")
-    frame = list(sim.run(25))[-1]
-    bare = np.einsum(
-        "nc,nck->nk", sim.forest.barycentric, (sim.skin.points + sim.skin.displacement)[sim.forest.corners]
-    )
-    muscle = face.muscles["frontalis_major_l"].fold_pattern
-    fields = sim.fields("frontalis_major_l")
-    rest, normal = frame["rest"], sim.vertices.normals
-    m = muscle.fold_pattern.fold_direction(rest)
-    m = m - (m * normal).sum(1, keepdims=True) * normal
-    m /= np.linalg.norm(m, axis=1, keepdims=True)
-    expected = edge_compression(rest, bare, vertex_rings(frame.regular_faces, frame.n_points), m)
-    inside = fields["region"]
-    np.testing.assert_allclose(fields["epsilon"][inside], expected[inside], rtol=0, atol=1e-12)
-    assert 0.02 < expected[inside].max() < 0.6
-
-
-def test_edges_give_less_than_the_gradient(broad):
-    means = []
-    for compression in ("edges", "gradient"):
-        sim = fw.Simulation(broad, layers=[MuscleWrinkles(compression=compression)], refinement=UNREFINED)
-        sim.express("surprise")
-        for _ in sim.run(20):
-            pass
-        fields = sim.fields("frontalis_major_l")
-        means.append(fields["epsilon"][fields["region"] & (fields["lambda"] < 0.5)].mean())
-    assert 0.3 < means[0] / means[1] < 0.85
-
-
 def test_depth_multiplies(broad):
     heights = []
     for depth in (0.5, 1.0, 0.0):
@@ -239,51 +205,6 @@ def test_two_layers_add(broad):
         sim.express("frowning")
     frames = [list(sim.run(8))[-1] for sim in (one, two)]
     np.testing.assert_allclose(frames[0].points, frames[1].points, rtol=0, atol=1e-12)
-
-
-# --- accumulation -------------------------------------------------------------------------------
-
-
-def test_accumulation_adds_a_share_in_each_of_the_first_steps(broad):
-    n = 6
-    sims = [fw.Simulation(broad, UNREFINED, [MuscleWrinkles(accumulate=a)]) for a in (0, n)]
-    for sim in sims:
-        sim.express("surprise")
-    total = np.zeros(broad.mesh.n_points)
-    for i in range(n + 4):
-        now, added = (sim.step()["W"] for sim in sims)
-        if i < n:
-            total += now / n
-        np.testing.assert_allclose(added, total, rtol=0, atol=1e-12)
-    # It stays behind what the skin's compression of that moment asks for, and is still there after release.
-    assert 0.3 < np.abs(added).max() / np.abs(now).max() < 0.95
-    for sim in sims:
-        sim.relax()
-    left = [[sim.step()["W"] for _ in range(80)][-1] for sim in sims]
-    assert not left[0].any()
-    np.testing.assert_allclose(left[1], total, rtol=0, atol=1e-12)
-
-
-def test_accumulation_starts_anew_after_a_rest(broad):
-    sim = fw.Simulation(broad, UNREFINED, [MuscleWrinkles(accumulate=2)])
-    sim.express("surprise")
-    first = [sim.step()["W"] for _ in range(4)][-1]
-    sim.relax()
-    sim.step()
-    sim.express("surprise")
-    second = [sim.step()["W"] for _ in range(4)][-1]
-    assert np.abs(second).max() > np.abs(first).max()
-
-
-def test_vertices_that_are_born_late_stay_shallow(face):
-    frames = []
-    for accumulate in (0, 30):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(accumulate=accumulate)])
-        sim.express("surprise")
-        frames.append(list(sim.run(40, ramp=0.2))[-1])
-    base = face.mesh.n_points
-    share = [np.abs(f["W"][base:]).mean() / np.abs(f["W"][:base]).mean() for f in frames]
-    assert share[1] < share[0]
 
 
 # --- a single muscle on a flat sheet of skin ----------------------------------------------------
@@ -311,8 +232,7 @@ def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
 @pytest.mark.parametrize(
     "settings",
     [
-        {"compression": "area"}, {"depth": -1.0}, {"depth": float("nan")}, {"accumulate": -1}, {"accumulate": 2.5},
-        {"accumulate": float("nan")}, {"accumulate": float("inf")},
+        {"depth": -1.0}, {"depth": float("nan")},
     ],
 )  # fmt: skip
 def test_errors(settings):
@@ -324,8 +244,6 @@ def test_errors(settings):
 def test_what_is_no_number_of_use_is_refused(value):
     with pytest.raises(ParameterError, match="depth must"):
         MuscleWrinkles(depth=value)
-    with pytest.raises(ParameterError, match="accumulate must"):
-        MuscleWrinkles(accumulate=value)
 
 
 def test_muscles_that_share_their_folds_have_the_same(face):

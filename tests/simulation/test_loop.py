@@ -313,7 +313,7 @@ class Wearing:
 @pytest.mark.parametrize("most", [3000, 100_000], ids=["forgetful", "mindful"])
 def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
     monkeypatch.setattr("facewrinkle.layers.wave_folds.recall.MOST", most)
-    remembering = [fw.MuscleWrinkles(accumulate=3, balance=True), Wearing()]
+    remembering = [fw.PrintedWrinkles(3), Wearing()]
     sim = fw.Simulation(face, layers=[*fold_layers(face, "wave", age=0.8), *remembering])
 
     def settled(expression, yaw, afresh):
@@ -332,7 +332,7 @@ def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
 
 
 def test_settling_keeps_heights_that_have_added_up(face):
-    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(accumulate=16)])
+    sim = fw.Simulation(face, layers=[fw.PrintedWrinkles(16)])
     sim.express("surprise")
     *_, before = sim.run(20)
     after = sim.settle()

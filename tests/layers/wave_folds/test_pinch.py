@@ -337,7 +337,6 @@ def test_crests_lean_over_the_furrows_between_the_brows(face):
         (WaveFolds, {"pinch": "much"}, r"pinch must be a number, received 'much'"),
         (fw.MuscleWrinkles, {"pinch": -1, "anatomical": True}, r"pinch must lie in \[0, 1\]"),
         (fw.MuscleWrinkles, {"pinch": 1}, r"pinch belongs to anatomical folds.* add anatomical=True"),
-        (fw.MuscleWrinkles, {"pinch": 1, "anatomical": True, "accumulate": 9}, r"leave out accumulate and balance"),
     ],
 )
 def test_bad_pinches(layer, options, message):
