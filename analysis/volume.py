@@ -248,7 +248,7 @@ def _mesh_plot(mesh: dict[str, list[float]], orders: dict[str, float]) -> Plot:
 def _ladder_plot(rungs: dict[str, dict[str, float]]) -> Plot:
     figure, (ax,) = plot(1, 1, (10.0, 3.8))
     width = 0.13
-    for k, (step, colour) in enumerate(zip(STEPS, COLOURS, strict=True)):
+    for k, (step, colour) in enumerate(zip(STEPS, COLOURS, strict=False)):
         place = np.arange(len(rungs)) + (k - 2.0) * width
         ax.bar(place, [rung[step] for rung in rungs.values()], width * 0.92, color=colour, label=step)
     ax.axhline(0.0, color="black", linewidth=0.8)

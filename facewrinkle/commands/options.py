@@ -90,7 +90,7 @@ class FoldOptions:
     Parameters
     ----------
     folds
-        wave: grow where the skin is compressed. paper: lines by the formula of Zhang, Sim and Tan, mended where it fails.
+        wave: they grow where the skin is compressed. paper: lines by the formula of Zhang, Sim and Tan, mended.
         printed: their 23 muscles and wrinkles as printed.
     depth
         Factor of the depth of all folds.

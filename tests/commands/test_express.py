@@ -79,7 +79,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     seen: list[tuple[Performance, OutputOptions]] = []
     monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append((given[0], given[-1])))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
-    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--compression=edges", "--folds=paper"]
+    options += ["--alpha=1.5", "--count=3", "--ends=paper", "--folds=paper"]
     options += ["--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
     ((performance, output),) = seen
@@ -89,7 +89,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     refinement = performance.refinement
     assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
     (layer,) = performance.layers
-    assert (layer.depth, layer.compression) == (2.0, "edges")
+    assert layer.depth == 2.0
     for name, muscle in performance.face.muscles.items():
         original = fw.default_face().muscles[name].fold_pattern.wrinkles
         wrinkles = muscle.fold_pattern.wrinkles
@@ -104,7 +104,8 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     ("options", "message"),
     [
         (["--count=3"], "--count belongs to the papers' folds: add --folds paper, or leave it out."),
-        (["--compression=edges"], "--compression belongs to the papers' folds: add --folds paper, or leave it out."),
+        (["--folds=printed", "--depth=2"], "wrinkles as printed have no --depth and no limit: leave them out."),
+        (["--folds=printed", "--age=1"], "--age belongs to folds that are waves: add --folds wave, or leave it out."),
         (["--folds=paper", "--seed=3"], "--seed belongs to folds that are waves: add --folds wave, or leave it out."),
         (["--seed=1.5"], "seed must be a whole number, received 1.5."),
         (["--age=2"], "age must lie in [0, 1], received 2. 0 has no lines at rest."),
