@@ -34,7 +34,7 @@ class Pattern:
     ...         return 0.5 * strength * np.cos(np.pi * self.number * x)
     ...     def wave_vector(self, x, y, t, aspect):
     ...         return np.full_like(x, np.pi * self.number), np.zeros_like(y)
-    >>> import facewrinkle as fw
+    >>> import numpy as np, facewrinkle as fw
     >>> face = fw.default_face()
     >>> layer = fw.PatternLayer(Grooves(), face.landmarks["forehead_mid"], size=30.0, depth=0.5)
     >>> frame = fw.Simulation(face, layers=[layer], motion=fw.Still(face)).step()
