@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import multiprocessing
 import os
 import signal
 import sys
@@ -20,7 +21,8 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from functools import lru_cache
 from pathlib import Path
 
@@ -40,6 +42,8 @@ MEMORY, SECONDS = 2 * 2**30, 10
 
 PER_CHILD = 500
 """Files that a process reads before the next one takes over."""
+
+DIED = "the process died of it, or it took too long"
 
 TEXTS: dict[str, tuple[str, ...]] = {
     "take.csv": (
@@ -239,73 +243,43 @@ def outcomes(paths: Iterable[Path]) -> Iterator[str]:
 
     A file may have been written just before its path comes: no more than one path is taken at a time.
     """
-    child: _Child | None = None
+    pool, files = _pool(), 0
     try:
         for path in paths:
-            if not hasattr(os, "fork"):
-                yield _read(path)
-                continue
-            if child is None or child.files == PER_CHILD:
-                if child is not None:
-                    child.end()
-                child = _Child()
-            said = child.read(path)
-            if said not in ("read", "refused") and child.files > 1:  # what was read before may be the cause
-                child.end()
-                child = _Child()
-                said = child.read(path)
-            if said is None:
-                said, child = _fate(child.end()), None
+            if files == PER_CHILD:
+                pool.shutdown()
+                pool, files = _pool(), 0
+            said = _said(pool, path)
+            if said not in ("read", "refused") and files:  # what was read before may be the cause
+                pool.shutdown()
+                pool, files = _pool(), 0
+                said = _said(pool, path)
+            files += 1
+            if said is DIED:
+                pool.shutdown()
+                pool, files = _pool(), 0
             yield said
     finally:
-        if child is not None:
-            child.end()
+        pool.shutdown()
 
 
-def _fate(status: int) -> str:
-    """Return what became of a process, by its status."""
-    if not os.WIFSIGNALED(status):
-        return f"exited with {os.waitstatus_to_exitcode(status)}"
-    number = os.WTERMSIG(status)
-    return "took too long" if number in (signal.SIGPROF, signal.SIGALRM) else f"died of signal {number}"
+def _pool() -> ProcessPoolExecutor:
+    """One process that begins as a copy of this one."""
+    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork"), initializer=_limit)
 
 
-class _Child:
-    """A process that reads files: it is told their paths, a line each, and answers each with a line."""
-
-    def __init__(self) -> None:
-        self.files = 0
-        (its_end, to_it), (from_it, its_answers) = os.pipe(), os.pipe()
+def _said(pool: ProcessPoolExecutor, path: Path) -> str:
+    """Read a file in the process of a pool, and return what came of it."""
+    try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # the child only reads
-            self.number = os.fork()
-        if self.number == 0:
-            os.close(to_it)
-            os.close(from_it)
-            _read_all(its_end, its_answers)
-        os.close(its_end)
-        os.close(its_answers)
-        self.asked, self.answers = os.fdopen(to_it, "w"), os.fdopen(from_it)
-
-    def read(self, path: Path) -> str | None:
-        """Return what came of a file, None if the process died of it."""
-        self.files += 1
-        try:
-            print(path, file=self.asked, flush=True)
-        except BrokenPipeError:
-            return None
-        answer = self.answers.readline()
-        return json.loads(answer) if answer.endswith("\n") else None
-
-    def end(self) -> int:
-        """Let the process end, and return its status."""
-        with suppress(BrokenPipeError):
-            self.asked.close()
-        self.answers.close()
-        return os.waitpid(self.number, 0)[1]
+            warnings.simplefilter("ignore", DeprecationWarning)  # of forking with threads: the process only reads
+            return pool.submit(_timed, path).result()
+    except BrokenProcessPool:
+        return DIED
 
 
-def _read_all(asked: int, answers: int) -> None:
+def _limit() -> None:
+    """Limit the memory of this process, and let it die of the alarms that :func:`_timed` sets."""
     import resource
 
     for number in (signal.SIGALRM, signal.SIGPROF):
@@ -315,15 +289,15 @@ def _read_all(asked: int, answers: int) -> None:
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
     for stream in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
-    with os.fdopen(asked) as paths, os.fdopen(answers, "w") as told:
-        for path in paths:
-            signal.setitimer(signal.ITIMER_PROF, SECONDS)
-            signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
-            said = _read(Path(path.removesuffix("\n")))
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-            signal.alarm(0)
-            print(json.dumps(said), file=told, flush=True)
-    os._exit(0)
+
+
+def _timed(path: Path) -> str:
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
+    said = _read(path)
+    signal.setitimer(signal.ITIMER_PROF, 0.0)
+    signal.alarm(0)
+    return said
 
 
 def _read(path: Path) -> str:

@@ -28,6 +28,7 @@ PROBED = (".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".usda", ".usdc", "clip.vtk
 """Kinds that are read by VTK or USD in a further process, which takes longer: a twentieth of the mutants."""
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
 @pytest.mark.parametrize("kind", sorted(READERS))
 def test_mutants(tmp_path, kind):
     found = seeds(tmp_path, kind)
@@ -176,6 +177,7 @@ def test_a_library_that_is_named_a_hundred_thousand_times(tmp_path):
     assert fw.read_surface(tmp_path / "mesh.obj").n_cells == 1
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
 def test_an_offset_that_crashes_vtk(tmp_path):
     """VTK allocates nothing for a negative number of corners, and writes there."""
     (seed, _) = seeds(tmp_path, ".vtk")
@@ -243,6 +245,7 @@ def test_without_a_python_of_its_own_the_file_is_read_at_once(tmp_path, monkeypa
     assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
 @pytest.mark.parametrize("kind", [".usdc"])
 def test_a_library_that_dies_of_a_file(tmp_path, kind):
     """This mutant made USD crash."""
