@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from .anatomy.attachments import combined_mesh
 from .anatomy.face import Face
 from .anatomy.fitting import fit_face, surface
 from .errors import ParameterError, check_range, check_whole, warn
@@ -23,8 +24,8 @@ from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import given_centre
 from .layers.patterns_on_skin.strength import Compression
-from .mesh import add_seams, corner_texture, read_surface, to_polydata, with_data
-from .mesh.arrays import use_texture
+from .mesh import add_seams, corner_texture, read_surface, with_data
+from .mesh.arrays import PART
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
 from .tears.presets import grouped
@@ -194,15 +195,9 @@ def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
     """Return both meshes as one; arrays that `rest` lacks are 0 at its points."""
     if rest is None:
         return mesh
-    rest = rest.compute_normals(cell_normals=False, split_vertices=False)
-    data = {}
-    for name, values in mesh.point_data.items():
-        other = rest.point_data[name] if name in rest.point_data else np.zeros((rest.n_points, *values.shape[1:]))
-        data[name] = np.concatenate([values, np.asarray(other, values.dtype)])
-    triangles = np.concatenate([mesh.regular_faces, np.add(rest.regular_faces, mesh.n_points)])
-    whole = to_polydata(np.concatenate([mesh.points, rest.points]), triangles, data)
-    whole.point_data.active_normals_name = "Normals"
-    use_texture(whole, mesh.point_data.active_texture_coordinates_name)
+    whole = combined_mesh(mesh, {"rest": rest.compute_normals(cell_normals=False, split_vertices=False)})
+    whole.point_data.pop(PART)
+    whole.field_data.pop("parts")
     corners = [of_part for part in (mesh, rest) if (of_part := corner_texture(part)) is not None]
     if len(corners) == 2:
         add_seams(whole, np.concatenate(corners))

@@ -12,7 +12,6 @@ import sys
 import traceback
 import warnings
 from collections.abc import Sequence
-from contextlib import nullcontext
 from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
@@ -88,7 +87,7 @@ def _run(
     no_outside
         Read no images and other files that a mesh file names outside its own folder.
     """
-    with warnings.catch_warnings(), inside_only() if no_outside else nullcontext(), inputs_kept():
+    with warnings.catch_warnings(), inside_only(no_outside), inputs_kept():
         if not verbose:
             warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)

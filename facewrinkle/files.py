@@ -141,8 +141,8 @@ def reading(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def inside_only() -> Iterator[None]:
-    """Within a block, do not read what a file names outside of its own folder, such as ``../textures/skin.png``.
+def inside_only(wanted: bool = True) -> Iterator[None]:
+    """Within a block, if `wanted`, read nothing that a file names outside of its own folder (``../textures/skin.png``).
 
     For files that come from anyone: they could have any other file shown that this process may read.
 
@@ -153,11 +153,16 @@ def inside_only() -> Iterator[None]:
     Traceback (most recent call last):
     facewrinkle.errors.MeshError: it names the file '../etc/passwd', which is outside its folder and is not read. ...
     """
-    token = _inside_only.set(True)
+    token = _inside_only.set(wanted)
     try:
         yield
     finally:
         _inside_only.reset(token)
+
+
+def is_inside_only() -> bool:
+    """Return True within a block of :func:`inside_only`; other threads and processes are to be told."""
+    return _inside_only.get()
 
 
 def is_outside(folder: Path, file: str | Path) -> bool:
@@ -173,7 +178,7 @@ def is_outside(folder: Path, file: str | Path) -> bool:
 
 def check_inside(folder: Path, file: str | Path, where: str, name: str) -> None:
     """Raise a MeshError for a file that is named in `where` and lies outside of a folder, where this is not allowed."""
-    if _inside_only.get() and is_outside(folder, file):
+    if is_inside_only() and is_outside(folder, file):
         raise MeshError(
             f"{where} names the file {name!r}, which is outside its folder and is not read. Put it beside the mesh, "
             "or, if you trust the file, read it without --no-outside."

@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package
-from ..files import written
+from ..files import inside_only, is_inside_only, written
 from .card import write_card
 from .sample import Sample, SampleMaker
 from .shards import Shard, arrow, shards_of, write_shard
@@ -225,18 +225,20 @@ def _version() -> str:
     return __version__
 
 
-def _made(spec: Spec, shard: Shard, folder: Path) -> None:
-    """Make a shard, in a worker."""
+def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
+    """Make a shard, in a worker; with `inside`, files that scans name are read within their folders only."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     os.environ.setdefault("LP_NUM_THREADS", "0")  # software that draws does so in the same thread: one core a worker
-    for _ in write_shard(spec, shard, folder):
-        pass
+    with inside_only(inside):
+        for _ in write_shard(spec, shard, folder):
+            pass
 
 
 def _distribute(client: Any, spec: Spec, shards: list[Shard], folder: Path, report: Progress) -> None:
     from distributed import as_completed
 
-    futures = [client.submit(_made, spec, shard, folder, retries=RETRIES, pure=False) for shard in shards]
+    inside = is_inside_only()
+    futures = [client.submit(_made, spec, shard, folder, inside, retries=RETRIES, pure=False) for shard in shards]
     problem = "the scheduler was lost"  # then futures are cancelled, and have neither error nor result
     samples = {future.key: shard.last - shard.first for future, shard in zip(futures, shards, strict=True)}
     for future in as_completed(futures):
