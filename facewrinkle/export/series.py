@@ -123,7 +123,8 @@ class _SeriesFile:
         self._file = h5py.File(self._disk, "w")
         self._root = self._file.create_group("VTKHDF")
         self._root.attrs.update(Type=np.bytes_("PolyData"), Version=[2, 2])
-        self._steps = self._root.create_group("Steps")
+        self._arrays: dict[str, h5py.Dataset] = {}
+        self._tables: dict[str, list[Any]] = {}
         self._text = h5py.string_dtype("ascii")  # as VTK has it: its reader fails on others
         self._count = 0
 
@@ -134,20 +135,21 @@ class _SeriesFile:
     def add(self, frame: pv.PolyData, time: float) -> None:
         """Add a frame."""
         points = np.asarray(frame.points)
-        self._append("Steps/PointOffsets", [self._append("Points", points)])
-        self._append("NumberOfPoints", [len(points)])
+        self._tell("Steps/PointOffsets", self._append("Points", points))
+        self._tell("NumberOfPoints", len(points))
         cells, ids = [], []
         for kind, name in CELLS.items():
             array = getattr(frame, f"Get{name}")()
             offsets, connectivity = vtk_to_numpy(array.GetOffsetsArray()), vtk_to_numpy(array.GetConnectivityArray())
-            self._append(f"{kind}/NumberOfCells", [len(offsets) - 1])
-            self._append(f"{kind}/NumberOfConnectivityIds", [len(connectivity)])
+            self._tell(f"{kind}/NumberOfCells", len(offsets) - 1)
+            self._tell(f"{kind}/NumberOfConnectivityIds", len(connectivity))
             cells.append(self._append(f"{kind}/Offsets", offsets.astype(np.int64)) - self._count)
             ids.append(self._append(f"{kind}/Connectivity", connectivity.astype(np.int64)))
-        for name, value in (("CellOffsets", [cells]), ("ConnectivityIdOffsets", [ids]), ("Values", [time])):
-            self._append(f"Steps/{name}", value)
-        self._append("Steps/PartOffsets", [self._count])
-        self._append("Steps/NumberOfParts", [1])
+        self._tell("Steps/CellOffsets", cells)
+        self._tell("Steps/ConnectivityIdOffsets", ids)
+        self._tell("Steps/Values", time)
+        self._tell("Steps/PartOffsets", self._count)
+        self._tell("Steps/NumberOfParts", 1)
         for group, data in (("Point", frame.point_data), ("Cell", frame.cell_data), ("Field", frame.field_data)):
             self._add_data(f"{group}Data", data)
         self._count += 1
@@ -155,36 +157,38 @@ class _SeriesFile:
     def _add_data(self, group: str, data: pv.DataSetAttributes) -> None:
         for name, values in data.items():
             stored, rows = _stored(name), np.atleast_1d(values)
-            self._append(f"Steps/{group}Offsets/{stored}", [self._append(f"{group}/{stored}", rows)])
+            self._tell(f"Steps/{group}Offsets/{stored}", self._append(f"{group}/{stored}", rows))
             if group == "FieldData":
-                self._append(f"Steps/FieldDataSizes/{stored}", [[int(np.prod(rows.shape[1:])), len(rows)]])
+                self._tell(f"Steps/FieldDataSizes/{stored}", [int(np.prod(rows.shape[1:])), len(rows)])
         if self._count == 0 and group != "FieldData":
             for number in range(data.NUM_ATTRIBUTES):
                 active = data.GetAbstractAttribute(number)
-                if active is not None:
+                if active is not None and self.problem is None:
                     kind = np.bytes_(data.GetAttributeTypeAsString(number))
                     self._root[f"{group}/{_stored(active.GetName())}"].attrs["Attribute"] = kind
 
-    def _append(self, name: str, rows: Any) -> int:
+    def _tell(self, name: str, number: Any) -> None:
+        """Add a row to a small table, which is written in the end."""
+        self._tables.setdefault(name, []).append(number)
+
+    def _append(self, name: str, rows: np.ndarray) -> int:
         """Append rows to an array of the file, and return where they begin."""
-        rows = np.asarray(rows)
         if self.problem is not None:
             return 0
         if rows.dtype.kind == "U":
             rows = np.char.encode(rows, "utf-8").astype(object)
         elif rows.dtype == bool:
             rows = rows.view(np.uint8)
-        if name not in self._root:
-            self._root.create_dataset(
+        if name not in self._arrays:
+            self._arrays[name] = self._root.create_dataset(
                 name,
                 shape=(0, *rows.shape[1:]),
                 maxshape=(None, *rows.shape[1:]),
                 chunks=(CHUNK, *rows.shape[1:]),
                 dtype=self._text if rows.dtype == object else rows.dtype,
                 compression=COMPRESSION,
-                shuffle=True,
             )
-        array = self._root[name]
+        array = self._arrays[name]
         begin = len(array)
         array.resize(begin + len(rows), axis=0)
         array[begin:] = rows
@@ -193,7 +197,9 @@ class _SeriesFile:
     def close(self) -> None:
         """Finish the file."""
         if self.problem is None:
-            self._steps.attrs["NSteps"] = self._count
+            for name, numbers in self._tables.items():
+                self._root[name] = np.array(numbers)
+            self._root.require_group("Steps").attrs["NSteps"] = self._count
         self._file.close()
         self._disk.close()
 
