@@ -26,6 +26,7 @@ from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
 from .eyelids import LidWeights, lid_share, lid_weights
+from .identity import fold_depth
 from .jaw import Mandible, jaw_weights
 from .joint_weights import JointWeights
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
@@ -33,7 +34,6 @@ from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
 from .teeth import behind_lips
-from .youth import fold_depth
 
 T = TypeVar("T")
 

@@ -6,11 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import MIRROR, Head, load_head
-from facewrinkle.anatomy.identity import Identity, head_of
+from facewrinkle.anatomy.identity import CHILDS_FOLDS, YOUNG_FOLDS, Identity, childlike, fold_depth, head_of
+from facewrinkle.anatomy.landmarks import frame_of
 from facewrinkle.errors import ParameterError, UnknownNameError
 from tools.build_head.chart_mesh import angle
 from tools.self_intersections import self_intersections
@@ -19,6 +21,7 @@ NAMES = [field.name for field in dataclasses.fields(Identity)]
 SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]
 CROWD = [Identity.random(seed, 0.7) for seed in range(12)]
 EXTREMES = [Identity(*np.random.default_rng(seed).choice([-1.0, 1.0], len(NAMES)).tolist()) for seed in range(12)]
+BABY = fw.Identity(width=0.4, length=-1.0, jaw=-1.0, chin=-1.0, nose_length=-1.0, brow=-1.0, cheeks=1.0, age=-1.0)
 
 
 def gap(head: Head, first: str, second: str, axis: int) -> float:
@@ -231,3 +234,39 @@ def test_unknown_parameters_are_refused() -> None:
 def test_seeds_are_whole_numbers(seed):
     with pytest.raises(ParameterError, match="seed must"):
         Identity.random(seed)
+
+
+# --- children ---------------------------------------------------------------------------------------
+
+
+def test_adults_of_all_proportions_are_no_children(face):
+    assert childlike(face.landmarks, face.frame) == 0.0
+    for seed in range(1, 9):
+        person = fw.default_face(fw.Identity.random(seed))
+        assert childlike(person.landmarks, person.frame) < 0.1
+    baby = fw.default_face(BABY)
+    assert childlike(baby.landmarks, baby.frame) > 0.7
+
+
+def test_proportions_count_in_any_unit_and_pose(face):
+    turn, baby = Rotation.from_euler("xyz", [40.0, 10.0, -70.0], degrees=True), fw.default_face(BABY)
+    marks = {name: 0.001 * turn.apply(place) for name, place in baby.landmarks.items()}
+    assert childlike(marks, frame_of(marks)) == pytest.approx(childlike(baby.landmarks, baby.frame), abs=1e-6)
+
+
+def test_a_child_s_folds_are_faint(face):
+    """At the corners of smiling eyes; the creases that all people have, beside the nose, stay."""
+    baby, heights = fw.default_face(BABY), {}
+    assert baby.fold_depth < 1.2 * CHILDS_FOLDS * YOUNG_FOLDS + 0.1
+    assert fold_depth(face.landmarks, face.frame, -0.5) == pytest.approx(0.5 * (1.0 + YOUNG_FOLDS))
+    for name, who in (("adult", face), ("baby", baby)):
+        simulation = fw.Simulation(who)
+        simulation.express("happiness")
+        *_, frame = simulation.run(12)
+        points, w = np.asarray(frame.point_data["rest"]), np.abs(frame["W"])
+        marks, size = who.landmarks, who.frame.pupil_distance
+        crows = np.linalg.norm(points - marks["eye_l_outer"] - 0.2 * size * who.frame.axes[0], axis=1) < 0.12 * size
+        beside = np.linalg.norm(points - 0.5 * (marks["ala_l"] + marks["mouth_l"]), axis=1) < 0.25 * size
+        heights[name] = w[crows].max(), w[beside].max()
+    assert heights["baby"][0] < 0.5 * heights["adult"][0]
+    assert heights["baby"][1] > 0.5 * heights["adult"][1]
