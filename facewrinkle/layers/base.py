@@ -139,7 +139,7 @@ class SurfaceState:
         """
         out = np.zeros_like(vectors)
         where = self.vertices.corners, self.vertices.barycentric
-        layer_kernels.carry(vectors, *where, self._gradient, self._upright, out)
+        layer_kernels.carry(vectors, *where, self._gradient, self.upright, out)
         return out
 
     @cached_property
@@ -148,7 +148,8 @@ class SurfaceState:
         return self._field().gradient(self.base)
 
     @property
-    def _upright(self) -> Array:
+    def upright(self) -> Array:
+        """:attr:`directions`; an error where there are none."""
         if self.directions is None:
             raise ParameterError("a SurfaceState carries tangents only with directions; it was made without.")
         return self.directions
@@ -169,7 +170,7 @@ class SurfaceState:
         if slide is None:
             return self.areas, 0.0
         out = self.areas.copy()
-        more = kernels.slid_double_areas(self.bare, slide, heights, self._upright, self.triangles, out)
+        more = kernels.slid_double_areas(self.bare, slide, heights, self.upright, self.triangles, out)
         return out, float(more)
 
     def compression(self, directions: Array) -> Array:

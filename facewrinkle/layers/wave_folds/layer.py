@@ -10,6 +10,8 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
+from ...geometry.interpolation import displaced
+from ...geometry.orientation import unfolded_shares, unfolded_slides
 from ...geometry.refinement import Change
 from .._kernels import STEEPEST_SLIDE, level
 from ..base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
@@ -212,14 +214,24 @@ class WaveFolds:
             self._height, self._shown, self._slide, self._spacing, self._across, self._active, self._deep,
             self._leading,
         )  # fmt: skip
-        slide = state.carried(self._slide) if self.pinch > 0.0 else None
-        level(self._height, self._shown, *state.swept(slide, self._height))
         spacing = self._spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             self._height, self._shown = (beyond * height for height in (self._height, self._shown))
             spacing = spacing / np.sqrt(beyond)
+        slide = self._unfolded(state.carried(self._slide), state) if self.pinch > 0.0 else None
+        level(self._height, self._shown, *state.swept(slide, self._height))
         offset = self._shown - self._height
         return Displacement(self._height, spacing, self._across, self._active, offset, False, slide)
+
+    def _unfolded(self, slide: Array, state: SurfaceState) -> Array:
+        """Lower heights, and return a shorter slide (n, 3), where they would turn triangles over: to do that after the
+        heights are levelled would take or bring volume.
+        """
+        bare, triangles, directions = state.bare, state.triangles, state.upright
+        if (shares := unfolded_shares(bare, self._height, directions, triangles)) is not None:
+            self._height, self._shown = self._height * shares, self._shown * shares
+            slide = slide * shares[:, None]
+        return unfolded_slides(bare, displaced(bare, self._height, directions), slide, triangles)
 
     @property
     def _beyond(self) -> float:

@@ -317,6 +317,20 @@ def test_nothing_crosses_however_skin_is_pressed(reliefs, relief, across, along,
 # --- on the built-in head ----------------------------------------------------------------------------
 
 
+def test_exaggerated_folds_that_slide_take_no_volume(face):
+    """Of the volume under the whole surface, by the theorem of Gauss: its borders stay where they are."""
+    sim = fw.Simulation(face, layers=[WaveFolds(3.0, inextensible=False, pinch=1.0)])
+    sim.express("surprise")
+    *_, frame = sim.run(12, ramp=0.5)
+    corners, shares = sim.vertices.corners, sim.vertices.barycentric
+    bare = np.einsum("nc,nck->nk", shares, (sim.motion.points + sim.motion.displacement)[corners])
+    now, triangles = np.asarray(frame.points), sim.forest.triangles
+    before, after = (np.linalg.det(points[triangles]).sum() / 6.0 for points in (bare, now))
+    volumes = swept_volumes(bare, now - bare, triangles)
+    assert np.abs(volumes).sum() > 1500.0
+    assert abs(after - before) < 0.005 * np.abs(volumes).sum()
+
+
 def test_crests_lean_over_the_furrows_between_the_brows(face):
     sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(anatomical=True, pinch=1.0)])
     sim.express("frowning")
