@@ -41,7 +41,11 @@ class BrowHairs:
 
     def polylines(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> Array:
         """Points (k, p, 3) of the hairs on the skin as it is now, given its points and vertex normals (n, 3)."""
+        return self.on_skin(points, triangles, normals)[0]
+
+    def on_skin(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> tuple[Array, Array]:
+        """:meth:`polylines`, and the normals (k, p, 3) of the skin below them."""
         corners = triangles[self.triangles]
-        on_skin = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
+        below = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
-        return on_skin + self.heights[:, None] * up
+        return below + self.heights[:, None] * up, up

@@ -14,7 +14,6 @@ from ..anatomy.face import Face
 from ..array_types import Array
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
-from . import _eye_kernels as kernels
 
 PUPIL, IRIS = 9.0, 28.5
 """Angles between the axis of the eye and the borders of pupil and iris, degrees."""
@@ -146,16 +145,19 @@ class PaintedEye:
         lateral, up, forward = self.lid_axes
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
         place = directions @ lateral
-        return _TurnedEye(np.array(gaze), ball, paint, place, height, np.argsort(place, kind="stable"))
+        return _TurnedEye(np.array(gaze), ball, paint, place, height)
 
     def _between_lids(self, turned: _TurnedEye, points: Array) -> npt.NDArray[np.uint8]:
         """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
         if self.margins is None:
             return np.rint(np.clip(turned.paint, 0.0, 255.0)).astype(np.uint8)
-        upper, lower = self.lid_heights(points, turned.place[turned.order])
-        paint = np.empty(turned.paint.shape, np.uint8)
-        kernels.between_lids(turned.paint, turned.height, turned.order, upper, lower, COLOURS["tears"], paint)
-        return paint
+        upper, lower = self.lid_heights(points, turned.place)
+        below, above = np.maximum(upper - turned.height, 0.0), turned.height - lower
+        wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
+        shade = 0.62 * np.exp(-below / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
+        lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
+        paint = turned.paint + wet[:, None] * (COLOURS["tears"] - turned.paint)
+        return np.rint(np.clip(paint * lit, 0.0, 255.0)).astype(np.uint8)
 
 
 def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
@@ -181,8 +183,7 @@ def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
 class _TurnedEye:
     """An eye with one gaze: the ball, its paint without the lids, and where its k points are between these.
 
-    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, `height` the angle above the last,
-    degrees, and `order` sorts the points by their places: lids are looked up faster so.
+    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, `height` the angle above the last, degrees.
     """
 
     gaze: Array
@@ -190,7 +191,6 @@ class _TurnedEye:
     paint: Array
     place: Array
     height: Array
-    order: npt.NDArray[np.int64]
 
 
 def _directions(angle: Array, spoke: Array) -> Array:

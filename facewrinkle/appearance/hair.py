@@ -16,7 +16,6 @@ from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import reshaped
-from . import _hair_kernels as kernels
 
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
@@ -72,9 +71,9 @@ class HairCards:
 
     def along(self, lines: HairLines) -> pv.PolyData:
         """Return the ribbons, with `paint` (rgba), along lines."""
-        count, knots = self.half.shape
-        places, normals = np.empty((2, count, knots, 2, 3))
-        kernels.ribbons(lines.points, lines.side, lines.up, self.half, places, normals)
+        aside = self.half[..., None] * lines.side
+        places = np.stack([lines.points - aside, lines.points + aside], axis=2)
+        normals = np.repeat(lines.up[:, :, None], 2, axis=2)
         return reshaped(self._blank, places.reshape(-1, 3), normals.reshape(-1, 3))
 
 
@@ -142,16 +141,15 @@ class Brows:
 
         Hairs are lifted out of the folds of the `surface`, the points and triangles of the refined skin.
         """
-        hairs, shape = self.hairs, self._rest.shape
-        points, normals = (np.ascontiguousarray(array, np.float64) for array in (points, normals))
-        lines, up, side = np.empty((3, *shape))
-        kernels.on_skin(triangles[hairs.triangles], hairs.weights, hairs.heights, points, normals, lines, up)
+        lines, up = self.hairs.on_skin(points, triangles, normals)
         moved = lines[:, 0] - self._rest[:, 0]
         for brow in self._sides:
-            kernels.slide(brow.hairs, brow.below, brow.share, brow.correction(moved), up, lines)
-        kernels.across(lines, up, side)
-        strands = HairLines(*np.empty((3, self.STRANDS * shape[0], *shape[1:])))
-        kernels.strands(lines, side, up, self._length, self._aside, strands.points, strands.side, strands.up)
+            slide, away = brow.correction(moved), up[brow.hairs]
+            lines[brow.hairs] += slide - (slide * away).sum(axis=-1, keepdims=True) * away
+        side, root = _across(lines, up), lines[:, None, :1]
+        beside = root + self._length[..., None, None] * (lines[:, None] - root) + self._aside[..., None] * side[:, None]
+        each = (np.repeat(part, self.STRANDS, axis=0) for part in (side, up))
+        strands = HairLines(beside.reshape(-1, *lines.shape[1:]), *each)
         if surface is not None:
             for brow in self._sides:
                 self._lift(strands, brow.strands(self.STRANDS), *surface)
@@ -178,16 +176,32 @@ class _Stiffness:
         place = (along - along[:, 0].min()) / np.ptp(along[:, 0])
         self._smooth = _local_lines(place[:, 0], knots, stiff) - _local_lines(place[:, 0], knots, fine)
         at = np.clip(place, 0.0, 1.0) * (len(knots) - 1.0)
-        self.below = np.minimum(at.astype(int), len(knots) - 2)
-        self.share = at - self.below
+        self._below = np.minimum(at.astype(int), len(knots) - 2)
+        self._share = at - self._below
 
     def correction(self, moved: Array) -> Array:
-        """Motion to add at the knots along this brow, by the motion `moved` (k, 3) of the roots of all hairs."""
-        return np.asarray(self._smooth @ moved[self.hairs])
+        """Motion to add to the points of this brow's hairs, by the motion `moved` (k, 3) of the roots of all hairs."""
+        knots, share = self._smooth @ moved[self.hairs], self._share[..., None]
+        return np.asarray(knots[self._below] * (1.0 - share) + knots[self._below + 1] * share)
 
     def strands(self, each: int) -> IntArray:
         """Numbers of the strands of this brow, of which each hair has some."""
         return np.asarray((each * self.hairs[:, None] + np.arange(each)).ravel())
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+
+
+def _along(lines: Array) -> Array:
+    """Unit vectors (..., p, 3) along lines, by differences of the points before and after."""
+    padded = np.concatenate([lines[..., :1, :], lines, lines[..., -1:, :]], axis=-2)
+    return _unit(padded[..., 2:, :] - padded[..., :-2, :])
+
+
+def _across(lines: Array, towards: Array) -> Array:
+    """Unit vectors (..., p, 3) across lines and directions."""
+    return _unit(np.cross(_along(lines), towards))
 
 
 def _local_lines(place: Array, knots: Array, reach: float) -> Array:
@@ -302,14 +316,26 @@ class Lashes:
 
     def lines(self, points: Array) -> HairLines:
         """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""
-        roots, eye, start = self._rooted(points), self.eye, 0
+        roots = self._rooted(points)
         shut = float(smoothstep(1.0 - self._gap(roots) / self._open_gap))
-        lines = HairLines(*np.empty((3, len(self.half), self.KNOTS, 3)))
-        for root, path, droop in zip(roots, self._paths, self._droops, strict=True):
-            row = slice(start, start := start + len(root))
-            kernels.lashes(root, eye.centre, eye.up, path, shut * droop, lines.points[row], lines.up[row])
-        kernels.across(lines.points, np.tile(eye.gaze, (*lines.side.shape[:2], 1)), lines.side)
-        return lines
+        rows = [
+            self._row(root, path + [0.0, 1.0, 0.0] * (shut * droop)[..., None])
+            for root, path, droop in zip(roots, self._paths, self._droops, strict=True)
+        ]
+        lines, out = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+        return HairLines(lines, _across(lines, self.eye.gaze), out)
+
+    def _row(self, root: Array, path: Array) -> tuple[Array, Array]:
+        """Return lashes (k, p, 3) along paths [aside, up, ahead] from roots (k, 3), and the directions ahead (k, p, 3).
+
+        Ahead is away from the middle of the eye, aside is along the row, and up across both, on the eye's upper side.
+        """
+        along, ahead = _along(root), _unit(root - self.eye.centre)
+        up = _unit(np.cross(along, ahead))
+        up *= np.sign((up @ self.eye.up).sum())
+        aside = along - (along * ahead).sum(axis=-1, keepdims=True) * ahead
+        lines = root[:, None] + path @ np.stack([aside, up, ahead], axis=1)
+        return lines, np.repeat(ahead[:, None], path.shape[1], axis=1)
 
 
 def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray]]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..array_types import Array
-from . import _pixel_kernels as kernels
 
 ANCHORS = {
     "forehead": ("trichion", "forehead_mid", "brow_{}_mid trichion", "brow_{}_outer trichion"),
@@ -68,5 +68,7 @@ def regions_at(face: Face, rest: Array) -> npt.NDArray[np.uint8]:
     points, numbers = anchors_of(face)
     out = np.full(len(rest), REGIONS.index("elsewhere"), np.uint8)
     if len(points):
-        kernels.nearest(rest, points, numbers, FAR * face.frame.pupil_distance, out)
+        distance, nearest = cKDTree(points).query(rest, distance_upper_bound=FAR * face.frame.pupil_distance)
+        near = np.isfinite(distance)
+        out[near] = numbers[nearest[near]]
     return out

@@ -11,9 +11,8 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, IntArray
-from ..geometry._depth_buffer_kernels import rasterise
+from ..geometry.depth_buffer import rasterise
 from ..geometry.interpolation import interpolated
-from . import _pixel_kernels as kernels
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,10 +173,17 @@ class TriangleBuffer:
         return np.asarray(lookup[self.numbers])
 
     def hits(self, name: str) -> Hits:
-        """Return the places on a mesh where it is seen."""
+        """Return the places on a mesh where it is seen.
+
+        A ray meets the plane of a triangle where its volumes with two corners each tell the weights. A pixel at an edge
+        may be given to the triangle beside the one that its ray meets: the place is moved to the edge.
+        """
         local, corners, first = self._meshes[name]
         rows, columns = np.nonzero((self.numbers >= first) & (self.numbers < first + len(corners)))
         corners = corners[self.numbers[rows, columns] - first]
-        weights, depth = np.empty((len(rows), 3)), np.empty(len(rows))
-        kernels.meet(local, corners, self.camera.rays(rows, columns), weights, depth)
-        return Hits(rows, columns, corners, weights, depth)
+        at, ray = local[corners], self.camera.rays(rows, columns)
+        volumes = np.einsum("pcx,px->pc", np.cross(at[:, [1, 2, 0]], at[:, [2, 0, 1]]), ray)
+        total = volumes.sum(axis=1, keepdims=True)
+        weights = np.where(np.abs(total) < 1e-300, 1.0, np.maximum(volumes * np.sign(total), 0.0))
+        weights /= weights.sum(axis=1, keepdims=True)
+        return Hits(rows, columns, corners, weights, np.einsum("pc,pc->p", weights, at[..., 2]))

@@ -50,19 +50,6 @@ def _hang(nodes, edges, x, s):
 
 
 @compiled
-def _unhang(nodes, edges, x, s):
-    """Take side s of node x out of the list of its edge."""
-    e = nodes[x, EDGE + s]
-    side = edges[e, SIDES]
-    if side == 3 * x + s:
-        edges[e, SIDES] = nodes[x, FACE + s]
-        return
-    while nodes[side // 3, FACE + side % 3] != 3 * x + s:
-        side = nodes[side // 3, FACE + side % 3]
-    nodes[side // 3, FACE + side % 3] = nodes[x, FACE + s]
-
-
-@compiled
 def _push(nodes, state, x):
     """Put leaf x at the end of the worklist, if it is not in it."""
     if nodes[x, CHILD] == NONE:
@@ -312,21 +299,18 @@ def _close(nodes, edges, state, x):
     child = np.int64(nodes[x, CHILD])
     for s in range(3):
         for outer in range(0, 3, 2):
-            _unhang(nodes, edges, child + s, outer)
+            gone, e = 3 * (child + s) + outer, nodes[child + s, EDGE + outer]
+            after = nodes[child + s, FACE + outer]
+            side = edges[e, SIDES]
+            if side == gone:
+                edges[e, SIDES] = after
+                continue
+            while nodes[side // 3, FACE + side % 3] != gone:
+                side = nodes[side // 3, FACE + side % 3]
+            nodes[side // 3, FACE + side % 3] = after
     _free(edges, nodes[child, EDGE + 1], 3, WHOLE, state, FREE_INNER)
     _free(nodes, child, 4, FAMILY, state, FREE_NODES)
     nodes[x, CHILD] = NONE
-
-
-@compiled
-def _join(nodes, edges, state, e):
-    """Undo the bisection of edge e."""
-    _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
-    edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
-    side = edges[e, SIDES]
-    while side >= 0:
-        nodes[side // 3, FLAGS] &= ~(1 << side % 3)
-        side = nodes[side // 3, FACE + side % 3]
 
 
 @compiled
@@ -346,7 +330,12 @@ def prune(nodes, edges, state, leaf, marked, status, found, waiting, gone):
                 e = nodes[found[i], EDGE + s]
                 if edges[e, N_SPLIT] == 0 and edges[e, MIDPOINT] >= 0:
                     gone[edges[e, MIDPOINT]] = True
-                    _join(nodes, edges, state, e)
+                    _free(edges, edges[e, HALF], 2, WHOLE, state, FREE_HALVES)
+                    edges[e, MIDPOINT], edges[e, HALF] = NONE, NONE
+                    side = edges[e, SIDES]
+                    while side >= 0:
+                        nodes[side // 3, FLAGS] &= ~(1 << side % 3)
+                        side = nodes[side // 3, FACE + side % 3]
 
 
 @compiled

@@ -83,21 +83,6 @@ def slid_double_areas(points, slide, heights, directions, triangles, out):
 
 
 @compiled
-def first_values(vertices, values, out, differs):
-    """The value (n, d) at the first corner of each vertex, and True for corners (k,) that have another one."""
-    seen = np.zeros(len(out), np.bool_)
-    for i in range(len(vertices)):
-        v = vertices[i]
-        differs[i] = False
-        if not seen[v]:
-            seen[v] = True
-            out[v] = values[i]
-            continue
-        for c in range(values.shape[1]):
-            differs[i] |= values[i, c] != out[v, c]
-
-
-@compiled
 def normalise(vectors):
     """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):
@@ -107,14 +92,6 @@ def normalise(vectors):
             vectors[v, 0] = x / length
             vectors[v, 1] = y / length
             vectors[v, 2] = z / length
-
-
-@compiled
-def find_moved(bare, displaced, bit, moved):
-    """Set a bit of `moved` (n,) at vertices that are displaced."""
-    for v in range(len(bare)):
-        if bare[v, 0] != displaced[v, 0] or bare[v, 1] != displaced[v, 1] or bare[v, 2] != displaced[v, 2]:
-            moved[v] |= bit
 
 
 @compiled
@@ -170,27 +147,6 @@ def interpolate(values, corners, barycentric, out):
 
 
 @compiled
-def displace(points, heights, directions, out):
-    """points + heights * directions, row by row."""
-    for i in range(points.shape[0]):
-        for k in range(3):
-            out[i, k] = points[i, k] + heights[i] * directions[i, k]
-
-
-@compiled
-def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across, active, bends):
-    """Take over the spacing that a layer needs at each vertex, where it is finer, and where the layer is active."""
-    for v in range(len(spacing)):
-        if own_spacing[v] < spacing[v]:
-            spacing[v] = own_spacing[v]
-            for c in range(3):
-                across[v, c] = own_across[v, c]
-        if own_active[v]:
-            active[v] = True
-            bends[v] |= own_bends
-
-
-@compiled
 def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
     split, fine, largest,
@@ -238,19 +194,6 @@ def mark_triangles(
                 fine[f] = False
         late += behind
     return late
-
-
-@compiled
-def keep_restless(triangles, roots, active, kept, fine):
-    """Clear `fine` (m,) in base triangles that are `kept` (m0,), where a corner is active; keep no others on."""
-    here = np.zeros(len(kept), np.bool_)
-    for f in range(len(triangles)):
-        root, a, b, c = roots[f], triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        if kept[root] and (active[a] or active[b] or active[c]):
-            here[root] = True
-            fine[f] = False
-    for root in range(len(kept)):
-        kept[root] = here[root]
 
 
 @compiled

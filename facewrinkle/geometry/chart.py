@@ -1,6 +1,9 @@
 """Charts: flat coordinates laid on a curved surface about a point, in the lengths of the surface."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
+
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 import numpy.typing as npt
@@ -8,9 +11,12 @@ from scipy.sparse import coo_array, diags_array
 from scipy.sparse.linalg import splu
 
 from ..array_types import Array, IntArray
-from . import _chart_kernels as kernels
 from .closest_point import ClosestPoint
+from .compilation import compiled
 from .topology import unique_edges
+
+SWEEPS = 2
+"""Further passes over all vertices, once each has a first value."""
 
 
 def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:
@@ -56,7 +62,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     angle[corners] = np.arctan2(rays @ upward, rays @ right)
     order = np.argsort(triangles, axis=None, kind="stable")
     offsets = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(points)))])
-    kernels.polar(points, triangles, offsets, order // 3, centre.triangle, reach, distance, angle)
+    _polar(points, triangles, offsets, order // 3, centre.triangle, reach, distance, angle)
     distance[np.isinf(distance)] = np.nan
     return np.stack([distance * np.cos(angle) + shift @ right, distance * np.sin(angle) + shift @ upward], axis=1)
 
@@ -182,3 +188,83 @@ def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -
     out = values.copy()
     out[used] = factors.solve(mass @ values[used])
     return out
+
+
+@compiled
+def _through(points, i, j, k, distance, angle):
+    """Distance and angle at i of the straight line through the edge j k, and the angle by which it misses the edge.
+
+    The triangle of the source and the edge and the triangle j k i of the mesh are unfolded into one plane. As j k i is
+    oriented, a source beyond the edge sees k to the right of j. Distance and miss are infinite where no line leads
+    through the edge: for a source on the near side, for lines that lead back, and for lines longer than by way of j.
+    """
+    e, r = points[k] - points[j], points[i] - points[j]
+    length = np.sqrt((e * e).sum())
+    ix = (r * e).sum() / length
+    iy = np.sqrt(max((r * r).sum() - ix * ix, 0.0))
+    uj, uk = distance[j], distance[k]
+    turn = angle[k] - angle[j]
+    sx = (uj * uj - uk * uk + length * length) / (2.0 * length)
+    sy = -np.sqrt(max(uj * uj - sx * sx, 0.0))
+    to_j, to_k, to_i = np.arctan2(-sy, -sx), np.arctan2(-sy, length - sx), np.arctan2(iy - sy, ix - sx)
+    from_j, from_k = to_i - to_j, to_i - to_k
+    turn -= 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
+    from_j -= 2.0 * np.pi * np.round(from_j / (2.0 * np.pi))
+    from_k -= 2.0 * np.pi * np.round(from_k / (2.0 * np.pi))
+    u = np.hypot(ix - sx, iy - sy)
+    longest = uj + np.sqrt((r * r).sum())
+    if turn > 0.0 or u < min(uj, uk) or u > longest * (1.0 + 1e-9):
+        return np.inf, 0.0, np.inf
+    if from_j > 0.0:  # past an end of the edge the plane is continued
+        return u, angle[j] + from_j, from_j
+    if from_k < 0.0:
+        return u, angle[k] + from_k, -from_k
+    wide = from_k - from_j
+    share = -from_j / wide if wide > 1e-12 else 0.5
+    return u, angle[j] + share * turn, 0.0
+
+
+@compiled
+def _polar(points, triangles, offsets, around, first, reach, distance, angle):
+    """Fill in distances and angles, from those at the triangle `first` outwards to `reach`, nearest vertices first.
+
+    `around[offsets[v]:offsets[v + 1]]` are the triangles at v. A vertex takes its values through the edge that the
+    straight line to it crosses or, if no such edge is known yet, through the one that the line misses by least.
+    """
+    n = points.shape[0]
+    quality, done = np.full(n, np.inf), np.zeros(n, np.bool_)
+    heap = [(distance[v], v) for v in triangles[first]]
+    heapify(heap)
+    quality[triangles[first]] = -1.0
+    while heap:
+        key, v = heappop(heap)
+        if done[v] or key > distance[v] or key > reach:
+            continue
+        done[v] = True
+        for q in range(offsets[v], offsets[v + 1]):
+            f = around[q]
+            for c in range(3):
+                i, j, k = triangles[f, c], triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if i == v or done[i] or not (done[j] and done[k]):
+                    continue
+                u, a, miss = _through(points, i, j, k, distance, angle)
+                if miss < quality[i] or (miss == quality[i] and u < distance[i]):
+                    quality[i], distance[i], angle[i] = miss, u, a
+                    heappush(heap, (u, i))
+    for v in range(n):
+        if not done[v]:
+            distance[v] = np.inf
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses.
+    order = np.argsort(distance)
+    for _ in range(SWEEPS):
+        for v in order:
+            if not done[v]:
+                break
+            for q in range(offsets[v], offsets[v + 1]):
+                f = around[q]
+                c = 0 if triangles[f, 0] == v else 1 if triangles[f, 1] == v else 2
+                j, k = triangles[f, (c + 1) % 3], triangles[f, (c + 2) % 3]
+                if done[j] and done[k]:
+                    u, a, miss = _through(points, v, j, k, distance, angle)
+                    if miss < quality[v]:
+                        quality[v], distance[v], angle[v] = miss, u, a

@@ -1,5 +1,6 @@
 """The point of a mesh that is closest to a given point."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -8,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, IntArray
-from . import _closest_point_kernels as kernels
+from .compilation import compiled
 from .normals import vertex_normals
 
 
@@ -48,9 +49,71 @@ def closest_point(points: Array, triangles: IntArray, query: npt.ArrayLike) -> C
     >>> closest_point(corners, np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 3.0]).point
     array([1., 2., 0.])
     """
-    triangle, weights, distance = kernels.closest(points, triangles, np.asarray(query, dtype=np.float64))
+    triangle, weights, distance = closest(points, triangles, np.asarray(query, dtype=np.float64))
     own = triangles[triangle]
     corners, around = points[own], triangles[np.isin(triangles, own).any(axis=1)]
     normal = weights @ vertex_normals(points, around)[own]
     length = max(float(np.linalg.norm(normal)), 1e-300)
     return ClosestPoint(int(triangle), weights, weights @ corners, normal / length, float(distance))
+
+
+@compiled
+def closest(points, triangles, query):
+    """Triangle, barycentric coordinates and distance of the point of a mesh that is closest to `query`."""
+    best, found = np.inf, 0
+    weights, w = np.empty(3), np.empty(3)
+    for f in range(triangles.shape[0]):
+        a, b, c = points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
+        distance = closest_in_triangle(query, a, b, c, w)
+        if distance < best:
+            best, found = distance, f
+            for k in range(3):  # as a whole, numba would compile the text of an error for it: three seconds
+                weights[k] = w[k]
+    return found, weights, np.sqrt(best)
+
+
+@compiled
+def closest_in_triangle(p, a, b, c, weights):
+    """Squared distance of p from the triangle abc; the barycentric coordinates of the closest point go to `weights`.
+
+    The triangle may be degenerate.
+    """
+    d00 = d01 = d11 = d20 = d21 = 0.0
+    for k in range(3):  # numbers, not small arrays, which would be allocated
+        ab, ac, ap = b[k] - a[k], c[k] - a[k], p[k] - a[k]
+        d00 += ab * ab
+        d01 += ab * ac
+        d11 += ac * ac
+        d20 += ap * ab
+        d21 += ap * ac
+    determinant = d00 * d11 - d01 * d01
+    if determinant > 0.0:
+        v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
+        if v >= 0.0 and w >= 0.0 and v + w <= 1.0:
+            weights[0], weights[1], weights[2] = 1.0 - v - w, v, w
+            distance = 0.0
+            for k in range(3):
+                distance += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2
+            return distance
+    on_bc = on_ca = bc = ca = 0.0
+    for k in range(3):
+        on_bc += (p[k] - b[k]) * (c[k] - b[k])
+        on_ca += (p[k] - c[k]) * (a[k] - c[k])
+        bc += (c[k] - b[k]) ** 2
+        ca += (a[k] - c[k]) ** 2
+    r = min(max(d20 / d00, 0.0), 1.0) if d00 > 0.0 else 0.0
+    s = min(max(on_bc / bc, 0.0), 1.0) if bc > 0.0 else 0.0
+    t = min(max(on_ca / ca, 0.0), 1.0) if ca > 0.0 else 0.0
+    from_ab = from_bc = from_ca = 0.0
+    for k in range(3):
+        from_ab += (p[k] - a[k] - r * (b[k] - a[k])) ** 2
+        from_bc += (p[k] - b[k] - s * (c[k] - b[k])) ** 2
+        from_ca += (p[k] - c[k] - t * (a[k] - c[k])) ** 2
+    if from_ab <= from_bc and from_ab <= from_ca:
+        weights[0], weights[1], weights[2] = 1.0 - r, r, 0.0
+        return from_ab
+    if from_bc <= from_ca:
+        weights[0], weights[1], weights[2] = 0.0, 1.0 - s, s
+        return from_bc
+    weights[0], weights[1], weights[2] = t, 0.0, 1.0 - t
+    return from_ca

@@ -1,6 +1,9 @@
 """Decimation of triangle meshes to wanted lengths of edges; what remains is a subset of the vertices."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
+
+from heapq import heappop, heappush
 
 import numpy as np
 import numpy.typing as npt
@@ -8,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..array_types import Array, IntArray
-from . import _decimation_kernels as kernels
+from .compilation import compiled
 from .normals import vertex_normals
 from .topology import as_triangles, unique_edges
 
@@ -16,6 +19,30 @@ SPACING = 0.67
 """Vertices are removed while they are closer to a neighbour than this share of the wanted length: the edges that stay
 are then about as long as wanted, on average.
 """
+
+FREE, ON_LINE, FIXED = 0, 1, 2
+"""Kinds of vertices: free, on a line that it may only leave along the line, and never removed."""
+
+LONGEST = 1.6
+"""No edge becomes longer than this, relative to the edges that are wanted."""
+
+FACING = 0.35
+"""Smallest cosine between the normal of a new triangle and the normals of the given mesh at its corners."""
+
+BENT = 0.5
+"""Smallest cosine between the normals of a triangle before and after one collapse."""
+
+SHAPE = 0.3
+"""Smallest quality of a new triangle: 1 for equilateral ones, 0 without area."""
+
+CORNER = 0.1
+"""No line is cut short by more than this at a vertex, relative to the edges that are wanted."""
+
+NEAR = 3.0
+"""Neighbours up to this far are near, relative to the nearest one."""
+
+MOST_NEIGHBOURS = 64
+"""Vertices with more neighbours than this are not removed, and no vertex gets more."""
 
 LEAST_OF_LINE = 8
 """Every line and every boundary loop keeps at least this many vertices, or all that it has."""
@@ -64,7 +91,7 @@ def decimated(
     positions = np.ascontiguousarray(points, dtype=np.float64)
     n = len(positions)
     kind, neighbours, loop, left = _lines(faces, n, lines)
-    alive = kernels.decimate(
+    alive = _decimate(
         positions, vertex_normals(positions, faces), np.ascontiguousarray(size, dtype=np.float64), faces, kind,
         neighbours, loop, left, LEAST_OF_LINE, SPACING, int(fewest),
     )  # fmt: skip
@@ -82,10 +109,10 @@ def _lines(
     if lines is not None and len(lines):
         chosen = np.unique(np.sort(np.concatenate([chosen, lines]), axis=1), axis=0)
     degree = np.bincount(chosen.ravel(), minlength=n)
-    kind = np.full(n, kernels.FIXED, np.int8)
-    kind[degree == 0] = kernels.FREE
-    kind[degree == 2] = kernels.ON_LINE
-    kind[edges[shared > 2]] = kernels.FIXED
+    kind = np.full(n, FIXED, np.int8)
+    kind[degree == 0] = FREE
+    kind[degree == 2] = ON_LINE
+    kind[edges[shared > 2]] = FIXED
     both = np.concatenate([chosen, chosen[:, ::-1]])
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
     neighbours = np.full((n, 2), -1, np.int64)
@@ -95,3 +122,277 @@ def _lines(
     count, loop = connected_components(graph, directed=False)
     left = np.bincount(loop, minlength=count)
     return kind, neighbours, loop.astype(np.int64), left.astype(np.int64)
+
+
+@compiled
+def _neighbours(v, triangles, alive, head, following, out):
+    """Write the neighbours of a vertex to `out`, drop dead triangles from its list, and return the count.
+
+    More than fit count as one too many.
+    """
+    count = 0
+    last, corner = -1, head[v]
+    while corner >= 0:
+        t = corner // 3
+        after = following[corner]
+        if not alive[t]:
+            if last < 0:
+                head[v] = after
+            else:
+                following[last] = after
+            corner = after
+            continue
+        for k in range(3):
+            w = triangles[t, k]
+            if w == v:
+                continue
+            known = False
+            for i in range(count):
+                if out[i] == w:
+                    known = True
+                    break
+            if not known:
+                if count == len(out):
+                    return count + 1
+                out[count] = w
+                count += 1
+        last, corner = corner, after
+    return count
+
+
+@compiled
+def _distance(points, a, b):
+    x, y, z = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@compiled
+def _measured(points, a, b, c, normal):
+    """Write the unit normal of a triangle to `normal`, and return its quality."""
+    squares = 0.0
+    for p, q in ((a, b), (b, c), (c, a)):
+        for k in range(3):
+            squares += (points[p, k] - points[q, k]) ** 2
+    ax, ay, az = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+    bx, by, bz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
+    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    double = np.sqrt(x * x + y * y + z * z)
+    scale = 1.0 / double if double > 0.0 else 0.0
+    normal[0], normal[1], normal[2] = x * scale, y * scale, z * scale
+    return 2.0 * np.sqrt(3.0) * double / squares if squares > 0.0 else 0.0
+
+
+@compiled
+def _least_facing(normals, normal, a, b, c):
+    least = 1.0
+    for v in (a, b, c):
+        least = min(least, normals[v, 0] * normal[0] + normals[v, 1] * normal[1] + normals[v, 2] * normal[2])
+    return least
+
+
+@compiled
+def _shape_after(v, u, points, normals, size, triangles, alive, head, following, before, after):
+    """Return the worst quality of the triangles around v once v is merged into u; -1 if a triangle would turn over, or
+    become too long or too thin.
+    """
+    worst = 1.0
+    corner = head[v]
+    while corner >= 0:
+        t = corner // 3
+        corner = following[corner]
+        a, b, c = triangles[t]
+        if not alive[t] or a == u or b == u or c == u:
+            continue
+        was = _measured(points, a, b, c, before)
+        facing = _least_facing(normals, before, a, b, c)
+        a, b, c = (u if a == v else a), (u if b == v else b), (u if c == v else c)
+        shape = _measured(points, a, b, c, after)
+        if shape < min(SHAPE, was):
+            return -1.0
+        if before[0] * after[0] + before[1] * after[1] + before[2] * after[2] < BENT and was > 0.0:
+            return -1.0
+        if _least_facing(normals, after, a, b, c) < min(FACING, facing):
+            return -1.0
+        for w in (a, b, c):
+            if w != u and _distance(points, u, w) > LONGEST * 0.5 * (size[u] + size[w]):
+                return -1.0
+        worst = min(worst, shape)
+    return worst
+
+
+@compiled
+def _sides(v, w, triangles, alive, head, following):
+    """Number of triangles at the edge from v to w."""
+    count, corner = 0, head[v]
+    while corner >= 0:
+        t = corner // 3
+        corner = following[corner]
+        count += alive[t] and (triangles[t, 0] == w or triangles[t, 1] == w or triangles[t, 2] == w)
+    return count
+
+
+@compiled
+def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
+    """Link condition: v and u share no neighbours but those opposite to their edge, and what becomes one was not the
+    border, or the whole of a piece.
+    """
+    apexes = _sides(v, u, triangles, alive, head, following)
+    n_other = _neighbours(u, triangles, alive, head, following, other)
+    if n_other > len(other) or n_other + count - apexes - 2 > len(other):
+        return False
+    shared = 0
+    first, second = -1, -1
+    for i in range(count):
+        for j in range(n_other):
+            if ring[i] == other[j]:
+                shared += 1
+                first, second = second, ring[i]
+                if (
+                    _sides(v, ring[i], triangles, alive, head, following) == 1
+                    and _sides(u, ring[i], triangles, alive, head, following) == 1
+                ):
+                    return False
+    if shared != apexes:
+        return False
+    if shared == 2:  # a tetrahedron would become a triangle with two sides
+        corner = head[v]
+        while corner >= 0:
+            t = corner // 3
+            corner = following[corner]
+            if alive[t]:
+                found = 0
+                for k in range(3):
+                    found += triangles[t, k] == first or triangles[t, k] == second
+                if found == 2:
+                    return False
+    return True
+
+
+@compiled
+def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
+    """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
+    best, found = 0.0, -1
+    near = np.inf
+    for i in range(count):
+        near = min(near, NEAR * _distance(points, ring[i], v))
+    for turn in range(2 * count):
+        if turn == count and found >= 0:
+            break
+        u = ring[turn % count]
+        if kind[v] == ON_LINE and u != lines[v, 0] and u != lines[v, 1]:
+            continue
+        if (_distance(points, u, v) > near) == (turn < count):
+            continue
+        if kind[v] == ON_LINE:  # v is not far from the straight line between its neighbours
+            w, square, along, length = lines[v, 0] + lines[v, 1] - u, 0.0, 0.0, 0.0
+            for k in range(3):
+                a, b = points[v, k] - points[u, k], points[w, k] - points[u, k]
+                square += a * a
+                along += a * b
+                length += b * b
+            if square - (along * along / length if length > 0.0 else 0.0) > (CORNER * size[v]) ** 2:
+                continue
+        shape = _shape_after(v, u, points, normals, size, triangles, alive, head, following, spare[0], spare[1])
+        if shape <= 0.0:
+            continue
+        # Well-shaped triangles first, and short ways before long ones.
+        shape /= 1.0 + _distance(points, u, v) / size[v]
+        if shape > best and _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
+            best, found = shape, u
+    return found
+
+
+@compiled
+def _shortest(v, count, ring, points, size):
+    """Length of the shortest edge of a vertex, relative to the edges that are wanted."""
+    least = np.inf
+    for i in range(min(count, len(ring))):
+        least = min(least, 2.0 * _distance(points, v, ring[i]) / (size[v] + size[ring[i]]))
+    return least
+
+
+@compiled
+def _merge(v, u, triangles, alive, head, following):
+    """Merge v into u."""
+    corner = head[v]
+    while corner >= 0:
+        after, t = following[corner], corner // 3
+        if alive[t]:
+            if triangles[t, 0] == u or triangles[t, 1] == u or triangles[t, 2] == u:
+                alive[t] = False
+            else:
+                triangles[t, corner % 3] = u
+                following[corner] = head[u]
+                head[u] = corner
+        corner = after
+    head[v] = -1
+
+
+@compiled
+def _enqueue(v, gap, heap, key, kind, spacing):
+    """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
+    if kind[v] != FIXED and gap < spacing and gap != key[v]:
+        key[v] = gap
+        heappush(heap, (gap, v))
+
+
+@compiled
+def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, spacing, target):
+    """Merge vertices into neighbours, the closest first, until none is closer than `spacing` of the wanted size.
+
+    Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbours of
+    vertices on lines. `left` counts the vertices of each line `loop`, of which at least `least` stay. No more
+    vertices are removed once `target` are left.
+    """
+    n, m = len(points), len(triangles)
+    alive, head, following = np.ones(m, np.bool_), np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
+    for corner in range(3 * m - 1, -1, -1):
+        v = triangles[corner // 3, corner % 3]
+        following[corner] = head[v]
+        head[v] = corner
+    ring, other = np.empty((2, MOST_NEIGHBOURS), np.int64)
+    spare, key = np.empty((2, 3)), np.full(n, np.inf)
+    heap = [(0.0, 0)]
+    heap.clear()
+    remaining = 0
+    for v in range(n):
+        if head[v] >= 0:
+            remaining += 1
+            count = _neighbours(v, triangles, alive, head, following, ring)
+            if count <= MOST_NEIGHBOURS:
+                _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
+    while len(heap) and remaining > target:
+        asked, v = heappop(heap)
+        if head[v] < 0 or asked != key[v]:
+            continue
+        key[v] = np.inf
+        count = _neighbours(v, triangles, alive, head, following, ring)
+        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= least):
+            continue
+        # A key is too small once the edge it stands for is gone.
+        gap = _shortest(v, count, ring, points, size)
+        if gap > (1.0 + 1e-9) * asked:
+            _enqueue(v, gap, heap, key, kind, spacing)
+            continue
+        u = _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare)
+        if u < 0:
+            continue
+        if kind[v] == ON_LINE:  # its neighbours on the line become neighbours
+            w = lines[v, 0] + lines[v, 1] - u
+            for one, two in ((u, w), (w, u)):
+                if lines[one, 0] == v:
+                    lines[one, 0] = two
+                elif lines[one, 1] == v:
+                    lines[one, 1] = two
+            left[loop[v]] -= 1
+        _merge(v, u, triangles, alive, head, following)
+        remaining -= 1
+        for i in range(count):  # those that could not be removed before may be now, with u or another neighbour
+            w = ring[i]
+            gap = key[w]
+            if gap == np.inf:
+                gap = _shortest(w, _neighbours(w, triangles, alive, head, following, other), other, points, size)
+            elif w != u:
+                gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
+            _enqueue(w, gap, heap, key, kind, spacing)
+    return alive

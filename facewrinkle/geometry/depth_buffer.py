@@ -1,12 +1,13 @@
-"""Depth buffers: the foremost surface seen along -z, as heights over a grid."""
+"""Triangles over a grid: depth buffers, the foremost surface seen along -z, and the texels of a texture."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, IntArray
-from . import _depth_buffer_kernels as kernels
+from .compilation import compiled
 
 
 def depth_buffer(
@@ -50,7 +51,7 @@ def depth_buffer(
     depth, numbers = np.full(shape, -np.inf), np.empty(shape, np.int32)
     x, y = ((points[:, k] - low[k]) / step for k in range(2))
     z, corners = np.ascontiguousarray(points[:, 2]), np.ascontiguousarray(triangles, np.int32)
-    kernels.rasterise(x, y, z, corners, *span, 0, numbers, depth)
+    rasterise(x, y, z, corners, *span, 0, numbers, depth)
     return depth
 
 
@@ -80,3 +81,59 @@ def sampled_depth_buffer(pixels: IntArray, heights: Array, shape: npt.ArrayLike)
     depth = np.full(np.asarray(shape), -np.inf)
     np.maximum.at(depth, (pixels[:, 0], pixels[:, 1]), heights)
     return depth
+
+
+@compiled
+def rasterise(x, y, z, triangles, low, high, first, numbers, depth):
+    """Write the z of triangles and their numbers, from `first`, into the nodes where they are in front of all before.
+
+    The node in row i and column j is at (j, i) in the coordinates x and y (n,) of the points; z is linear in them. Only
+    z in [low, high] counts, and no triangle that has a corner at -inf.
+    """
+    rows, columns = depth.shape
+    for f in range(triangles.shape[0]):
+        a, b, c = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        if z[a] == -np.inf or z[b] == -np.inf or z[c] == -np.inf:
+            continue
+        left, right = max(min(x[a], x[b], x[c]), 0.0), min(max(x[a], x[b], x[c]), columns - 1.0)
+        bottom, top = max(min(y[a], y[b], y[c]), 0.0), min(max(y[a], y[b], y[c]), rows - 1.0)
+        if not (np.ceil(left) <= right and np.ceil(bottom) <= top):
+            continue
+        bx, by, cx, cy = x[b] - x[a], y[b] - y[a], x[c] - x[a], y[c] - y[a]
+        double = bx * cy - cx * by
+        if double == 0.0:
+            continue
+        for i in range(int(np.ceil(bottom)), int(top) + 1):
+            for j in range(int(np.ceil(left)), int(right) + 1):
+                v = ((j - x[a]) * cy - cx * (i - y[a])) / double
+                w = (bx * (i - y[a]) - (j - x[a]) * by) / double
+                if v >= -1e-9 and w >= -1e-9 and v + w <= 1.0 + 1e-9:
+                    height = z[a] + v * (z[b] - z[a]) + w * (z[c] - z[a])
+                    if low <= height <= high and height > depth[i, j]:
+                        numbers[i, j], depth[i, j] = first + f, height
+
+
+@compiled
+def rasterise_texels(corners, triangle, shares, hits):
+    """Fill in the triangle (h, w) that each texel's middle lies in, its barycentric coordinates (h, w, 3), and the
+    number of triangles there; `corners` (m, 3, 2) are in texels from the lower left.
+    """
+    height, width = triangle.shape
+    for k in range(len(corners)):
+        (ax, ay), (bx, by), (cx, cy) = corners[k, 0], corners[k, 1], corners[k, 2]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0:
+            continue
+        left, right = int(np.floor(min(ax, bx, cx))), int(np.ceil(max(ax, bx, cx)))
+        low, high = int(np.floor(min(ay, by, cy))), int(np.ceil(max(ay, by, cy)))
+        for row in range(max(low, 0), min(high, height)):
+            for column in range(max(left, 0), min(right, width)):
+                x, y = column + 0.5, row + 0.5
+                b = ((x - ax) * (cy - ay) - (y - ay) * (cx - ax)) / area
+                c = ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) / area
+                a = 1.0 - b - c
+                if a < 0.0 or b < 0.0 or c < 0.0:
+                    continue
+                hits[row, column] += 1
+                triangle[row, column] = k
+                shares[row, column, 0], shares[row, column, 1], shares[row, column, 2] = a, b, c

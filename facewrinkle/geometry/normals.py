@@ -77,7 +77,7 @@ def details_normals(
     # Only triangles around vertices with a triangle that is displaced are looked at.
     moved, touched, before = np.zeros(len(bare), np.uint8), np.zeros(len(bare), np.uint8), np.empty_like(bare)
     for k, points in enumerate(displaced):
-        kernels.find_moved(bare, points, np.uint8(1 << k), moved)
+        moved[(bare != points).any(axis=1)] |= np.uint8(1 << k)
     kernels.touch(moved, triangles, touched)
     near = kernels.around(triangles, touched)
     kernels.accumulate(bare, near, before)

@@ -1,13 +1,14 @@
 """Heights over a surface, limited so that no triangle turns over."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from . import _orientation_kernels as kernels
-from ._mesh_kernels import around
+from ._mesh_kernels import area_vector, around
+from .compilation import compiled
 
 LEAST = 0.05
 """The smallest share of a triangle's area that a displacement may leave, seen along its normal."""
@@ -48,18 +49,18 @@ def unfolded_shares(points: Array, heights: Array, directions: Array, triangles:
     >>> unfolded_shares(trough, np.full(3, 1.9), inwards, triangle).round(3)
     array([0.5, 0.5, 0.5])
     """
-    heights = np.array(heights, np.float64)
-    shares, factors = np.ones(len(heights)), np.ones(len(heights))
+    ways = np.asarray(heights, np.float64)[:, None] * directions
+    shares, factors = np.ones(len(ways)), np.ones(len(ways))
     for k in range(ROUNDS):
         # What lowers one triangle tilts the next: each round aims at the full share, and demands less of it.
         demanded = LEAST * (1.0 - k / ROUNDS)
-        if not kernels.limit(points, heights, directions, triangles, demanded, LEAST, factors):
+        if not _limit(points, points, ways, triangles, demanded, LEAST, factors):
             return shares if k else None
         shares *= factors
-        heights *= factors
+        ways *= factors[:, None]
         factors[:] = 1.0
-    while kernels.limit(points, heights, directions, triangles, 0.0, LEAST, factors):
-        heights[factors < 1.0] = shares[factors < 1.0] = 0.0
+    while _limit(points, points, ways, triangles, 0.0, LEAST, factors):
+        ways[factors < 1.0], shares[factors < 1.0] = 0.0, 0.0
         factors[:] = 1.0
     return shares
 
@@ -86,13 +87,51 @@ def unfolded_slides(points: Array, lifted: Array, slides: Array, triangles: npt.
     slides, factors, near = np.array(slides, np.float64), np.ones(len(slides)), triangles
     for k in range(ROUNDS):
         demanded = LEAST * (1.0 - k / ROUNDS)
-        if not kernels.limit_slides(points, lifted, slides, near, demanded, LEAST, factors):
+        if not _limit(points, lifted, slides, near, demanded, LEAST, factors):
             return slides
         slides *= factors[:, None]
         near = around(triangles, (factors < 1.0).astype(np.uint8))  # no others changed
         factors[:] = 1.0
-    while kernels.limit_slides(points, lifted, slides, near, 0.0, LEAST, factors):
+    while _limit(points, lifted, slides, near, 0.0, LEAST, factors):
         slides[factors < 1.0] = 0.0
         near = around(triangles, (factors < 1.0).astype(np.uint8))
         factors[:] = 1.0
     return slides
+
+
+@compiled
+def _limit(points, lifted, ways, triangles, demanded, aim, factors):
+    """Lower `factors` of the ways (n, 3), from a lifted surface, at the corners of triangles of which less than the
+    share `demanded` would be left of the bare area, seen along the bare normal.
+
+    The area vector of a triangle is a quadratic function of a factor of all its ways; `factors` get the one for which
+    its component along the bare normal is the share `aim`, at least `demanded`. Returns the number of triangles that
+    are lowered.
+    """
+    found, moves = 0, np.zeros(len(ways), np.bool_)
+    for n in range(len(ways)):
+        moves[n] = ways[n, 0] != 0.0 or ways[n, 1] != 0.0 or ways[n, 2] != 0.0
+    for f in range(len(triangles)):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        if not (moves[i] or moves[j] or moves[k]):
+            continue
+        nx, ny, nz = area_vector(points, i, j, k)
+        ax, ay, az = lifted[j, 0] - lifted[i, 0], lifted[j, 1] - lifted[i, 1], lifted[j, 2] - lifted[i, 2]
+        bx, by, bz = lifted[k, 0] - lifted[i, 0], lifted[k, 1] - lifted[i, 1], lifted[k, 2] - lifted[i, 2]
+        ux, uy, uz = ways[j, 0] - ways[i, 0], ways[j, 1] - ways[i, 1], ways[j, 2] - ways[i, 2]
+        vx, vy, vz = ways[k, 0] - ways[i, 0], ways[k, 1] - ways[i, 1], ways[k, 2] - ways[i, 2]
+        area = nx * nx + ny * ny + nz * nz
+        before = nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx)
+        linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
+        linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
+        square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
+        if before + linear + square >= demanded * area:
+            continue
+        factor, spare = 0.0, before - aim * area
+        if spare > 0.0:  # from positive to negative the parabola has one root, unless only rounding makes it negative
+            divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
+            factor = min(2.0 * spare / divisor, 1.0) if divisor > 0.0 else 1.0
+        found += factor < 1.0
+        for v in (i, j, k):
+            factors[v] = min(factors[v], factor)
+    return found

@@ -52,8 +52,10 @@ def split_vertices(triangles: IntArray, values: Array, n_points: int) -> SplitMe
     ([[0, 1, 2], [2, 4, 3]], [0, 1, 2, 3, 1], [0.0, 1.0, 2.0, 6.0, 5.0])
     """
     vertices, flat = np.array(triangles, np.int64).ravel(), values.reshape(-1, values.shape[-1])
-    own, differs = np.zeros((n_points, flat.shape[1])), np.empty(len(vertices), bool)
-    kernels.first_values(vertices, flat, own, differs)
+    own, (used, first) = np.zeros((n_points, flat.shape[1])), np.unique(vertices, return_index=True)
+    own[used] = flat[first]
+    differs = (flat != own[vertices]).any(axis=1)
+    differs[first] = False  # not even if it is NaN
     further = np.flatnonzero(differs)
     rows, which = np.unique(np.column_stack([vertices[further], flat[further]]), axis=0, return_inverse=True)
     vertices[further] = n_points + which.ravel()

@@ -1,15 +1,20 @@
 """Triangles that are turned over against the surface around them are turned back."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 
-from ..array_types import Array, IntArray
-from . import _untangling_kernels as kernels
+from ..array_types import Array, BoolArray, IntArray
+from ._mesh_kernels import area_vector
+from .compilation import compiled
 from .rigid_alignment import closest_rotations
 
 LEAST = 0.1
 """Triangles get at least this share of their area at rest, along their normals at rest, turned with the surface."""
+
+LEANING = 0.5
+"""Square of the cosine of the angle by which a triangle, or the surface around it, turns before it is looked at."""
 
 SWEEPS = 100
 """The most sweeps of a round in which vertices are moved: what one triangle gets, the next one may lack."""
@@ -56,8 +61,7 @@ class Untangling:
     def __init__(self, points: Array, triangles: IntArray, offsets: IntArray, ring: IntArray) -> None:
         self._points = np.ascontiguousarray(points, dtype=np.float64)
         self._triangles, self._rings = np.ascontiguousarray(triangles, np.int32), (offsets, ring)
-        self._cross = np.empty((len(triangles), 3))
-        kernels.crosses(self._points, self._triangles, self._cross)
+        self._cross = _crosses(self._points, self._triangles)
 
     def untangled(self, points: Array) -> Array:
         """Return moved points (n, 3) with no triangle turned over; the given ones themselves if none is.
@@ -88,22 +92,40 @@ class Untangling:
         needed, and in a heap of triangles that are turned over a few are overlooked.
         """
         triangles, marked = self._triangles, np.zeros(len(points), np.bool_)
-        if not kernels.turned(points, triangles, self._cross, least, marked):
+        if not _turned(points, triangles, self._cross, least, marked):
             return np.empty(0, np.int64)
-        chosen = kernels.touching(triangles, marked)
+        chosen = _touching(triangles, marked)
         if some:
-            chosen = kernels.doubtful(points, triangles, self._cross, least, marked, chosen)
+            chosen = chosen[self._doubtful(points, chosen, least, marked)]
         facing, double = self._facing(points, chosen)
-        shares = np.empty(len(chosen))
-        kernels.shares(points, triangles, chosen, facing, double, shares)
+        shares = (_crosses(points, triangles[chosen]) * facing).sum(axis=1) / double
         return np.asarray(chosen[(shares < least) & facing.any(axis=1)])
+
+    def _doubtful(self, points: Array, chosen: IntArray, least: float, marked: BoolArray) -> BoolArray:
+        """Return True (k,) for those of the chosen triangles, all that have a marked corner, that face elsewhere than
+        the surface around their marked corners, now or at rest, or that have shrunk to about a share of their area.
+
+        Each triangle around weighs as its area at rest: those that were drawn across others are large now.
+        """
+        triangles, rest = self._triangles[chosen], self._cross[chosen]
+        now, here = _crosses(points, triangles), marked[triangles][..., None]
+        length, at_rest = np.linalg.norm(now, axis=1, keepdims=True), np.linalg.norm(rest, axis=1, keepdims=True)
+        apart = []
+        for facing, weighted in ((now, now * at_rest / np.where(length > 0.0, length, 1.0)), (rest, rest)):
+            around = np.zeros_like(points)
+            np.add.at(around, triangles, weighted[:, None])
+            mean = (around[triangles] * here).sum(axis=1)
+            dot, squares = (mean * facing).sum(axis=1), (mean**2).sum(axis=1) * (facing**2).sum(axis=1)
+            apart.append((dot <= 0.0) | (dot * dot <= LEANING * squares))
+        small = LEANING * length**2 < (least * at_rest) ** 2
+        return (small[:, 0] | apart[0] | apart[1]) & rest.any(axis=1)
 
     def _swept(self, points: Array, low: IntArray) -> Array:
         """Return points (n, 3) at which the corners of low triangles have made room for them."""
         out, free = points.copy(), np.zeros(len(points), np.bool_)
         free[self._triangles[low]] = True
-        around = kernels.touching(self._triangles, free)
-        kernels.turn_back(out, self._triangles, around, *self._facing(points, around), free, LEAST, SWEEPS)
+        around = _touching(self._triangles, free)
+        _turn_back(out, self._triangles, around, *self._facing(points, around), free, LEAST, SWEEPS)
         return out
 
     def _smoothed(self, points: Array, low: IntArray) -> Array:
@@ -111,7 +133,7 @@ class Untangling:
         marked, out, moved = np.zeros(len(points), np.bool_), points.copy(), points - self._points
         marked[self._triangles[low]] = True
         offsets, ring = self._rings
-        for vertex in np.unique(self._triangles[kernels.touching(self._triangles, marked)]):
+        for vertex in np.unique(self._triangles[_touching(self._triangles, marked)]):
             mean = moved[ring[offsets[vertex] : offsets[vertex + 1]]].mean(axis=0)
             out[vertex] += 0.5 * (mean - moved[vertex])
         return out
@@ -119,8 +141,104 @@ class Untangling:
     def _facing(self, points: Array, chosen: IntArray) -> tuple[Array, Array]:
         """Normals (k, 3) of chosen triangles at rest, turned with the surface around them, and twice the areas (k,)."""
         m = np.empty((len(chosen), 3, 3))
-        kernels.correlations(points, self._points, self._triangles, chosen, *self._rings, m)
+        _correlations(points, self._points, self._triangles, chosen, *self._rings, m)
         cross = self._cross[chosen]
         double = np.maximum(np.linalg.norm(cross, axis=1), 1e-300)
         facing = np.einsum("ti,tij->tj", cross, closest_rotations(m))
         return facing / double[:, None], double
+
+
+def _crosses(points: Array, triangles: IntArray) -> Array:
+    """Area vectors (m, 3) of triangles, twice their areas long."""
+    first, second, third = (points[triangles[:, k]] for k in range(3))
+    return np.cross(second - first, third - first)
+
+
+def _touching(triangles: IntArray, marked: BoolArray) -> IntArray:
+    """Numbers of triangles with a marked corner."""
+    return np.flatnonzero(marked[triangles].any(axis=1))
+
+
+@compiled
+def _turned(points, triangles, rest, least, marked):
+    """Mark (n,) the corners of triangles that have turned far from their area vectors (m, 3) at rest, or shrunk to
+    about a share of their area; return their number.
+    """
+    count = 0
+    for t in range(triangles.shape[0]):
+        x, y, z = area_vector(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
+        dot, one = x * rest[t, 0] + y * rest[t, 1] + z * rest[t, 2], x * x + y * y + z * z
+        two = rest[t, 0] * rest[t, 0] + rest[t, 1] * rest[t, 1] + rest[t, 2] * rest[t, 2]
+        # Leaning by less, and larger than this, a triangle has more than the share left, seen along where it faced.
+        if (dot <= 0.0 or dot * dot <= LEANING * one * two or LEANING * one < least * least * two) and two > 0.0:
+            marked[triangles[t, 0]] = marked[triangles[t, 1]] = marked[triangles[t, 2]] = True
+            count += 1
+    return count
+
+
+@compiled
+def _correlations(points, at_rest, triangles, chosen, offsets, ring, out):
+    """Write the products (k, 3, 3) of offsets at rest and now, summed up over two rings around chosen triangles.
+
+    Each offset, from a corner to a vertex, counts once, and weighs as the inverse square of its length at rest.
+    """
+    out[:] = 0.0
+    counted = np.full(len(points), -1)  # by which corner each vertex was counted last
+    for i in range(len(chosen)):
+        for c in range(3):
+            v, corner = triangles[chosen[i], c], 3 * i + c
+            counted[v] = corner
+            for e in range(offsets[v], offsets[v + 1]):
+                _add_offset(points, at_rest, v, ring[e], corner, counted, out[i])
+                for f in range(offsets[ring[e]], offsets[ring[e] + 1]):
+                    _add_offset(points, at_rest, v, ring[f], corner, counted, out[i])
+
+
+@compiled
+def _add_offset(points, at_rest, v, w, corner, counted, out):
+    """Add the product of the offsets from v to w at rest and now, over its square at rest, unless it was counted."""
+    if counted[w] == corner:
+        return
+    counted[w] = corner
+    square = 0.0
+    for k in range(3):
+        square += (at_rest[w, k] - at_rest[v, k]) ** 2
+    if square > 0.0:
+        for k in range(3):
+            for j in range(3):
+                out[k, j] += (at_rest[w, k] - at_rest[v, k]) * (points[w, j] - points[v, j]) / square
+
+
+@compiled
+def _turn_back(points, triangles, chosen, facing, double_area, free, least, sweeps):
+    """Move free vertices (n,) until no chosen triangle has less than a share of its area along its direction (k, 3).
+
+    Each triangle in turn gets what it lacks by the shortest move of its corners. Returns the number of sweeps.
+    """
+    slopes = np.empty((3, 3))
+    for sweep in range(sweeps):
+        moved = False
+        for i in range(len(chosen)):
+            triangle, n = triangles[chosen[i]], facing[i]
+            x, y, z = area_vector(points, triangle[0], triangle[1], triangle[2])
+            lacking = least * double_area[i] - (x * n[0] + y * n[1] + z * n[2])
+            if lacking <= 0.0:
+                continue
+            square = 0.0
+            for c in range(3):
+                a, b = triangle[(c + 1) % 3], triangle[(c + 2) % 3]
+                for k in range(3):
+                    p, q = (k + 1) % 3, (k + 2) % 3
+                    slopes[c, k] = n[p] * (points[b, q] - points[a, q]) - n[q] * (points[b, p] - points[a, p])
+                    if free[triangle[c]]:
+                        square += slopes[c, k] ** 2
+            if square == 0.0:
+                continue
+            moved = True
+            for c in range(3):
+                if free[triangle[c]]:
+                    for k in range(3):
+                        points[triangle[c], k] += lacking / square * slopes[c, k]
+        if not moved:
+            return sweep
+    return sweeps

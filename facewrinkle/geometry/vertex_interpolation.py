@@ -1,16 +1,35 @@
 """Values at some vertices of a mesh, interpolated smoothly at all of them."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from ..array_types import Array, IntArray
-from . import _vertex_interpolation_kernels as kernels
+from .compilation import compiled
 from .laplacian import neighbour_mean
 from .normals import vertex_normals
 from .topology import unique_edges, vertex_rings
+
+SINGULAR = 0.05
+"""Distance from a node, relative to its radius, within which its weight grows no further."""
+
+DETOUR, DETOUR_FADE = 0.2, 0.2
+"""Nodes count in full if the way to them along the edges is longer than the straight line by less than the first share
+of their radius, and not at all from the sum of both on.
+"""
+
+RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-12, 1e-6
+"""Penalties that keep the polynomials determinate where nodes are few or on a line."""
+
+LEAST = 1e-9
+"""Smaller weights are left out."""
+
+AT_ONCE = 8192
+"""Vertices whose polynomials are fitted at once."""
 
 RADIUS = 2.1
 """Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
@@ -61,25 +80,25 @@ class VertexInterpolation:
         valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
         spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
         radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
-        rings = self.rings = vertex_rings(triangles, n)
-        vertex, node, share = kernels.shares(positions, numbers, radius, *rings)
+        offsets, ring = self.rings = vertex_rings(triangles, n)
+        way = np.linalg.norm(positions[np.repeat(np.arange(n), np.diff(offsets))] - positions[ring], axis=1)
+        vertex, node, share = _shares(positions, numbers, radius, offsets, ring, way)
         without = np.bincount(vertex, minlength=n) == 0
         if without.any():  # far from all nodes: these go with the nearest
-            nearest = kernels.nearest_nodes(positions, *rings, numbers)
+            graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))
+            nearest = dijkstra(graph, indices=numbers, min_only=True, return_predecessors=True)[2]
             lost = np.flatnonzero(without & (nearest >= 0))
-            vertex, node = np.concatenate([vertex, lost]), np.concatenate([node, nearest[lost]])
+            number = np.empty(n, np.int64)
+            number[numbers] = np.arange(len(numbers))
+            vertex, node = np.concatenate([vertex, lost]), np.concatenate([node, number[nearest[lost]]])
             share = np.concatenate([share, np.ones(len(lost))])
-        rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
-        rows.sort_indices()
-        self._rows = rows.indptr, rows.indices.astype(np.uint32), rows.data
-        kernels.fit_rows(positions, where, vertex_normals(where, node_triangles), radius, *self._rows)
-        self._n, self._nodes = n, len(where)
+        self._rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
+        self._rows.sort_indices()
+        _fit(self._rows, positions, where, vertex_normals(where, node_triangles), radius)
 
     def at(self, values: Array) -> Array:
         """Return the values (n, 3) at all vertices from those (k, 3) at the nodes; 0 at vertices of no triangle."""
-        out = np.empty((self._n, 3))
-        kernels.interpolate(*self._rows, np.ascontiguousarray(values, dtype=np.float64), out)
-        return out
+        return np.asarray(self._rows @ values)
 
     def averages(self, weights: Array) -> csr_array:
         """Return the matrix (k, n) that averages values at all vertices around each node.
@@ -99,10 +118,99 @@ class VertexInterpolation:
         >>> bool((np.abs(around @ spotted - 0.5) < 0.2).all()), sorted(set(spotted[nodes].tolist()))
         (True, [0.0, 1.0])
         """
-        starts, nodes, shares = self._rows
-        rows = csr_array((np.maximum(shares, 0.0), nodes.astype(np.int64), starts), shape=(self._n, self._nodes))
-        columns = rows.T.tocsr()
+        columns = self._rows.maximum(0.0).T.tocsr()
         columns.data *= np.asarray(weights, dtype=np.float64)[columns.indices]
-        total = columns @ np.ones(self._n)
+        total = columns.sum(axis=1)
         columns.data *= np.repeat(1.0 / np.where(total > 0.0, total, 1.0), np.diff(columns.indptr))
         return csr_array(columns)
+
+
+def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: Array) -> None:
+    """Replace the shares of nodes at each vertex, in the rows of a sparse matrix, by their weights.
+
+    These are weights in the polynomial, of degree 2 in the tangent plane, that fits the values of the nodes best by
+    their shares: its value at the vertex is the sum of weighted values.
+    """
+    total = np.maximum(rows.sum(axis=1), 1e-300)
+    scale, normal = rows @ radius / total, rows @ normals
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0] + [RIDGE_LINEAR] * 2 + [RIDGE_QUADRATIC] * 3)
+    for first in range(0, len(points), AT_ONCE):
+        chosen = first + np.flatnonzero(some[first : first + AT_ONCE])
+        if not len(chosen):
+            continue
+        part = rows[chosen]
+        row = np.repeat(np.arange(len(chosen)), np.diff(part.indptr))
+        one = np.eye(3)[np.abs(normal[chosen]).argmin(axis=1)]
+        one -= (one * normal[chosen]).sum(axis=1, keepdims=True) * normal[chosen]
+        one /= np.linalg.norm(one, axis=1, keepdims=True)
+        offset = (nodes[part.indices] - points[chosen][row]) / scale[chosen][row, None]
+        x, y = ((offset * axis[row]).sum(axis=1) for axis in (one, np.cross(normal[chosen], one)))
+        basis = np.stack([np.ones_like(x), x, y, x * x, np.sqrt(2.0) * x * y, y * y], axis=1)
+        share = part.data / total[chosen][row]
+        products = (share[:, None, None] * basis[:, :, None] * basis[:, None]).reshape(len(row), -1)
+        matrix = np.add.reduceat(products, part.indptr[:-1]).reshape(-1, 6, 6) + ridge
+        solution = np.linalg.solve(matrix, np.eye(6)[:, :1])[..., 0]
+        fitted = share * (basis * solution[row]).sum(axis=1)
+        fitted /= np.bincount(row, fitted)[row]
+        rows.data[rows.indptr[chosen[0]] : rows.indptr[chosen[-1] + 1]] = fitted
+
+
+@compiled
+def _spread(node, points, radius, offsets, ring, length, way, queue, waiting, touched):
+    """Write to `way` the lengths of ways along edges from a node to the vertices around, listed in `touched`; return
+    their number. `way` is infinite, and no vertex `waiting`, before.
+    """
+    limit = (1.0 + DETOUR + DETOUR_FADE) * radius
+    way[node], queue[0], touched[0] = 0.0, node, node
+    first, queued, count, size = 0, 1, 1, len(queue)
+    while queued > 0:
+        v = queue[first]
+        first, queued, waiting[v] = (first + 1) % size, queued - 1, False
+        for e in range(offsets[v], offsets[v + 1]):
+            w, far = ring[e], way[v] + length[e]
+            if far >= limit or far >= way[w]:
+                continue
+            if way[w] == np.inf:
+                touched[count] = w
+                count += 1
+            way[w] = far
+            if not waiting[w]:
+                waiting[w] = True
+                queue[(first + queued) % size] = w
+                queued += 1
+    return count
+
+
+@compiled
+def _shares(points, nodes, radius, offsets, ring, length):
+    """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near, by node."""
+    n = len(points)
+    way, waiting = np.full(n, np.inf), np.zeros(n, np.bool_)
+    queue, touched = np.empty(n, np.int64), np.empty(n, np.int64)
+    vertices, numbers, values = np.empty(20 * n, np.int32), np.empty(20 * n, np.int32), np.empty(20 * n)
+    at = 0
+    for i in range(len(nodes)):
+        node, reach = nodes[i], radius[i]
+        count = _spread(node, points, reach, offsets, ring, length, way, queue, waiting, touched)
+        if at + count > len(values):
+            more = len(values) // 2 + count
+            vertices = np.concatenate((vertices, np.empty(more, np.int32)))
+            numbers = np.concatenate((numbers, np.empty(more, np.int32)))
+            values = np.concatenate((values, np.empty(more)))
+        for k in range(count):
+            v = touched[k]
+            square = 0.0
+            for axis in range(3):
+                square += (points[v, axis] - points[node, axis]) ** 2
+            straight = np.sqrt(square)
+            if straight < reach:
+                d, detour = straight / reach, (way[v] - straight) / reach
+                t = min(max((detour - DETOUR) / DETOUR_FADE, 0.0), 1.0)
+                fade = 1.0 - t * t * (3.0 - 2.0 * t)
+                share = fade * (1.0 - d) ** 4 * (4.0 * d + 1.0) / (d * d + SINGULAR * SINGULAR)  # smooth, 0 at d = 1
+                if share > LEAST:
+                    vertices[at], numbers[at], values[at] = v, i, share
+                    at += 1
+            way[v] = np.inf
+    return vertices[:at], numbers[:at], values[:at]

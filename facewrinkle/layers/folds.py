@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.profile import deepest
-from ..geometry.rows import Room
+from ..geometry.refinement import Room
 from .base import SurfacePoints
 from .compression import along, products
 

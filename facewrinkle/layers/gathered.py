@@ -8,7 +8,7 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray
-from ..geometry import _closest_point_kernels as closest
+from ..geometry import closest_point as closest
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import frozen
 from . import _kernels as kernels

@@ -16,8 +16,8 @@ import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
-from ..array_types import Image
-from . import _pixel_kernels as kernels
+from ..array_types import Image, IntArray
+from ..geometry.compilation import compiled
 from .images import reduced
 
 
@@ -162,12 +162,26 @@ def composed(
     """
     height, width = (side // factor for side in pixels.shape[:2])
     up = 1.0 - (np.arange(height) + 0.5)[:, None] / height
-    background = np.rint(65536.0 * np.clip(np.add((1.0 - up) * bottom, up * top), 0.0, 1.0)).astype(np.uint32)
+    background = np.rint(65536.0 * np.clip(np.add((1.0 - up) * bottom, up * top), 0.0, 1.0)).astype(np.int64)
     out = np.empty((height, width, 3), np.uint8)
-    if factor == 1:
-        kernels.over(pixels.view(np.uint32)[..., 0], background, out)
-    elif factor == 2:
-        kernels.halved_over(pixels.reshape(2 * height, width, 8).view(np.uint64)[..., 0], background, out)
-    else:
-        raise NotImplementedError(f"reduction by {factor}")
+    _compose(pixels, factor, background, out)
     return out
+
+
+@compiled
+def _compose(pixels: Image, factor: int, background: IntArray, out: Image) -> None:
+    """Write pixels over a background (h, 3) of one colour a row, 65536 for 255, to `out` (h, w, 3), top row first."""
+    height, width = out.shape[:2]
+    count = factor * factor
+    for y in range(height):
+        for x in range(width):
+            red, green, blue, clear = 0, 0, 0, 255 * count
+            for row in range(factor * (height - 1 - y), factor * (height - y)):
+                for column in range(factor * x, factor * (x + 1)):
+                    red += pixels[row, column, 0]
+                    green += pixels[row, column, 1]
+                    blue += pixels[row, column, 2]
+                    clear -= pixels[row, column, 3]
+            out[y, x, 0] = (red + (clear * background[y, 0] >> 16) + count // 2) // count
+            out[y, x, 1] = (green + (clear * background[y, 1] >> 16) + count // 2) // count
+            out[y, x, 2] = (blue + (clear * background[y, 2] >> 16) + count // 2) // count

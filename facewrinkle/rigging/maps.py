@@ -19,7 +19,7 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
-from ..geometry import _texel_kernels as kernels
+from ..geometry.depth_buffer import rasterise_texels
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
 from ..mesh.seams import corner_texture
@@ -241,7 +241,7 @@ class Texels:
     def __init__(self, corners: Array, size: int) -> None:
         self.triangle = np.full((size, size), -1, np.int64)
         self.shares, self.hits = np.zeros((size, size, 3)), np.zeros((size, size), np.int64)
-        kernels.rasterise(np.ascontiguousarray(corners * size), self.triangle, self.shares, self.hits)
+        rasterise_texels(np.ascontiguousarray(corners * size), self.triangle, self.shares, self.hits)
         for values in (self.triangle, self.shares, self.hits):
             values[:] = values[::-1].copy()  # the first row of a picture is the uppermost
         self.covered = self.triangle >= 0

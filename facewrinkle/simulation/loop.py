@@ -24,8 +24,7 @@ from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares, unfolded_slides
-from ..geometry.refinement import Change, RedGreenForest
-from ..geometry.rows import Room
+from ..geometry.refinement import Change, RedGreenForest, Room
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField

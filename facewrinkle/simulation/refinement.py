@@ -238,7 +238,10 @@ class Restless:
         """Return which of the triangles (m,) that are finer than needed may be taken back; the marks are changed."""
         if not self._kept.any():
             return fine
-        kernels.keep_restless(forest.triangles, self._roots, active, self._kept, fine)
+        restless = self._kept[self._roots] & active[forest.triangles].any(axis=1)
+        fine &= ~restless
+        self._kept[:] = False
+        self._kept[self._roots[restless]] = True
         return fine
 
 
@@ -286,5 +289,8 @@ def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array
     spacing, across = np.full(n, np.inf), np.zeros((n, 3))
     active, bends = np.zeros(n, bool), np.zeros(n, bool)
     for own in displacements:
-        kernels.take_finest(own.spacing, own.across, own.active, own.bends, spacing, across, active, bends)
+        finer = own.spacing < spacing
+        spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
+        active |= own.active
+        bends |= own.active & own.bends
     return spacing, across, active, bends

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry._closest_point_kernels import closest_in_triangle
+from ..geometry.closest_point import closest_in_triangle
 from ..geometry.compilation import njit
 
 

@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray
 from ..checks import finite, vectors
 from ..errors import ParameterError
-from ..geometry._closest_point_kernels import closest
+from ..geometry.closest_point import closest
 from ..geometry.topology import unique_edges
 from .shape import rough_film, waves
 from .support_surface import SupportSurface

@@ -15,6 +15,7 @@ given landmarks                 kept
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 
 import numpy as np
@@ -542,6 +543,36 @@ THINGS = {
 def test_what_is_no_face_is_refused(face, thing):
     with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
         fw.fit_face(thing(face))
+
+
+def _far_reaching(rng):
+    triangles = rng.integers(0, 100_000, (200_000, 3))
+    return rng.normal(size=(100_000, 3)), triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+
+
+def _apart(size):
+    def triangles(rng):
+        corners = rng.normal(size=(200_000, 1, 3)) + size * rng.normal(size=(200_000, 3, 3))
+        return corners.reshape(-1, 3), np.arange(600_000).reshape(-1, 3)
+
+    return triangles
+
+
+@pytest.mark.parametrize(
+    "triangles, why",
+    [
+        (_far_reaching, r"lie over each other.*at most 25 times.*received 7\d\d times"),
+        (_apart(1.0), "only 1 of them hang together; 200 are needed"),
+        (_apart(0.02), "only 1 of them hang together; 200 are needed"),
+    ],
+    ids=["between any points", "large", "small"],
+)
+def test_triangles_at_random_are_refused_within_seconds(triangles, why):
+    mesh = to_polydata(*triangles(np.random.default_rng(0)))
+    begin = time.process_time()
+    with pytest.raises(LandmarkError, match=rf"no face was found.*its triangles are no surface.*{why}.*landmarks"):
+        fw.fit_face(mesh)
+    assert time.process_time() - begin < 10.0
 
 
 def _far_speck(face):

@@ -17,8 +17,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
-from facewrinkle.geometry._decimation_kernels import FACING
-from facewrinkle.geometry.decimation import LEAST_OF_LINE, decimated
+from facewrinkle.geometry.decimation import FACING, LEAST_OF_LINE, decimated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import (
     boundary_loops,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.geometry.rows import Room
+from facewrinkle.geometry.refinement import Room
 
 
 def columns(rng, n):

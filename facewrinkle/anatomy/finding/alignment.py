@@ -10,7 +10,6 @@ from scipy.ndimage import gaussian_filter
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array, IntArray
-from . import _kernels as kernels
 from .depth import Grid, curvature, depth_map, openings_closed
 from .pose import Pose
 from .template import template
@@ -141,11 +140,22 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     """The change (w, t, s, stretch) that brings a depth map closer to the template's; None if too little is near it.
 
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
-    same place.
+    same place. Turns and shifts, growth, and stretch upward and forward have these derivatives; the more a place
+    differs, and the steeper it is, the less it weighs.
     """
-    count, weight, square, right = kernels.alignment_sums(depth, base.depth, base.weight, COARSE.x, COARSE.y, tolerance)
-    if count < FEWEST_NODES:
+    slope_y, slope_x = np.gradient(depth, COARSE.step)
+    difference = depth - base.depth
+    near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance) & np.isfinite(slope_x) & np.isfinite(slope_y)
+    if near.sum() < FEWEST_NODES:
         return None
+    x, y = (axis[near] for axis in np.meshgrid(COARSE.x, COARSE.y))
+    d, z, u, v = difference[near], depth[near], slope_x[near], slope_y[near]
+    derivatives = np.array(
+        [y + v * z, -x - u * z, u * y - v * x, -u, -v, np.ones_like(z), z - u * x - v * y, -v * y, z]
+    )
+    weights = base.weight[near] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
+    weight, weighted = weights.sum(), derivatives * weights
+    square, right = weighted @ derivatives.T, weighted @ d
     stiff = weight * np.array([*[1e-3] * 7, *[stiffness] * 2])
     stretch = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
     change = -np.linalg.solve(square + np.diag(stiff), right - stiff * stretch)

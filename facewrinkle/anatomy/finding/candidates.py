@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy.sparse import coo_array
 from scipy.spatial import cKDTree
 
-from ...array_types import Array
+from ...array_types import Array, IntArray
+from ...geometry.compilation import compiled
 from ...geometry.sampling import surface_samples
-from . import _kernels as kernels
 from .pose import Pose
 from .samples import thinned
 from .template import template
@@ -63,7 +64,7 @@ def _template_map() -> _PolarMap:
     face = template()
     points = surface_samples(face.points, face.triangles, TEMPLATE_SAMPLES)
     heights = np.empty((RINGS, SECTORS))
-    kernels.polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
+    _polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
     ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
     return _PolarMap(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
@@ -115,9 +116,9 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     if len(points) < FEWEST_POINTS:
         return []
     noses = _noses(points, size)
-    axes = np.array([_directions(nose, points[kernels.within(points, nose, 0.8 * size)]) for nose in noses])
+    axes = np.array([_directions(nose, _within(points, nose, 0.8 * size)) for nose in noses])
     model = _template_map()
-    cost, roll = kernels.best_rolls(
+    cost, roll = _best_rolls(
         points, noses, axes, 1.6 * MAP_RADIUS * size, MAP_RADIUS * size, model.heights, model.weights,
         LARGEST_DIFFERENCE, MISSING,
     )  # fmt: skip
@@ -137,13 +138,16 @@ def _noses(points: Array, size: float) -> Array:
     """The points (k, 3) that protrude most, none within the width of a nose of another."""
     coarse = thinned(points, 0.12 * size)
     tree = cKDTree(coarse)
-    protrusion = kernels.protrusion(coarse, tree.query_pairs(0.55 * size, output_type="ndarray"))
+    pairs = tree.query_pairs(0.55 * size, output_type="ndarray")
+    near = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(coarse), len(coarse)))
+    count = 1.0 + np.bincount(pairs.ravel(), minlength=len(coarse))[:, None]
+    protrusion = coarse - (coarse + near @ coarse + near.T @ coarse) / count
     free = np.ones(len(coarse), bool)
     chosen: list[Array] = []
     for p in np.argsort(-np.linalg.norm(protrusion, axis=1), kind="stable"):
         if free[p]:
             free[tree.query_ball_point(coarse[p], 0.25 * size)] = False
-            close = points[kernels.within(points, coarse[p], 0.12 * size)]
+            close = _within(points, coarse[p], 0.12 * size)
             chosen.append(close[np.argmax(close @ protrusion[p])])
             if len(chosen) == NOSES:
                 break
@@ -179,3 +183,85 @@ def _cross(a: Array, b: Array) -> Array:
     """The cross product of two vectors: for single ones, np.cross takes ten times as long."""
     (x, y, z), (u, v, w) = a.tolist(), b.tolist()
     return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+
+
+def _within(points: Array, place: Array, reach: float) -> Array:
+    """The points that lie within reach of a place."""
+    offset = points - place
+    return points[np.einsum("ij,ij->i", offset, offset) <= reach * reach]
+
+
+@compiled
+def _best_rolls(
+    points: Array, noses: Array, axes: Array, reach: float, radius: float, template: Array, weights: Array,
+    cap: float, missing: float,
+) -> tuple[Array, IntArray]:  # fmt: skip
+    """Mismatch (k, a) of every candidate at its best roll, and that roll in sectors: nose k looks along axes[k, a, 2].
+
+    Only points within reach of a nose are compared.
+    """
+    cost, roll = np.empty(axes.shape[:2]), np.empty(axes.shape[:2], np.int64)
+    heights = np.empty(template.shape)
+    for k in range(axes.shape[0]):
+        around = points[((points - noses[k]) ** 2).sum(axis=1) <= reach * reach]
+        for a in range(axes.shape[1]):
+            _polar_map(around, noses[k], axes[k, a], radius, heights)
+            values = _mismatch(heights, template, weights, cap, missing)
+            even = 2 * np.argmin(values[::2])
+            best = even
+            for turn in (even - 1, even + 1):
+                if values[turn] < values[best]:
+                    best = turn
+            cost[k, a], roll[k, a] = values[best], best
+    return cost, roll
+
+
+@compiled
+def _polar_map(points: Array, nose: Array, axes: Array, radius: float, heights: Array) -> None:
+    """Largest height of the points over the rings and sectors about a nose, over the radius; -inf where there is none.
+
+    `axes` are two directions across and the direction in which the nose looks; the rings are of equal width.
+    """
+    rings, sectors = heights.shape
+    heights[:] = -np.inf
+    for p in range(points.shape[0]):
+        dx, dy, dz = points[p, 0] - nose[0], points[p, 1] - nose[1], points[p, 2] - nose[2]
+        x = dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2]
+        y = dx * axes[1, 0] + dy * axes[1, 1] + dz * axes[1, 2]
+        ring = int(np.sqrt(x * x + y * y) / radius * rings)
+        if ring < rings:
+            turn = np.arctan2(y, x) / (2.0 * np.pi)
+            sector = int((turn - np.floor(turn)) * sectors) % sectors
+            z = (dx * axes[2, 0] + dy * axes[2, 1] + dz * axes[2, 2]) / radius
+            heights[ring, sector] = max(heights[ring, sector], z)
+
+
+@compiled
+def _mismatch(heights: Array, template: Array, weights: Array, cap: float, missing: float) -> Array:
+    """Mean difference (sectors,) of two polar maps, with the first turned by every number of sectors.
+
+    A common difference of their heights does not count.
+    """
+    rings, sectors = heights.shape
+    twice = np.concatenate((heights, heights), axis=1)
+    offset, total = np.zeros(sectors), np.full(sectors, 1e-12)
+    for i in range(rings):
+        for j in range(sectors):
+            z, w = template[i, j], weights[i, j]
+            if w > 0.0:
+                turned = twice[i, j : j + sectors]
+                for turn in range(sectors):
+                    known = w if turned[turn] > -np.inf else 0.0
+                    offset[turn] += known * max(-cap, min(cap, turned[turn] - z))
+                    total[turn] += known
+    offset /= total
+    cost = np.zeros(sectors)
+    for i in range(rings):
+        for j in range(sectors):
+            z, w = template[i, j], weights[i, j]
+            if w > 0.0:
+                turned = twice[i, j : j + sectors]
+                for turn in range(sectors):
+                    off = min(abs(turned[turn] - z - offset[turn]), cap)
+                    cost[turn] += w * (off if turned[turn] > -np.inf else missing)
+    return cost / weights.sum()

@@ -17,7 +17,7 @@ from ...progress import Progress, bar
 from ..landmarks import NAMES
 from .placement import placed_landmarks
 from .pose import Pose, pose_from_landmarks
-from .search import FEWEST_TRIANGLES, NO_FACE, searched
+from .search import NO_FACE, check_surface, searched
 from .template import UNMEASURED
 
 HIDDEN = 0.2
@@ -103,12 +103,8 @@ def find_landmarks(
     points = (points - middle) / diagonal
     marks = {name: (np.asarray(point, dtype=np.float64) - middle) / diagonal for name, point in (given or {}).items()}
     pose = pose_from_landmarks(marks)
-    if pose is None and len(triangles) < FEWEST_TRIANGLES:
-        raise LandmarkError(
-            f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; "
-            f"{FEWEST_TRIANGLES} are needed at least. Give a finer mesh, or at least three landmarks that are not in a "
-            "line."
-        )
+    if pose is None:
+        check_surface(points, triangles)
     with _blas().limit(limits=1, user_api="blas"):  # its threads wait for each other longer than they work here
         search = searched(points, triangles, pose, progress or bar)
     match = search.matches[0]

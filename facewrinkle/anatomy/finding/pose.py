@@ -10,7 +10,6 @@ import numpy as np
 from ...array_types import Array
 from ...geometry.rigid_alignment import closest_rotations
 from ..landmarks import NAMES
-from . import _kernels as kernels
 from .template import UNMEASURED, template
 
 # Given landmarks tell no pose if either holds. Lengths are in distances between the pupils.
@@ -56,8 +55,7 @@ class Pose:
     def local(self, points: Array) -> Array:
         """Return points (n, 3), or one (3,), in the template's coordinates."""
         axes = self.axes / (self.size * self.stretch)[:, None]
-        points = np.asarray(points, np.float64)
-        return np.asarray(kernels.local_coordinates(np.atleast_2d(points), self.origin, axes)).reshape(points.shape)
+        return np.asarray((points - self.origin) @ axes.T)
 
     def world(self, local: Array) -> Array:
         """Return points (n, 3), given in the template's coordinates, in those of the mesh."""

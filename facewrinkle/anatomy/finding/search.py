@@ -42,6 +42,10 @@ HOPELESS = 0.25
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
 """Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
+MOST_LAYERS = 25.0
+"""Area of all triangles over that of their bounding box, at most: heads have 0.3 to 0.6, and a surface that lies over
+itself so often, such as triangles at random, takes minutes to search.
+"""
 MANY_TRIANGLES = 150_000
 """Triangles beyond which a pose is aligned on a coarser mesh."""
 NEAR = 4.5
@@ -158,6 +162,40 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
     if not found:
         raise LandmarkError(NO_FACE)
     return max(found, key=lambda search: search.matches[0].confidence)
+
+
+def check_surface(points: Array, triangles: IntArray) -> None:
+    """Raise an error for triangles that cannot be a surface with a face, however they are searched.
+
+    Raises
+    ------
+    LandmarkError
+        If they are too few, if too few of them hang together, or if they lie over each other again and again.
+    """
+    remedy = "Give a finer mesh, or at least three landmarks that are not in a line."
+    if len(triangles) < FEWEST_TRIANGLES:
+        raise LandmarkError(
+            f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; "
+            f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
+        )
+    connected = np.bincount(components(triangles)).max()
+    if connected < FEWEST_TRIANGLES:
+        connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
+    if connected < FEWEST_TRIANGLES:
+        raise LandmarkError(
+            f"no face was found on the mesh: its triangles are no surface, as only {connected} of them hang together; "
+            f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
+        )
+    corners = points[triangles]
+    x, y, z = np.ptp(corners, axis=(0, 1))
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
+    layers = area / max(2.0 * (x * y + y * z + z * x), 1e-300)
+    if layers > MOST_LAYERS:
+        raise LandmarkError(
+            "no face was found on the mesh: its triangles are no surface, but lie over each other. Their area must be "
+            f"at most {MOST_LAYERS:g} times that of their bounding box, received {layers:.3g} times. Check that the "
+            "file holds what it should, or give landmarks."
+        )
 
 
 def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, IntArray]:

@@ -13,7 +13,7 @@ from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ...array_types import Array, IntArray
-from . import _kernels as kernels
+from ...geometry.compilation import compiled
 from .depth import Grid
 
 SPACING = 0.24
@@ -178,7 +178,7 @@ def fitted_warp(
     weight = weight / weight.sum()
     for _ in range(steps):
         field = Warp(grid, shift).field()
-        pull, metric = kernels.gauss_newton_sums(faces, slopes, template, shown, weight, field / grid.step)
+        pull, metric = _gauss_newton_sums(faces, slopes, template, shown, weight, field / grid.step)
         right = np.moveaxis(base.down.T @ pull @ base.across, 0, 2) + (base.stiffness @ shift.ravel()).reshape(
             shift.shape
         )
@@ -197,3 +197,44 @@ def contrast_normalised(curvature: Array, weight: Array, grid: Grid) -> Array:
     return np.array(
         [c / np.sqrt(gaussian_filter(weight * c * c, sigma) / share + CONTRAST_FLOOR**2) for c in curvature]
     )
+
+
+@compiled
+def _gauss_newton_sums(
+    faces: Array, slopes: Array, template: Array, shown: Array, weight: Array, field: Array
+) -> tuple[Array, Array]:
+    """Sums over the channels for a Gauss-Newton step of a warp.
+
+    Returns slopes times differences (2, rows, columns), and slopes times slopes (3, rows, columns): x and x, x and y, y
+    and y. The channels of a face, with their slopes (2, c, rows, columns), are read at the template's places shifted by
+    a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value at the border counts.
+    """
+    rows, columns = weight.shape
+    pull, metric = np.zeros((2, rows, columns)), np.zeros((3, rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            if weight[i, j] == 0.0:
+                continue
+            y = min(max(i + field[1, i, j], 0.0), rows - 1.0)
+            x = min(max(j + field[0, i, j], 0.0), columns - 1.0)
+            k, l = min(int(y), rows - 2), min(int(x), columns - 2)
+            v, u = y - k, x - l
+            w = weight[i, j] * _bilinear(shown, k, l, v, u)
+            for c in range(faces.shape[0]):
+                difference = _bilinear(faces[c], k, l, v, u) - template[c, i, j]
+                slope_x, slope_y = _bilinear(slopes[0, c], k, l, v, u), _bilinear(slopes[1, c], k, l, v, u)
+                robust = w / (1.0 + difference * difference)
+                pull[0, i, j] += robust * slope_x * difference
+                pull[1, i, j] += robust * slope_y * difference
+                metric[0, i, j] += robust * slope_x * slope_x
+                metric[1, i, j] += robust * slope_x * slope_y
+                metric[2, i, j] += robust * slope_y * slope_y
+    return pull, metric
+
+
+@compiled
+def _bilinear(image: Array, k: int, l: int, v: float, u: float) -> float:
+    """An image at row k + v and column l + u, interpolated bilinearly."""
+    upper = image[k, l] + u * (image[k, l + 1] - image[k, l])
+    lower = image[k + 1, l] + u * (image[k + 1, l + 1] - image[k + 1, l])
+    return upper + v * (lower - upper)

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from ...array_types import Array, IntArray
-from ...geometry.rows import Room
+from ...geometry.refinement import Room
 from ..base import SurfacePoints
 from . import _packet_kernels as kernels
 

@@ -1,1 +1,0 @@
-"""Coloured meshes of all that is seen of a face besides its skin, for pictures and for files."""
