@@ -143,7 +143,7 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     same place. Turns and shifts, growth, and stretch upward and forward have these derivatives; the more a place
     differs, and the steeper it is, the less it weighs.
     """
-    slope_y, slope_x = np.gradient(depth, COARSE.step)
+    slope_y, slope_x = np.array(np.gradient(depth, COARSE.step))
     difference = depth - base.depth
     near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance) & np.isfinite(slope_x) & np.isfinite(slope_y)
     if near.sum() < FEWEST_NODES:

@@ -8,7 +8,7 @@ rest, histories       W exactly 0 and the mesh at the start; the same heights af
 material              phases do not move; another identity keeps its lines, another seed does not
 left and right        mirrored heights at symmetry 1 and 0
 age                   nothing at 0; furrows at rest, none where the skin is stretched
-refinement            a held pose changes no triangle; no triangle is turned over
+refinement            the chord error of a sampled cosine; a held pose changes no triangle; no triangle is turned over
 errors                the messages
 """
 
@@ -32,6 +32,7 @@ from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
+from facewrinkle.layers.wave_folds._height_kernels import NARROWEST, TOLERANCE, spacing_for
 from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds.packets import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
@@ -429,3 +430,14 @@ def test_folds_that_are_gone_are_not_reported(face):
     assert not frame["W"].any()
     assert layer.limited_share() == 0.0
     assert all(entry["D"] == entry["W"] == 0.0 for entry in layer.explained(vertex))
+
+
+@pytest.mark.parametrize("length, depth", [(12.0, 1.0), (25.0, 1.3), (6.0, 0.5)])
+def test_edges_of_the_spacing_asked_for_are_off_by_the_tolerance(length, depth):
+    edge = spacing_for(length, depth) / fw.Refinement().samples
+    assert edge > NARROWEST * length / 4.0, "the depth decides"
+    start, along = np.linspace(-length, 0.0, 500)[:, None], np.linspace(0.0, 1.0, 101)
+    wave = [0.5 * depth * np.cos(2.0 * np.pi / length * (start + edge * share)) for share in (0.0, 1.0, along)]
+    error = np.abs(wave[2] - (1.0 - along) * wave[0] - along * wave[1]).max()
+    assert error == pytest.approx(0.5 * depth * (1.0 - np.cos(np.pi * edge / length)), rel=1e-3)
+    assert 0.9 * TOLERANCE < error <= TOLERANCE
