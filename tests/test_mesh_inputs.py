@@ -113,7 +113,12 @@ def test_a_face_of_what_pyvista_reads(face, tmp_path):
     assert fitted.muscles.keys() == face.muscles.keys()
 
 
-@pytest.mark.parametrize("function", set(FUNCTIONS.values()) - {FUNCTIONS["read_texture"]})
+def test_the_texture_of_a_file_and_of_its_surface(face, tmp_path):
+    path = fw.write_mesh(face.mesh, tmp_path / "head.glb", face)
+    np.testing.assert_array_equal(fw.read_texture(read_surface(path)), face.texture[:, :, :3])
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
 @pytest.mark.parametrize("wrong", [3, None, [1.0], b"head.obj", fw.MuscleWrinkles])
 def test_what_is_no_mesh(face, function, wrong, tmp_path):
     if wrong is None and function is FUNCTIONS["DrippingTear"]:

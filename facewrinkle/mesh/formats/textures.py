@@ -19,7 +19,7 @@ from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
 from ..seams import corner_texture
 from .gltf import Document
 from .merging import from_primitives, set_texture
-from .reading import GLTF, read_surface
+from .reading import GLTF, MeshLike, read_surface
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
@@ -72,7 +72,7 @@ def as_texture(image: object) -> Image:
     return np.ascontiguousarray(pixels[:, :, :3])
 
 
-def read_texture(source: object, mesh: str | None = None) -> Image | None:
+def read_texture(source: MeshLike, mesh: str | None = None) -> Image | None:
     """Return the image of a mesh file or a trimesh-like object.
 
     Parameters
@@ -105,11 +105,15 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
     ...     read_texture(fw.write_mesh(sheet.mesh, f"{folder}/sheet.obj", sheet)).shape
     (4, 8, 3)
     """
-    if not isinstance(source, str | Path):
-        return _of_object(source)
-    path = Path(os.path.expanduser(source))
+    if isinstance(source, str | Path):
+        source = Path(os.path.expanduser(source))
+    elif (image := _of_object(source)) is not None:
+        return image
+    else:
+        source = read_surface(source)  # what is no mesh is an error, unlike an image that cannot be read
+    name = source.name if isinstance(source, Path) else "the mesh"
     try:
-        surface = read_surface(path) if mesh is None else _of_mesh(path, mesh)
+        surface = _of_mesh(source, mesh) if isinstance(source, Path) and mesh is not None else read_surface(source)
         numbers = np.asarray([] if surface is None else surface.cell_data.get(IMAGE, []), dtype=np.int64)
         counts = np.bincount(numbers[numbers >= 0])
         if surface is None or not counts.any():
@@ -117,7 +121,7 @@ def read_texture(source: object, mesh: str | None = None) -> Image | None:
         names = images_of(surface)
         if len(names) > 1:
             taken, *others = [repr(_short(names[number])) for number in np.argsort(-counts, kind="stable")]
-            warn(f"{path.name} has several textures; took {taken}, which most faces have, and not {', '.join(others)}.")
+            warn(f"{name} has several textures; took {taken}, which most faces have, and not {', '.join(others)}.")
         return _opened(names[counts.argmax()])[:, :, :3]
     except MeshError as problem:
         warn(f"the texture is left out: {problem}")
