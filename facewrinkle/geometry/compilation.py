@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable
 from functools import cache, partial
-from pathlib import Path
 from typing import Any
 
 import numba
@@ -56,17 +53,3 @@ def _tell_not_kept() -> None:
         "start takes half a minute more. Set the environment variable NUMBA_CACHE_DIR to a folder that you may write "
         "to."
     )
-
-
-def temporary_folder() -> Path | None:
-    """Return a folder among the temporary ones that only this user can write to; None if there is none."""
-    user = os.getuid() if hasattr(os, "getuid") else None
-    try:
-        folder = Path(tempfile.gettempdir()) / f"facewrinkle-{'cache' if user is None else user}"
-        folder.mkdir(mode=0o700, exist_ok=True)
-        status = folder.lstat()
-    except OSError:
-        return None
-    if user is not None and (folder.is_symlink() or status.st_uid != user or status.st_mode & 0o077):
-        return None  # others could put code of theirs there
-    return folder

@@ -51,14 +51,6 @@ def test_without_a_folder_to_write_to_functions_run_and_that_is_said_once(monkey
     assert not recwarn.list
 
 
-def test_without_any_folder_for_temporary_files_there_is_none(monkeypatch):
-    def none():
-        raise FileNotFoundError(2, "No usable temporary directory found")
-
-    monkeypatch.setattr(compilation.tempfile, "gettempdir", none)
-    assert compilation.temporary_folder() is None
-
-
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs namespaces of mounts")
 def test_a_read_only_installation_without_a_home(tmp_path):
     package = Path(compilation.__file__).parents[1]
