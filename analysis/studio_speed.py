@@ -1,4 +1,4 @@
-"""Costs of a frame of the studio: processor time of the simulation, the parts and the server, bytes, and its age.
+"""Costs of a frame of the studio: processor time of stage and server, bytes, and its age.
 
 Run it with ``python -m analysis.studio_speed``. A page without a browser looks on while a slider is pulled to and fro;
 processor times, in ms, are those of the studio's threads, and do not count what waits. The age is that of the frame
@@ -11,6 +11,7 @@ import argparse
 import asyncio
 import json
 import math
+import threading
 import time
 from collections.abc import Callable
 
@@ -25,25 +26,26 @@ PACE = 0.1
 """Seconds that the slow page takes to draw."""
 
 
-def clock_of(studio: Studio) -> Callable[[], float]:
-    """Return a function with the processor time, s, of the server's thread."""
-    number = time.pthread_getcpuclockid(studio._server._thread.ident or 0)
+def clock_of(thread: threading.Thread) -> Callable[[], float]:
+    """Return a function with the processor time, s, of a thread."""
+    number = time.pthread_getcpuclockid(thread.ident or 0)
     return lambda: time.clock_gettime(number)
 
 
 async def pulled(studio: Studio, name: str, frames: int, pace: float = 0.0) -> dict[str, list[float]]:
     """Return what each frame cost while a slider goes to and fro."""
     address, _, key = studio.url.partition("/#")
-    stage, clock = studio._stage, clock_of(studio)
+    stage = studio._stage
+    clocks = {"stage": clock_of(stage), "server": clock_of(studio._server._thread)}
     made: dict[int, float] = {}
-    costs: dict[str, list[float]] = {"simulation": [], "parts": [], "server": [], "kB": [], "age": []}
+    costs: dict[str, list[float]] = {"stage": [], "server": [], "kB": [], "age": []}
     stage.listeners.append(lambda: made.__setitem__(stage.shown.step if stage.shown else 0, time.monotonic()))
     async with (
         aiohttp.ClientSession() as session,
         session.ws_connect(f"{address}/socket", headers={"Origin": address}, max_msg_size=0) as socket,
     ):
         await socket.send_json({"do": "hello", "key": key})
-        spent, server, begin, step = dict(stage.spent), clock(), time.monotonic(), 0
+        spent, begin, step = {name: clock() for name, clock in clocks.items()}, time.monotonic(), 0
         async for message in socket:
             if message.type is not aiohttp.WSMsgType.BINARY or message.data[:4] == b"PHOT":
                 continue
@@ -51,12 +53,11 @@ async def pulled(studio: Studio, name: str, frames: int, pace: float = 0.0) -> d
             await asyncio.sleep(pace)
             now = time.monotonic()
             steps = max(head["step"] - step, 1)
-            costs["simulation"].append(1e3 * (stage.spent["step"] - spent["step"]) / steps)
-            costs["parts"].append(1e3 * (stage.spent["parts"] - spent["parts"]) / steps)
-            costs["server"].append(1e3 * (clock() - server) / steps)
+            for name, clock in clocks.items():
+                costs[name].append(1e3 * (clock() - spent[name]) / steps)
             costs["kB"].append(len(message.data) / 1024)
             costs["age"].append((now - made.get(head["step"], now)) / max(now - begin, 1e-9))
-            spent, server, begin, step = dict(stage.spent), clock(), now, head["step"]
+            spent, begin, step = {name: clock() for name, clock in clocks.items()}, now, head["step"]
             count = len(costs["kB"])
             weight = round(0.5 - 0.5 * math.cos(2.0 * math.pi * count / 60.0), 3)
             await socket.send_json({"do": "change", "patches": [[["mixture"], {name: weight}]], "gesture": "pull"})
@@ -71,7 +72,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=160)
     frames = parser.parse_args().frames
-    print(f"{'pulled':>10}  simulation  parts  server  |   kB  (p90)")
+    print(f"{'pulled':>10}  stage  server  |   kB  (p90)")
     with Studio(fw.default_face(), browser=False) as studio:
         for name in PULLED:
             costs = asyncio.run(pulled(studio, name, frames))
@@ -83,7 +84,7 @@ def main() -> None:
         )
 
 
-COLUMNS = (("simulation", 10), ("parts", 5), ("server", 6))
+COLUMNS = (("stage", 5), ("server", 6))
 
 if __name__ == "__main__":
     main()

@@ -47,6 +47,9 @@ def _ended(number: int, frame: FrameType | None = None) -> None:
     if threading.current_thread() is threading.main_thread():
         for other in SIGNALS:
             signal.signal(other, signal.SIG_IGN)
+    for act in getattr(sys.modules.get("facewrinkle.processes"), "before_the_end", ()):
+        with suppress(Exception):  # the process must end all the same
+            act()
     _end_children()
     files = sys.modules.get("facewrinkle.files")
     if files is not None and hasattr(files, "drop_unfinished"):

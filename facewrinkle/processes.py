@@ -1,9 +1,13 @@
-"""Processes of Python that are started beside this one."""
+"""Processes of Python that are started beside this one, and the end of this one."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
+
+before_the_end: list[Callable[[], None]] = []
+"""What must be done, quickly, when a signal ends the command line: to save what was made, to end other processes."""
 
 
 def environment() -> dict[str, str]:

@@ -4,11 +4,34 @@ from __future__ import annotations
 
 import asyncio
 import json
+import struct
 from contextlib import asynccontextmanager, suppress
 
 import aiohttp
+import numpy as np
 
-from facewrinkle.live.encoding import decoded
+from facewrinkle.live.encoding import CODES
+
+
+def decoded(data):
+    """Return the header of a message and the arrays in it, by the names of the parts."""
+    types = {code: np.dtype(name) for name, code in CODES.items()}
+    length = struct.unpack_from("<I", data)[0]
+    head = json.loads(data[4 : 4 + length])
+    arrays = {
+        part["name"]: {
+            name: np.frombuffer(data, types[entry[0]], entry[2], 4 + length + entry[1]).reshape(-1, entry[3])
+            for name, entry in part["arrays"].items()
+            if entry is not None
+        }
+        for part in head["parts"]
+    }
+    return head, arrays
+
+
+def restored(numbers, box):
+    """The points that whole numbers in the box of a frame, its low corner and its size, stand for."""
+    return np.array(box[:3]) + np.asarray(numbers, float) * (box[3] / 65535)
 
 
 class Page:
@@ -30,7 +53,7 @@ class Page:
             length = int.from_bytes(got.data[4:8], "little")
             self.photos[got.data[8 : 8 + length].decode()] = got.data[8 + length :]
             return {"is": "photo"}
-        self.head, arrays = decoded(got.data, self.arrays)
+        self.head, arrays = decoded(got.data)
         for name, values in arrays.items():
             self.arrays.setdefault(name, {}).update(values)
         self.frames += 1

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..errors import ParameterError, check_whole
+from ..processes import before_the_end
 from .options import FaceOptions
 from .parsing import Whole
 from .report import Report
@@ -55,4 +56,5 @@ def studio(
         if host not in ("127.0.0.1", "localhost", "::1"):
             report.say(f"It listens at {host}: everybody in the network who knows this address can use it.")
         report.say("Press Ctrl-C to end it.")
+        before_the_end.append(window.end)
         window.wait()

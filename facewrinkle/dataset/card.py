@@ -11,8 +11,7 @@ import numpy as np
 
 from .. import __version__
 from ..files import written
-from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP
-from .regions import REGIONS
+from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
 from .shards import FAILED, arrow
 from .spec import Spec
 
@@ -58,13 +57,13 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
-    scans = "".join(f"- {scan.path.name}: {scan.licence}\n" for scan in spec.scans)
+    scans = "".join(f"- {Path(scan.path).name}: {scan.licence}\n" for scan in spec.faces.scans)
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(PARTS))
     faces = spec.written["faces"]
-    named = [entry | {"path": scan.path.name} for entry, scan in zip(faces["scans"], spec.scans, strict=True)]
+    named = [entry | {"path": Path(entry["path"]).name} for entry in faces["scans"]]
     specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
     regions = ", ".join(f"{number} {name}" for number, name in enumerate(REGIONS))
-    pictures = "a picture each" if spec.frames == 1 else f"clips of {spec.frames} pictures"
+    pictures = "a picture each" if spec.clip.frames == 1 else f"clips of {spec.clip.frames} pictures"
     return f"""\
 ---
 task_categories: [image-segmentation, depth-estimation, keypoint-detection]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-import logging
 import os
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +22,8 @@ from .spec import Spec
 STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
 
-RETRIES = 2
-"""So often is a shard begun again after its worker died."""
-
-REACH = 20.0
-"""Seconds to wait for a scheduler to answer."""
+ABANDONED = 600.0
+"""Seconds after which an unfinished file to which nothing was added is taken to be of a run that was killed."""
 
 Progress = Callable[[int], None]
 
@@ -52,7 +50,7 @@ def generate(
     count : int
         Number of samples. A set can be continued with a larger one if its last shard was full.
     workers : int
-        Number of processes. More than one need Dask.
+        Number of processes.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``tcp://10.0.0.1:8786``, whose workers see the same folder and have the
         same version of the package; they are used in place of processes here.
@@ -69,9 +67,11 @@ def generate(
     OutputError
         If the folder holds something else, or cannot be written.
     ParameterError
-        If a scheduler cannot be reached, or its workers have another version.
+        If a scheduler cannot be reached.
+    FaceWrinkleError
+        If a process died, or the scheduler was lost; what is missing is made when the same is run again.
     MissingPackageError
-        Without pyarrow, or for several workers without Dask.
+        Without pyarrow, or for a scheduler without Dask.
 
     Examples
     --------
@@ -94,15 +94,15 @@ def generate(
             report(shard.last - shard.first)
         else:
             missing.append(shard)
-    if scheduler is not None or (workers > 1 and len(missing) > 1):
-        with _client(min(workers, max(len(missing), 1)), scheduler) as client:
-            _distribute(client, spec, missing, folder, report)
-    else:
+    if scheduler is None and (workers == 1 or len(missing) < 2):
         for shard in missing:
             for _ in write_shard(spec, shard, folder):
                 report(1)
-    for path in folder.rglob(".[0-9]*.shard-*"):  # what runs that were killed have left
-        path.unlink()
+    else:
+        _distribute(spec, missing, folder, workers, scheduler, report)
+    for path in folder.rglob(".[0-9]*.shard-*"):  # another run may be at work in the same folder
+        if time.time() - path.stat().st_mtime > ABANDONED:
+            path.unlink(missing_ok=True)
     write_card(folder, spec, count)
     return folder
 
@@ -172,57 +172,52 @@ def _state(folder: Path, spec: Spec, count: int) -> None:
         Path(partial).write_text(json.dumps(state, indent=1, default=str), encoding="utf-8")
 
 
-@contextmanager
-def _client(workers: int, scheduler: str | None) -> Iterator[Any]:
-    """Yield a Dask client: of a scheduler, or of processes here."""
-    try:
-        import dask
-        from distributed import Client, LocalCluster
-    except ImportError:
-        raise missing_package("several workers need", "distributed", "dataset") from None
+def _distribute(
+    spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None, report: Progress
+) -> None:
+    """Make shards at once; when one fails, the others are finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    if scheduler is not None:
-        try:
-            client = Client(scheduler, timeout=REACH)
-        except (OSError, ValueError) as problem:
-            raise ParameterError(
-                f"the scheduler {scheduler!r} cannot be reached ({type(problem).__name__}). Check the address, and "
-                "that it is running: dask scheduler."
-            ) from None
-        with client:
-            yield _checked(client)
-        return
-    settings = {
-        "distributed.worker.profile.enabled": False,  # it would wake a hundred times a second
-        # Dask's own setting has the system fill every large array with zeros, which takes a third of a sample's time.
-        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": None,
-    }
-    with (
-        dask.config.set(settings),
-        LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+    outcomes = (
+        _by_processes(spec, shards, folder, workers) if scheduler is None else _by_dask(spec, shards, folder, scheduler)
+    )
+    reason = ""
+    for shard, problem in outcomes:
+        if problem:
+            reason = problem
+        else:
+            report(shard.last - shard.first)
+    if reason:
+        missing = sum(not shard.done(folder) for shard in shards)
+        raise FaceWrinkleError(f"{missing} of {len(shards)} shards are missing: {reason}. Run the same again to go on.")
 
 
-def _checked(client: Any) -> Any:
-    """Return a client if all its workers have this version of the package."""
-    versions = client.run(_version)
-    if not versions:
-        raise ParameterError("the scheduler has no workers. Start some: dask worker ADDRESS.")
-    other = {where: version for where, version in versions.items() if version != __version__}
-    if other:
-        where, version = next(iter(other.items()))
+def _by_processes(spec: Spec, shards: list[Shard], folder: Path, workers: int) -> Iterator[tuple[Shard, str]]:
+    """Make shards by processes here, and yield each with what went wrong."""
+    with ProcessPoolExecutor(min(workers, len(shards)), get_context("spawn")) as pool:  # VTK does not get over a fork
+        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
+        for future in as_completed(futures):
+            yield futures[future], str(future.exception() or "").rstrip(".")
+
+
+def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> Iterator[tuple[Shard, str]]:
+    """Make shards by the workers of a scheduler, and yield each with what went wrong."""
+    try:
+        import distributed
+    except ImportError:
+        raise missing_package("a scheduler needs", "distributed", "dataset") from None
+    try:
+        client = distributed.Client(scheduler)
+    except (OSError, ValueError) as problem:
         raise ParameterError(
-            f"the worker {where} has facewrinkle {version}, this is {__version__}. Install the same on all."
-        )
-    return client
-
-
-def _version() -> str:
-    return __version__
+            f"the scheduler {scheduler!r} cannot be reached ({type(problem).__name__}). Check the address, and "
+            "that it is running: dask scheduler."
+        ) from None
+    with client:
+        inside = is_inside_only()
+        futures = {client.submit(_made, spec, shard, folder, inside, pure=False): shard for shard in shards}
+        for future in distributed.as_completed(futures):
+            failed = str(future.exception()) if future.status == "error" else "the scheduler was lost"
+            yield futures[future], "" if future.status == "finished" else failed
 
 
 def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
@@ -232,21 +227,3 @@ def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
     with inside_only(inside):
         for _ in write_shard(spec, shard, folder):
             pass
-
-
-def _distribute(client: Any, spec: Spec, shards: list[Shard], folder: Path, report: Progress) -> None:
-    from distributed import as_completed
-
-    inside = is_inside_only()
-    futures = [client.submit(_made, spec, shard, folder, inside, retries=RETRIES, pure=False) for shard in shards]
-    problem = "the scheduler was lost"  # then futures are cancelled, and have neither error nor result
-    samples = {future.key: shard.last - shard.first for future, shard in zip(futures, shards, strict=True)}
-    for future in as_completed(futures):
-        if future.status == "finished":
-            report(samples[future.key])
-        elif future.status == "error":
-            problem = str(future.exception())
-    if missing := sum(not shard.done(folder) for shard in shards):
-        raise FaceWrinkleError(
-            f"{missing} of {len(shards)} shards are missing: {problem}. Run the same again to go on."
-        )

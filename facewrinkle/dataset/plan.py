@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,10 +58,6 @@ class Plan:
     background: dict[str, float]
     tears: float | None
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return all values by name."""
-        return asdict(self)
-
 
 def person_of(spec: Spec, number: int) -> Person:
     """Draw a person.
@@ -73,7 +68,7 @@ def person_of(spec: Spec, number: int) -> Person:
     True
     """
     random = spec.random(number, "face")
-    weights = np.array([spec.built_in, *(scan.weight for scan in spec.scans)])
+    weights = np.array([spec.faces.built_in, *(scan.weight for scan in spec.faces.scans)])
     chosen = int(random.choice(len(weights), p=weights / weights.sum()))
     identity = spec.drawn("identity", spec.random(number, "identity"))
     identity["hair"] = max(identity["hair"], identity["skin"])  # as in Identity.random
@@ -104,7 +99,7 @@ def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
         index=index,
         person=index // spec.per_person,
         attempt=attempt,
-        expression=expression_of(spec.expressions, random("expression")),
+        expression=expression_of(spec.expression, random("expression")),
         gaze=spec.drawn("gaze", random("gaze")),
         camera=spec.drawn("camera", random("camera")),
         lights=spec.drawn("lights", random("lights")),
@@ -118,7 +113,7 @@ def expression_of(expressions: Expressions, random: np.random.Generator) -> dict
 
     Examples
     --------
-    >>> drawn = [expression_of(Spec.of().expressions, np.random.default_rng(k)) for k in range(200)]
+    >>> drawn = [expression_of(Spec.of().expression, np.random.default_rng(k)) for k in range(200)]
     >>> any({"AU2", "AU4"} <= set(units) for units in drawn), max(map(len, drawn)) > 3
     (False, True)
     """
@@ -145,5 +140,5 @@ def expression_of(expressions: Expressions, random: np.random.Generator) -> dict
 
 def _join(units: list[str], unit: str, expressions: Expressions) -> None:
     """Add an action unit to others, unless it is there or does not go with one of them."""
-    if unit not in units and not any(frozenset((unit, other)) in expressions.apart for other in units):
+    if unit not in units and not any(unit in pair and {*pair} & {*units} for pair in expressions.apart):
         units.append(unit)

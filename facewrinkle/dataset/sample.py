@@ -34,9 +34,8 @@ from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears.presets import preset, surfaces
 from .furrows import FurrowTracker
-from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, labels_of
+from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS, labels_of
 from .plan import Person, Plan, person_of, plan_of
-from .regions import REGIONS
 from .spec import TIME_STEP, Spec
 from .visible import Camera
 
@@ -207,22 +206,22 @@ class SampleMaker:
             options: dict[str, Any] = dict(person.folds)
             if person.scan is not None:
                 options["age"] = max(person.identity["age"], 0.0)
-            step = TIME_STEP if self.spec.frames > 1 else HELD_STEP
+            step = TIME_STEP if self.spec.clip.frames > 1 else HELD_STEP
             self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
             self._person = person
         return self._person, self._simulation
 
     def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
         person, simulation = self.simulation_of(plan.person)
-        clip = self.spec.frames > 1
+        clip = self.spec.clip.frames > 1
         tracker = FurrowTracker(SHARED / simulation.face.unit) if clip else None
         made = []
         for number, frame in enumerate(self.frames(simulation, plan)):
-            time = None if plan.tears is None else plan.tears + number * self.spec.stride * TIME_STEP
+            time = None if plan.tears is None else plan.tears + number * self.spec.clip.stride * TIME_STEP
             tears = self._tears(simulation.face, plan, frame, time)
             image, labels, facts = self._drawn(simulation, plan, frame, tears, tracker)
             rates = dict(zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True))
-            facts |= {"plan": plan.as_dict(), "person": asdict(person), "refused": refused}
+            facts |= {"plan": asdict(plan), "person": asdict(person), "refused": refused}
             facts |= {"contractions": {name: rate for name, rate in rates.items() if rate > 0.0}}
             facts |= {"size": list(self.spec.size), "unit": simulation.face.unit, "spec": self.spec.digest}
             facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
@@ -271,14 +270,14 @@ class SampleMaker:
 
     def frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
         """Yield the frames of a plan: the face that holds its expression, or on the way there."""
-        if self.spec.frames > 1:
+        if self.spec.clip.frames > 1:
             simulation.reset()
         if simulation.face.eyes:
             simulation.look(plan.gaze["yaw"], plan.gaze["pitch"])
         simulation.express(plan.expression)
-        if self.spec.frames > 1:
-            steps = simulation.run(self.spec.frames * self.spec.stride)
-            yield from islice(steps, self.spec.stride - 1, None, self.spec.stride)
+        if self.spec.clip.frames > 1:
+            steps = simulation.run(self.spec.clip.frames * self.spec.clip.stride)
+            yield from islice(steps, self.spec.clip.stride - 1, None, self.spec.clip.stride)
             return
         with warnings.catch_warnings():
             warnings.simplefilter("error", FaceWrinkleWarning)
@@ -356,7 +355,7 @@ def face_of(spec: Spec, person: Person) -> Face:
     """Return the face of a person."""
     if person.scan is None:
         return default_face(Identity.of(person.identity))
-    path = spec.scans[person.scan].path
+    path = Path(spec.faces.scans[person.scan].path)
     return read_face(path) if path.suffix == ".face" else fit_face(path)
 
 

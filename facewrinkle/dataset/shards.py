@@ -84,6 +84,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                     member.size = len(content)
                     tar.addfile(member, io.BytesIO(content))
             yield index
+    archive.with_suffix(FAILED).unlink(missing_ok=True)  # of an earlier run
     if failures:
         with written(archive.with_suffix(FAILED)) as partial:
             Path(partial).write_text(json.dumps(failures, indent=1, sort_keys=True), encoding="utf-8")

@@ -5,89 +5,223 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Annotated, Any, Self
 
 import numpy as np
+from msgspec import Meta, Struct, to_builtins
+from msgspec.structs import replace
 
 from .. import __version__
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
-from ..errors import FaceWrinkleError, ParameterError, check_range, check_whole, unknown_name
+from ..errors import FaceWrinkleError, ParameterError, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of
-from .distributions import Distribution
+from ..schemas import conforming
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
 TIME_STEP = 0.02
 """Seconds of a step in clips."""
 
-GAZE = {"yaw": (-40.0, 40.0), "pitch": (-40.0, 40.0)}
-FOLDS = {"seed": (0.0, 2.0**31), "depth": (0.0, 3.0), "density": (0.25, 4.0), "irregularity": (0.0, 3.0)}
-TEARS = {"time": (0.0, 60.0)}
-CAMERA = {
-    "yaw": (-180.0, 180.0), "pitch": (-80.0, 80.0), "roll": (-180.0, 180.0), "height": (0.5, 20.0),
-    "aside": (-5.0, 5.0), "above": (-5.0, 5.0),
-}  # fmt: skip
-LIGHTS = {"key": (0.0, 5.0), "fill": (0.0, 5.0), "rim": (0.0, 5.0), "turn": (-180.0, 180.0), "warmth": (-0.5, 0.5)}
-BACKGROUND = {"bottom": (0.0, 1.0), "top": (0.0, 1.0), "warmth": (-0.5, 0.5)}
-"""Numbers that are drawn, and what is allowed of each."""
-
-NUMBERS = {
-    "identity": {field.name: (-1.0, 1.0) for field in fields(Identity)},
-    "gaze": GAZE, "folds": FOLDS, "tears": TEARS, "camera": CAMERA, "lights": LIGHTS, "background": BACKGROUND,
-}  # fmt: skip
-
-OTHERS = {
-    "faces": {"built_in", "scans"},
-    "tears": {"share"},
-    "clip": {"frames", "interval"},
-    "expression": {
-        "neutral", "named", "names", "intensity", "count", "units", "contraction", "one_sided", "together", "apart",
-    },
-}  # fmt: skip
-"""Further keys of the tables."""
-
-GENERAL = ("seed", "size", "quick", "mesh", "shard", "per_person")
-"""Keys before the first table."""
-
 MESHES = ("npz", "glb")
 """Formats of meshes."""
 
-SCAN_KEYS = ("path", "weight", "licence")
+NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
+    "identity": {field.name: (-1.0, 1.0) for field in fields(Identity)},
+    "gaze": {"yaw": (-40.0, 40.0), "pitch": (-40.0, 40.0)},
+    "folds": {"seed": (0.0, 2.0**31), "depth": (0.0, 3.0), "density": (0.25, 4.0), "irregularity": (0.0, 3.0)},
+    "tears": {"time": (0.0, 60.0)},
+    "camera": {
+        "yaw": (-180.0, 180.0), "pitch": (-80.0, 80.0), "roll": (-180.0, 180.0), "height": (0.5, 20.0),
+        "aside": (-5.0, 5.0), "above": (-5.0, 5.0),
+    },
+    "lights": {
+        "key": (0.0, 5.0), "fill": (0.0, 5.0), "rim": (0.0, 5.0), "turn": (-180.0, 180.0), "warmth": (-0.5, 0.5),
+    },
+    "background": {"bottom": (0.0, 1.0), "top": (0.0, 1.0), "warmth": (-0.5, 0.5)},
+}  # fmt: skip
+"""Numbers that are drawn, by table, and what is allowed of each."""
+
+Finite = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Weight = Annotated[float, Meta(ge=0.0, le=1e9)]
+Count = Annotated[int, Meta(ge=1, le=10**6)]
+Pixels = Annotated[int, Meta(ge=16, le=4096)]
+
+
+class Drawn(Struct, forbid_unknown_fields=True):
+    """A distribution as it is written."""
+
+    uniform: tuple[Finite, Finite] | None = None
+    normal: tuple[Finite, Finite] | None = None
+    within: tuple[Finite, Finite] | None = None
+    choice: Annotated[list[Any], Meta(min_length=1)] | None = None
+    weights: list[Weight] | None = None
+
+
+TOGETHER = ({"uniform"}, {"normal"}, {"normal", "within"}, {"choice"}, {"choice", "weights"})
+"""Keys of a distribution."""
 
 
 @dataclass(frozen=True)
-class Scan:
+class Distribution:
+    """Something to draw values from: fixed, a choice, a range, or a normal distribution within limits.
+
+    Attributes
+    ----------
+    values : tuple
+        What is chosen from; for ranges, the least and the greatest.
+    kind : {"fixed", "choice", "uniform", "normal"}
+    weights : tuple of float
+        Probabilities of a choice; mean and standard deviation of a normal distribution.
+    """
+
+    values: tuple[Any, ...]
+    kind: str
+    weights: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, written: Any, name: str, low: float = -1e12, high: float = 1e12) -> Distribution:
+        """Return a distribution of numbers from what is written in a specification.
+
+        Parameters
+        ----------
+        written : number, list or dict
+            A number is fixed; from a list, each is as likely; ``{uniform = [low, high]}``;
+            ``{normal = [mean, deviation], within = [low, high]}``; ``{choice = [...], weights = [...]}``.
+        name : str
+            For errors.
+        low, high : float
+            What is allowed.
+
+        Raises
+        ------
+        UnknownNameError
+            For an unknown distribution or key.
+        ParameterError
+            For a range that is upside down or not allowed, or a distribution that hardly ever meets its range.
+
+        Examples
+        --------
+        >>> ages = Distribution.of({"uniform": [-1, 1]}, "age", -1, 1)
+        >>> -1.0 <= ages.draw(np.random.default_rng(0)) <= 1.0
+        True
+        >>> Distribution.of([0.25, 0.75], "age").draw(np.random.default_rng(0))
+        0.75
+        """
+        return _distribution(written, name, Annotated[float, Meta(ge=low, le=high)], (low, high))
+
+    @classmethod
+    def of_words(cls, written: Any, name: str, allowed: Iterable[str]) -> Distribution:
+        """Return a distribution of allowed words.
+
+        Examples
+        --------
+        >>> Distribution.of_words("l", "side", ("l", "r")).draw(np.random.default_rng(0))
+        'l'
+        """
+        found = _distribution(written, name, str, None)
+        for word in found.values:
+            if word not in allowed:
+                raise unknown_name(name, word, allowed)
+        return found
+
+    def draw(self, random: np.random.Generator) -> Any:
+        """Return a value."""
+        if self.kind == "uniform":
+            return float(random.uniform(*self.values))
+        if self.kind == "normal":
+            low, high = self.values
+            mean, deviation = self.weights
+            while not low <= (value := float(random.normal(mean, deviation))) <= high:
+                pass
+            return value
+        if self.kind == "fixed":
+            return self.values[0]
+        return self.values[int(random.choice(len(self.values), p=self.weights))]
+
+
+def _distribution(written: Any, name: str, kind: Any, limits: tuple[float, float] | None) -> Distribution:
+    """Return a distribution of values of a kind; of words if there are no limits."""
+    if isinstance(written, list):
+        written = {"choice": written}
+    if not isinstance(written, Mapping):
+        return Distribution((conforming(written, kind, name),), "fixed")
+    table = conforming(written, Drawn, name)
+    if set(written) not in (TOGETHER if limits else TOGETHER[3:]):
+        allowed = ", ".join(" with ".join(sorted(keys)) for keys in (TOGETHER if limits else TOGETHER[3:]))
+        raise ParameterError(f"{name} must have {allowed}, received {', '.join(written) or 'none of them'}.")
+    if table.choice:
+        values = conforming(table.choice, list[kind], name)
+        weights = table.weights or [1.0] * len(values)
+        if len(weights) != len(values) or not sum(weights) > 0.0:
+            raise ParameterError(
+                f"weights of {name} must be one for each of {len(values)} values, and one above 0, received {weights}."
+            )
+        return Distribution(tuple(values), "choice", tuple(weight / sum(weights) for weight in weights))
+    assert limits is not None
+    low, high = conforming(table.uniform or table.within or limits, tuple[kind, kind], name)
+    if low > high:
+        raise ParameterError(f"{name} must be two numbers in rising order, received [{low:g}, {high:g}].")
+    if table.normal is None:
+        return Distribution((low, high), "uniform")
+    mean, deviation = table.normal
+    if deviation <= 0.0 or not low <= mean <= high or high - low < 0.05 * deviation:
+        raise ParameterError(
+            f"the normal distribution of {name} needs a positive deviation, and its mean within a range that is not "
+            f"much narrower than that, received {dict(written)!r}."
+        )
+    return Distribution((low, high), "normal", (mean, deviation))
+
+
+class Scan(Struct, frozen=True, forbid_unknown_fields=True):
     """A face that the user brings."""
 
-    path: Path
-    weight: float
-    licence: str
-    digest: str
+    path: str
+    weight: Weight = 1.0
+    licence: str = "not stated"
 
 
-@dataclass(frozen=True)
-class Expressions:
-    """Distributions of expressions; the fields are the keys of the table ``[expression]``."""
+class Faces(Struct, frozen=True, forbid_unknown_fields=True):
+    """The table ``[faces]``: the weight of the built-in head among the scans."""
 
-    neutral: float
-    named: float
-    names: Distribution
-    intensity: Distribution
-    count: Distribution
-    units: tuple[str, ...]
-    contraction: Distribution
-    one_sided: float
-    together: tuple[tuple[str, str, float], ...]
-    apart: frozenset[frozenset[str]]
+    built_in: Weight
+    scans: list[Scan]
 
 
-@dataclass(frozen=True, eq=False)
-class Spec:
+class Clip(Struct, frozen=True, forbid_unknown_fields=True):
+    """The table ``[clip]``: pictures of a sample, and the seconds between them."""
+
+    frames: Annotated[int, Meta(ge=1, le=10**4)]
+    interval: Annotated[float, Meta(ge=TIME_STEP, le=10.0)]
+
+    @property
+    def stride(self) -> int:
+        """Number of steps of :data:`TIME_STEP` between pictures."""
+        return round(self.interval / TIME_STEP)
+
+
+class Expressions(Struct, frozen=True, forbid_unknown_fields=True):
+    """The table ``[expression]``; what is drawn becomes distributions."""
+
+    neutral: Share
+    named: Share
+    names: Any
+    intensity: Any
+    count: Any
+    units: Annotated[list[str], Meta(min_length=1)]
+    contraction: Any
+    one_sided: Share
+    together: list[tuple[str, str, Share]]
+    apart: list[tuple[str, str]]
+
+
+class Spec(Struct, frozen=True, eq=False):
     """A specification of a data set.
 
     Attributes
@@ -99,22 +233,21 @@ class Spec:
         Draw with one lamp and without the shader of the skin.
     mesh : {"", "npz", "glb"}
         Keep the mesh of each picture, in this format.
-    frames, stride : int
-        Number of pictures of a sample, and of steps of :data:`TIME_STEP` between them.
     shard : int
         Number of samples in a file.
     per_person : int
         Number of consecutive samples of one person.
-    built_in : float
-        Weight of the built-in head among the scans.
-    scans : tuple of Scan
-    numbers : dict
-        Distributions by table and key.
-    expressions : Expressions
+    faces : Faces
+    clip : Clip
+    expression : Expressions
     crying : float
         Share of faces with tears.
+    numbers : dict
+        Distributions by table and key.
     written : dict
         All values as written, those that were left out from the default.
+    digest : str
+        A hash of all values, of the scans, and of the version of the package: sets that differ in it differ.
 
     Examples
     --------
@@ -123,20 +256,19 @@ class Spec:
     (7, (0.5,), 10)
     """
 
-    seed: int
-    size: tuple[int, int]
+    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)]
+    size: tuple[Pixels, Pixels]
     quick: bool
-    mesh: str
-    frames: int
-    stride: int
-    shard: int
-    per_person: int
-    built_in: float
-    scans: tuple[Scan, ...]
-    numbers: dict[str, dict[str, Distribution]]
-    expressions: Expressions
-    crying: float
-    written: dict[str, Any]
+    mesh: bool | str
+    shard: Count
+    per_person: Count
+    faces: Faces
+    clip: Clip
+    expression: Expressions
+    crying: Share
+    numbers: dict[str, dict[str, Distribution]] = {}
+    written: dict[str, Any] = {}
+    digest: str = ""
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
@@ -167,38 +299,27 @@ class Spec:
         if written is not None and not isinstance(written, Mapping):
             raise ParameterError(f"a specification is a path or a dictionary, received {written!r}.")
         whole = _completed(written or {})
-        faces = whole["faces"]
-        scans = _scans(faces["scans"], faces["built_in"], Path(folder))
-        found = [{"path": str(scan.path), "weight": scan.weight, "licence": scan.licence} for scan in scans]
-        return cls(
-            seed=check_whole("seed", whole["seed"], 0, 2**63),
-            size=_size(whole["size"]),
-            quick=_truth("quick", whole["quick"]),
-            mesh=_mesh(whole["mesh"]),
-            frames=check_whole("clip.frames", whole["clip"]["frames"], 1, 1e4),
-            stride=_stride(whole["clip"]["interval"]),
-            shard=check_whole("shard", whole["shard"], 1, 1e6),
-            per_person=check_whole("per_person", whole["per_person"], 1, 1e6),
-            built_in=check_range("built_in", faces["built_in"], 0.0, 1e9),
-            scans=scans,
-            numbers={
-                table: {
-                    key: Distribution.of(whole[table][key], f"{table}.{key}", *limits) for key, limits in keys.items()
-                }
-                for table, keys in NUMBERS.items()
-            },
-            expressions=_expressions(whole["expression"]),
-            crying=check_range("tears.share", whole["tears"]["share"], 0.0, 1.0),
-            written=whole | {"faces": {**faces, "scans": found}},
-        )
-
-    @property
-    def digest(self) -> str:
-        """A hash of all values, of the scans, and of the version of the package: sets that differ in it differ."""
-        values = {key: value for key, value in self.written.items() if key != "faces"}
-        scans = [(scan.digest, scan.weight) for scan in self.scans]
-        text = json.dumps([__version__, values, self.built_in, scans], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        if isinstance(scans := whole["faces"]["scans"], list):
+            whole["faces"]["scans"] = [{"path": scan} if isinstance(scan, str) else scan for scan in scans]
+        plain = {name: whole[name] for name in cls.__struct_fields__ if name in whole}
+        crying = conforming(whole["tears"]["share"], Share, "tears.share")
+        spec = conforming(plain | {"crying": crying}, cls, "")
+        if abs(spec.clip.interval / TIME_STEP - spec.clip.stride) > 1e-6:
+            raise ParameterError(
+                f"clip.interval must be a whole number of steps of {TIME_STEP} s, received {spec.clip.interval}."
+            )
+        faces = replace(spec.faces, scans=_scans(spec.faces, Path(folder)))
+        whole["faces"] = to_builtins(faces)
+        contents = [(hashlib.sha256(Path(scan.path).read_bytes()).hexdigest(), scan.weight) for scan in faces.scans]
+        text = json.dumps([__version__, whole | {"faces": [faces.built_in, contents]}], sort_keys=True)
+        numbers = {
+            table: {key: Distribution.of(whole[table][key], f"{table}.{key}", *limits) for key, limits in keys.items()}
+            for table, keys in NUMBERS.items()
+        }
+        return replace(
+            spec, mesh=_mesh(spec.mesh), faces=faces, expression=_expressions(spec.expression), numbers=numbers,
+            written=whole, digest=hashlib.sha256(text.encode()).hexdigest()[:16],
+        )  # fmt: skip
 
     def random(self, number: int, what: str, attempt: int = 0) -> np.random.Generator:
         """Return the random numbers of one aspect of a sample or a person: no aspect disturbs another."""
@@ -216,98 +337,57 @@ def _default() -> dict[str, Any]:
 
 
 def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is written, and from the default what is not."""
-    whole: dict[str, Any] = {}
+    """Return what is written, and from the default, which has all keys, what is not."""
+    whole = deepcopy(_default())
     for key, value in written.items():
-        if key not in _default():
-            raise unknown_name("key of a specification", key, _default())
-        known = {*NUMBERS.get(key, ()), *OTHERS.get(key, ())}
-        if key in GENERAL:
+        if key not in whole:
+            raise unknown_name("key of a specification", key, whole)
+        if not isinstance(whole[key], dict):
+            whole[key] = value
             continue
         if not isinstance(value, Mapping):
             raise ParameterError(f"{key} must be a table, [{key}], received {value!r}.")
         for inner in value:
-            if inner not in known:
-                raise unknown_name(f"key of [{key}]", inner, known)
-    for key, value in _default().items():
-        given = written.get(key, value)
-        whole[key] = {**value, **given} if isinstance(value, dict) else given
+            if inner not in whole[key]:
+                raise unknown_name(f"key of [{key}]", inner, whole[key])
+        whole[key] = {**whole[key], **value}
     return whole
 
 
-def _truth(name: str, value: Any) -> bool:
-    if not isinstance(value, bool):
-        raise ParameterError(f"{name} must be true or false, received {value!r}.")
+def _mesh(value: bool | str) -> str:
+    if isinstance(value, bool):
+        return MESHES[0] if value else ""
+    if value not in MESHES:
+        raise ParameterError(f"mesh must be true, false, or one of {', '.join(MESHES)}, received {value!r}.")
     return value
 
 
-def _mesh(value: Any) -> str:
-    if isinstance(value, bool):
-        return "npz" if value else ""
-    if value not in MESHES:
-        raise ParameterError(f"mesh must be true, false, or one of {', '.join(MESHES)}, received {value!r}.")
-    return str(value)
-
-
-def _stride(interval: Any) -> int:
-    steps = check_range("clip.interval", interval, TIME_STEP, 10.0, "Seconds.") / TIME_STEP
-    if abs(steps - round(steps)) > 1e-6:
-        raise ParameterError(f"clip.interval must be a whole number of steps of {TIME_STEP} s, received {interval!r}.")
-    return round(steps)
-
-
-def _size(value: Any) -> tuple[int, int]:
-    if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ParameterError(f"size must be width and height in pixels, received {value!r}.")
-    width, height = (check_whole("each of width and height", pixels, 16, 4096) for pixels in value)
-    return width, height
-
-
-def _scans(written: Any, built_in: float, folder: Path) -> tuple[Scan, ...]:
-    if not isinstance(written, list) or any(not isinstance(entry, str | Mapping) for entry in written):
-        raise ParameterError(f"scans must be a list of paths or of tables with a path, received {written!r}.")
-    scans = []
-    for entry in written:
-        table = {"path": entry} if isinstance(entry, str) else dict(entry)
-        for key in table:
-            if key not in SCAN_KEYS:
-                raise unknown_name("key of a scan", key, SCAN_KEYS)
-        path = (folder / str(table.get("path", ""))).absolute()
+def _scans(faces: Faces, folder: Path) -> list[Scan]:
+    """Return the scans, of which each must be there."""
+    scans: list[Scan] = []
+    for scan in faces.scans:
+        path = (folder / scan.path).absolute()
         if not path.is_file():
             raise ParameterError(f"the scan {str(path)!r} does not exist. Paths are relative to the specification.")
-        weight = check_range("weight", cast(float, table.get("weight", 1.0)), 0.0, 1e9)
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        scans.append(Scan(path, weight, str(table.get("licence", "not stated")), digest))
-    if not built_in + sum(scan.weight for scan in scans) > 0.0:
+        scans.append(replace(scan, path=str(path)))
+    if not faces.built_in + sum(scan.weight for scan in scans) > 0.0:
         raise ParameterError("no face is left to draw from: give built_in or a scan a weight above 0.")
-    return tuple(scans)
+    return scans
 
 
-def _expressions(table: Mapping[str, Any]) -> Expressions:
+def _expressions(table: Expressions) -> Expressions:
     atlas = load_atlas()
-    units = tuple(table["units"]) if isinstance(table["units"], list) else ()
-    pairs = [*table["together"], *table["apart"]]
-    if any(not isinstance(pair, list) or len(pair) not in (2, 3) for pair in pairs):
-        raise ParameterError("together has entries [unit, unit, share], apart [unit, unit].")
-    for unit in (*units, *(unit for pair in pairs for unit in pair[:2])):
+    for unit in (*table.units, *(unit for pair in (*table.together, *table.apart) for unit in pair[:2])):
         if unit not in atlas.action_units:
             raise unknown_name("action unit", unit, atlas.action_units)
-    if not units:
-        raise ParameterError(f"units must be a list of action units, received {table['units']!r}.")
-    neutral, named = (check_range(f"expression.{key}", table[key], 0.0, 1.0) for key in ("neutral", "named"))
-    if neutral + named > 1.0:
+    if table.neutral + table.named > 1.0:
         raise ParameterError(
-            f"neutral and named are shares of all faces: at most 1 together, received {neutral + named:g}."
+            f"neutral and named are shares of all faces: at most 1 together, received {table.neutral + table.named:g}."
         )
-    return Expressions(
-        neutral,
-        named,
-        Distribution.of_words(table["names"], "expression.names", tuple(atlas.expressions)),
-        Distribution.of(table["intensity"], "expression.intensity", 0.0, 1.0),
-        Distribution.of(table["count"], "expression.count", 1.0, 20.0),
-        units,
-        Distribution.of(table["contraction"], "expression.contraction", 0.0, 1.0),
-        check_range("expression.one_sided", table["one_sided"], 0.0, 1.0),
-        tuple((a, b, check_range(f"share of {a} with {b}", share, 0.0, 1.0)) for a, b, share in table["together"]),
-        frozenset(frozenset(pair) for pair in table["apart"]),
+    return replace(
+        table,
+        names=Distribution.of_words(table.names, "expression.names", atlas.expressions),
+        intensity=Distribution.of(table.intensity, "expression.intensity", 0.0, 1.0),
+        count=Distribution.of(table.count, "expression.count", 1.0, 20.0),
+        contraction=Distribution.of(table.contraction, "expression.contraction", 0.0, 1.0),
     )

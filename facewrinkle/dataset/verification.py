@@ -69,7 +69,7 @@ def _problems(shard: Shard, folder: Path, spec: Spec) -> list[str]:
     failed = (
         {entry["index"] for entry in json.loads(failures.read_text(encoding="utf-8"))} if failures.is_file() else set()
     )
-    frames: list[int | None] = [None] if spec.frames == 1 else list(range(spec.frames))
+    frames: list[int | None] = [None] if spec.clip.frames == 1 else list(range(spec.clip.frames))
     wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in failed for frame in frames]
     try:
         found = _members(archive)

@@ -1,34 +1,57 @@
-"""Answers to what a page asks for."""
+"""What a page is told: first, names of what sliders are for and all that it needs to know of a face; then, answers."""
 
 from __future__ import annotations
 
 import asyncio
-import shlex
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..anatomy.identity import Identity
+from ..anatomy.landmarks import NOT_ON_SKIN
+from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..errors import ParameterError
+from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
-from .clients import Client
-from .coloured_fields import FIELDS, check_field, colours, labels
-from .document import FOLDS, LONGEST, PATTERN, REGIONS, START, TEAR, Document
-from .greeting import handles_of, mixture_of_live, of_atlas, of_face
-from .keeping import Kept
+from ..motion.action_units import ARKIT, units_of
+from ..motion.recorded import Recorded
+from ..plotting.views import VIEWS
+from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
+from .fields import FIELDS, check_field, colours, labels, probe
 from .library import COMPANIONS, MESHES, Library, Tell, opened
-from .probing import probe
+from .protocol import (
+    Change,
+    Continue,
+    Copy,
+    Field,
+    Live,
+    Message,
+    Play,
+    Pose,
+    Probe,
+    Redo,
+    Reset,
+    Save,
+    Show,
+    Undo,
+)  # fmt: skip
 from .saving import KINDS as KINDS_OF_FILES
-from .saving import SLOW, Folder, Order, save
-from .saving_process import SavingProcess
-from .server import Server
+from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
+from .server import Client, Server
 from .stage import Stage
-from .wishes import as_command, as_python
+from .wishes import as_python, rates_of
+
+ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
+"""Places of a muscle's handle along its fibres, from the insertion: the first with room is taken."""
+
+ROOM = 0.08
+"""Distance of handles as seen from the front, in distances between the pupils."""
 
 
 class Answers:
@@ -86,9 +109,9 @@ class Answers:
         return {
             "atlas": of_atlas(self._stage.face.atlas),
             "fields": {name: colours(name) for name in FIELDS},
-            "folds": FOLDS,
-            "patterns": {"kinds": list(KINDS), "numbers": PATTERN},
-            "tears": TEAR,
+            "folds": ranges(Folds),
+            "patterns": {"kinds": list(KINDS), "numbers": ranges(Pattern)},
+            "tears": ranges(Tear),
             "folder": str(self._folder.path) if self._folder.path else "",
             "kinds": list(KINDS_OF_FILES),
             "regions": list(REGIONS),
@@ -116,59 +139,61 @@ class Answers:
 
     # --- what it asks for ----------------------------------------------------------------------
 
-    async def handle(self, command: str, arguments: dict[str, Any], client: Client) -> Any:
+    async def handle(self, message: Message, client: Client) -> Any:
         """Do what a page asks for, and return the answer."""
-        stage = self._stage
-        if command == "change":
-            with stage.condition:
-                self._document.change(arguments["patches"], arguments["gesture"])
-        elif command in ("undo", "redo", "reset"):
-            with stage.condition:
-                getattr(self._document, command)()
-        elif command == "load":
-            with stage.condition:
-                self._document.load(arguments["text"])
-        elif command == "field":
-            client.field = check_field(arguments["name"])
-            clients = self.server.clients
-            stage.wanted_fields = {each.field for each in clients if each.field is not None}
-        elif command == "play":
-            stage.play(arguments["on"])
-        elif command == "pose":
-            stage.go_to(arguments["time"])
-        elif command == "show":
-            self.show(arguments["name"])
-        elif command == "live":
-            stage.live(mixture_of_live(arguments["weights"], stage.face))
-        elif command == "copy":
-            return self.copied(arguments["what"])
-        elif command == "probe":
-            return await asyncio.wrap_future(stage.ask(lambda: self.probed(**arguments)))
-        elif command == "save":
-            return await self._save(**arguments)
-        elif command == "continue":
-            with stage.condition:
-                if arguments["on"]:
-                    self._kept.resume(self._document)
-                else:
-                    self._kept.dismiss()
-            self.server.tell_all({"is": "earlier", "when": self._kept.when})
+        stage, document = self._stage, self._document
+        match message:
+            case Probe():
+                return await asyncio.wrap_future(stage.ask(lambda: self.probed(message)))
+            case Save():
+                return await self._save(message.what, message.camera)
+            case Copy():
+                return self.as_python()
+            case Field():
+                client.field = check_field(message.name)
+                stage.wanted_fields = {each.field for each in self.server.clients if each.field is not None}
+            case Play():
+                stage.play(message.on)
+            case Pose():
+                stage.go_to(message.time)
+            case Live():
+                stage.live(mixture_of_live(message.weights, stage.face))
+            case Show():
+                self.show(message.name)
+            case _:
+                with stage.condition:
+                    self._edit(document, message)
         self._changed()
         return None
 
-    def copied(self, what: str) -> str:
-        """Return a program ("python") or a command ("command") that makes what is shown."""
+    def _edit(self, document: Document, message: Message) -> None:
+        """Do what changes the document."""
+        match message:
+            case Change():
+                document.change(message.patches, message.gesture)
+            case Undo():
+                document.undo()
+            case Redo():
+                document.redo()
+            case Reset():
+                document.reset()
+            case Continue():
+                if message.on:
+                    self._kept.resume()
+                else:
+                    self._kept.dismiss()
+                self.server.tell_all({"is": "earlier", "when": self._kept.when})
+
+    def as_python(self) -> str:
+        """Return a program that makes what is shown."""
         data = self._document.data
         source = data["face"] or self._source
-        if what in ("python", "command") and self._library[data["face"]].clip is not None:
-            command = f"facewrinkle play {shlex.quote(data['face'])}"
-            return _clip_as_python(data["face"]) if what == "python" else command
-        if what == "python":
-            return as_python(data, self._stage.face, _source_of(source))
-        if what == "command":
-            command, missing = as_command(data, source)
-            return command + (f"\n# left out, as no option says it: {', '.join(missing)}" if missing else "")
-        raise ParameterError(f"what is copied must be python or command, received {what!r}.")
+        if not source:
+            return as_python(data, self._stage.face)
+        if self._library[data["face"]].clip is not None:
+            return _clip_as_python(source)
+        reader = "read_face" if source.endswith(".face") else "fit_face"
+        return as_python(data, self._stage.face, f"fw.{reader}({source!r})")
 
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
         if self._saving:
@@ -203,12 +228,14 @@ class Answers:
 
         return tell
 
-    def probed(self, corners: list[int], shares: list[float], version: int) -> dict[str, Any]:
+    def probed(self, asked: Probe) -> dict[str, Any]:
         """Return what is known at a place of the frame, on the thread of the stage."""
-        stage = self._stage
+        stage, corners, shares = self._stage, list(asked.corners), np.array(asked.shares)
         assert stage.shown is not None
         parts = stage.parts
-        if version != parts.last or max(corners) >= len(parts.origin):
+        if not shares.any():
+            raise ParameterError(f"one of the three shares must be above 0, received {asked.shares}.")
+        if asked.version != parts.version or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed since. Click again.")
         frame, layers = stage.shown.frame, stage.layers
         if layers is not stage.shown.layers:  # they have made no frame yet
@@ -216,7 +243,7 @@ class Answers:
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
         rest = np.asarray(frame.point_data.get("rest", frame.points))
-        found["rest"] = [float(x) for x in np.array(shares) / sum(shares) @ rest[origin]]
+        found["rest"] = [float(x) for x in shares / shares.sum() @ rest[origin]]
         return found | {"names": labels(frame, layers)["family"]}
 
     def _saved(self, name: str, data: bytes) -> dict[str, str]:
@@ -225,8 +252,13 @@ class Answers:
         return {"path": str(self._folder.write(name, data)), "name": name}
 
     def opened(self, folder: Path, names: list[str]) -> dict[str, Any]:
-        """Read what was dropped onto a page, and show it; on a thread of its own."""
-
+        """Read what was dropped onto a page, a session or a face, and show it; on a thread of its own."""
+        if len(names) == 1 and names[0].lower().endswith(".json"):
+            text = (folder / names[0]).read_text(encoding="utf-8", errors="replace")
+            with self._stage.condition:
+                self._document.load(text)
+            self._changed()
+            return {"name": "", "said": []}
         tell = self._teller()
         try:
             with self._meshes:
@@ -248,12 +280,6 @@ class Answers:
         self._changed()
 
 
-def _source_of(path: str | None) -> str:
-    if path is None:
-        return "fw.default_face()"
-    return f"fw.{'read_face' if path.endswith('.face') else 'fit_face'}({path!r})"
-
-
 def _clip_as_python(path: str) -> str:
     lines = [
         "import facewrinkle as fw",
@@ -263,3 +289,159 @@ def _clip_as_python(path: str) -> str:
         "frames = list(sim.run(round(recorded.duration / 0.02)))",
     ]
     return "\n".join(lines) + "\n"
+
+
+def of_atlas(atlas: Atlas) -> dict[str, Any]:
+    """Return the names of expressions, action units and muscles, and which of them have two sides."""
+    units = {
+        name: {"about": about, "sides": f"{name}L" in atlas.action_units}
+        for name, about in atlas.action_unit_names.items()
+    }
+    pairs: dict[str, dict[str, Any]] = {}
+    for name in atlas.muscles:
+        stem = name[:-2] if name.endswith(("_l", "_r")) else name
+        pairs[stem] = {"sides": name != stem, "about": atlas.muscles[name]["kind"]}
+    return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs}
+
+
+def of_face(face: Face, clip: Recorded | None = None) -> dict[str, Any]:
+    """Return what a page needs to know of a face: its size, views and landmarks, and which sliders do nothing on it."""
+    return {
+        "views": views_of(face),
+        "unit": face.unit,
+        "size": face.frame.pupil_distance,
+        "axes": face.frame.axes.tolist(),
+        "origin": face.frame.origin.tolist(),
+        "landmarks": landmarks_of(face),
+        "pulls": pulls_of(face),
+        "report": list(face.report),
+        "likeness": face.likeness,
+        "off": without_effect(face, clip),
+        "clip": None if clip is None else clip.duration,
+        "eyes": len(face.eyes),
+    }
+
+
+def without_effect(face: Face, clip: Recorded | None = None) -> dict[str, str]:
+    """Return the names of expressions, action units and muscles that do nothing on a face, and why."""
+    atlas = face.atlas
+    off: dict[str, str] = {}
+    stems = [name[:-2] if name.endswith(("_l", "_r")) else name for name in atlas.muscles]
+    everything = [*atlas.expressions, *atlas.action_unit_names, *dict.fromkeys(stems)]
+    if clip is not None:
+        return dict.fromkeys(everything, "a recorded clip moves this face")
+    if not face.muscles:
+        return dict.fromkeys(everything, "this surface has no muscles")
+    if not face.mouth_opens:
+        off |= dict.fromkeys(("AU26", "AU27", "jaw"), "the mouth of this face has no opening")
+    if not face.eyelid_openings:
+        why = "the lids of this face have no opening"
+        off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae"), why)
+    return off
+
+
+def landmarks_of(face: Face) -> dict[str, dict[str, Any]]:
+    """Return the landmarks on the skin, each with the vertex that it goes along with, and how sure it is."""
+    found = {}
+    for name, place in face.landmarks.items():
+        if name not in NOT_ON_SKIN:
+            vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+            found[name] = {
+                "place": [round(float(x), 4) for x in place],
+                "vertex": vertex,
+                "offset": [round(float(x), 4) for x in place - face.points[vertex]],
+                "confidence": None if name not in face.confidences else round(face.confidences[name], 2),
+                "estimated": name in face.estimated,
+            }
+    return found
+
+
+def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
+    """Return handles of the muscles that pull at the skin: the vertex that each goes along with, and the way of a full
+    pull.
+
+    Muscles that end at one place, as at the corner of the mouth, have their handles a part of the way along their
+    fibres, so that each can be taken. A sphincter is pulled from its side towards its centre, and the jaw down.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    normals = vertex_normals(face.points, face.triangles)
+    front, taken = face.frame.axes[:2].T, np.empty((0, 2))  # room is what there is seen from the front
+    for name, muscle in face.muscles.items():
+        ends = _pull(muscle, face)
+        if ends is None:
+            continue
+        begin, way = ends
+        shares = [0.0] if isinstance(muscle, JawMuscle) else ALONG
+        places = [_on_skin(begin + share * way, face, normals) for share in shares]
+        room = [np.linalg.norm(taken - place @ front, axis=1).min(initial=np.inf) for _, place in places]
+        enough = [k for k, apart in enumerate(room) if apart > ROOM * face.frame.pupil_distance]
+        vertex, place = places[enough[0] if enough else int(np.argmax(room))]
+        taken = np.vstack([taken, place @ front])
+        found[name] = {"vertex": vertex, "offset": _short(place - face.points[vertex]), "pull": _short(way)}
+    return found
+
+
+def _pull(muscle: Muscle, face: Face) -> tuple[np.ndarray, np.ndarray] | None:
+    """The place at which a muscle moves the skin, and its way; None for one that does not."""
+    if isinstance(muscle, SphincterMuscle):
+        return muscle.centre + muscle.semi_major * muscle.lateral, -muscle.semi_major * muscle.lateral
+    if isinstance(muscle, LinearMuscle | SheetMuscle):
+        begin, end = (np.reshape(x, (-1, 3)).mean(axis=0) for x in (muscle.insertion, muscle.attachment))
+        return begin, end - begin
+    if isinstance(muscle, JawMuscle) and "menton" in face.landmarks:
+        return face.landmarks["menton"], -0.5 * face.frame.pupil_distance * face.frame.axes[1]
+    return None
+
+
+def _on_skin(place: np.ndarray, face: Face, normals: np.ndarray) -> tuple[int, np.ndarray]:
+    """The vertex nearest to a place, and the place moved onto the skin there."""
+    vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+    away = place - face.points[vertex]
+    return vertex, face.points[vertex] + away - (away @ normals[vertex]) * normals[vertex]
+
+
+def _short(vector: np.ndarray) -> list[float]:
+    return [round(float(x), 4) for x in vector]
+
+
+def handles_of(data: Mapping[str, Any], face: Face) -> dict[str, dict[str, Any]]:
+    """Return where patterns and tears are: the vertex that each goes along with, and how far from it."""
+    found: dict[str, dict[str, Any]] = {}
+    for table, key in (("patterns", "centre"), ("tears", "start")):
+        found[table] = {}
+        for name, entry in data[table].items():
+            place = np.array(entry[key])
+            vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+            offset = [round(float(x), 4) for x in place - face.points[vertex]]
+            found[table][name] = {"vertex": vertex, "offset": offset}
+    return found
+
+
+def views_of(face: Face) -> dict[str, list[float]]:
+    """Cameras by name: direction towards the camera, the point that it looks at, and the height of the picture."""
+    axes, size = face.frame.axes, face.frame.pupil_distance
+    out = {}
+    for name, view in VIEWS.items():
+        focus = face.frame.origin
+        if face.landmarks:
+            focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
+        direction = np.asarray(view.direction) @ axes
+        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *focus.tolist(), view.height * size]
+    return out
+
+
+def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:
+    """Return a mixture of names of the atlas, or of ARKit's shapes."""
+    names = {name for name in weights if name in face.atlas.action_units or name in face.atlas.muscles}
+    shapes = {name: weight for name, weight in weights.items() if name not in names}
+    mixture = {name: weights[name] for name in names}
+    for side in ("l", "r"):
+        for unit, weight in units_of(shapes, side).items():
+            sided = f"{unit}{side.upper()}"
+            name = sided if sided in face.atlas.action_units else unit
+            if name in face.atlas.action_units:
+                mixture[name] = max(mixture.get(name, 0.0), weight)
+    if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
+        raise ParameterError("none of the weights is one of an action unit, a muscle or a shape of ARKit.")
+    rates_of(mixture, face)
+    return mixture

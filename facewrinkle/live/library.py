@@ -1,13 +1,14 @@
-"""Faces and recorded clips that a studio can show, by name; and those that are dropped onto a page."""
+"""Faces and recorded clips that a studio can show, by name, and the files that are dropped onto a page."""
 
 from __future__ import annotations
 
+import re
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
@@ -18,8 +19,10 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
 from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
 from ..motion.animation import read_animation
-from ..motion.playback import Playback
 from ..motion.recorded import Recorded
+
+if TYPE_CHECKING:
+    from aiohttp import web
 
 T = TypeVar("T")
 
@@ -32,8 +35,14 @@ MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", *ANIMATED)
 COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
 """Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
 
-MOST = 32
-"""Faces that are open besides the first at most."""
+LARGEST_UPLOAD = 256 * 2**20
+"""Bytes of all files that are sent together."""
+
+MOST_FILES = 32
+"""Files that are sent together at most."""
+
+NAME = re.compile(r"[\w][\w .()+,=-]{0,99}")
+"""Names of files that are taken: no folders, and nothing hidden."""
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -46,17 +55,6 @@ class Loaded:
     face: Face
     clip: Recorded | None = None
     said: tuple[str, ...] = ()
-
-
-class Scrubbed(Playback):
-    """A recording that shows any time: each step leads to :attr:`time`, s."""
-
-    time = 0.0
-
-    def step(self) -> Any:
-        """See :class:`facewrinkle.Motion`."""
-        self._steps = self.time / self.time_step - 1.0  # type: ignore[assignment]
-        return super().step()
 
 
 class Library:
@@ -91,8 +89,6 @@ class Library:
     def add(self, name: str, loaded: Loaded) -> str:
         """Keep a face, under a name that is not taken, and return that name."""
         with self._lock:
-            if len(self._loaded) > MOST:
-                raise ParameterError(f"{MOST} faces are open already. Start another studio.")
             taken, number = name, 2
             while taken in self._loaded:
                 taken, number = f"{name} ({number})", number + 1
@@ -160,3 +156,55 @@ def _clip_of(file: Path) -> tuple[Recorded | None, Any]:
     except FaceWrinkleError:
         return None, None  # a mesh that does not move; what else is wrong with it shows when it is read as one
     return (clip, mesh) if clip.duration > 0.0 else (None, None)
+
+
+def checked_name(name: str) -> str:
+    """Return the name of a file, if it is one that is taken.
+
+    Examples
+    --------
+    >>> checked_name("my head.obj")
+    'my head.obj'
+    >>> checked_name("../head.obj")
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: a file may not be called '../head.obj': letters, digits, spaces and ._-+,=() ...
+    """
+    if not NAME.fullmatch(name):
+        raise ParameterError(
+            f"a file may not be called {name[:120]!r}: letters, digits, spaces and ._-+,=() are allowed."
+        )
+    endings = (*MESHES, ".face", *COMPANIONS)
+    if not name.lower().endswith(endings):
+        raise ParameterError(f"{name!r} is no file that the studio reads; these are: {', '.join(endings)}.")
+    return name
+
+
+async def received(request: web.Request, folder: Path) -> list[str]:
+    """Write the files of a request into a folder, and return their names.
+
+    Raises
+    ------
+    ParameterError
+        For names that are not taken, and for too many or too large files.
+    """
+    if not request.content_type.startswith("multipart/"):
+        raise ParameterError("files are sent as a form with several parts.")
+    names: list[str] = []
+    size = 0
+    parts: Any = await request.multipart()
+    async for part in parts:
+        if (sent := getattr(part, "filename", None)) is None:  # or several parts in one
+            raise ParameterError("the form may hold files only.")
+        name = checked_name(sent)
+        if name in names or len(names) >= MOST_FILES:
+            raise ParameterError(f"at most {MOST_FILES} files of different names are taken.")
+        names.append(name)
+        with (folder / name).open("xb") as file:
+            while chunk := await part.read_chunk(2**16):
+                size += len(chunk)
+                if size > LARGEST_UPLOAD:
+                    raise ParameterError(f"the files are too large; {LARGEST_UPLOAD // 2**20} MB are allowed.")
+                file.write(chunk)
+    if not names:
+        raise ParameterError("no file was sent.")
+    return names

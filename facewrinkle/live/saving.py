@@ -5,9 +5,15 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import itertools
+import os
+import pickle
 import re
+import subprocess
+import sys
 import tempfile
-from collections.abc import Collection, Iterable, Iterator, Mapping
+import threading
+import time
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -18,17 +24,17 @@ from ..anatomy.atlas import Atlas
 from ..anatomy.atlas_file import atlas_text
 from ..anatomy.face import Face
 from ..anatomy.face_file import write_face
-from ..errors import OutputError, ParameterError
+from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
 from ..files import not_written, written
 from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
+from ..processes import environment
 from .document import Document
 from .library import Tell
-from .playing import FPS, Played
 from .stage import Stage
-from .wishes import mixture_of
+from .wishes import FPS, Player, mixture_of
 
 T = TypeVar("T")
 
@@ -42,10 +48,16 @@ KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "sessio
 """Things that can be saved."""
 
 SLOW = ("rig", "movie", "animation")
-"""Things that take long, and are made by a process of their own."""
+"""Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
 
 MOST = 10_000
 """Files of one name and different numbers."""
+
+SESSION = "session.json"
+"""The file of the session in the folder of a studio."""
+
+SOON, LATER = 0.5, 10.0
+"""Seconds after a change until the session is saved, and until it is tried again where that failed."""
 
 OWN_EXPRESSION = "studio"
 """Name of the expression that the sliders make in an atlas."""
@@ -108,6 +120,84 @@ class Folder:
         raise OutputError(f"there are {MOST} files of the name {name} in {str(self.path)!r} already.")
 
 
+class Kept:
+    """The session in the folder of a studio: saved soon after each change, and offered again at the next start.
+
+    Parameters
+    ----------
+    folder : Folder
+    document : Document
+    complain : callable
+        Called, on any thread, with a sentence when the session cannot be saved: once, until it can be again.
+
+    Attributes
+    ----------
+    when : str
+        Day and time of the session that was found at the start; "" if there was none, or it was resumed or dismissed.
+    """
+
+    def __init__(self, folder: Folder, document: Document, complain: Callable[[str], None]) -> None:
+        self._folder, self._document, self._complain = folder, document, complain
+        self._saved, self._failed = document.version, False
+        self._lock = threading.Lock()
+        self._timer: threading.Timer | None = None
+        self.when, self._text, self._in_the_way = "", "", False
+        path = None if folder.path is None else folder.path / SESSION
+        if path is not None and path.is_file():
+            self._in_the_way = True
+            with contextlib.suppress(OSError, UnicodeDecodeError):
+                self._text = path.read_text(encoding="utf-8")
+                self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
+
+    def resume(self) -> None:
+        """Take over the session that was found, as a step that can be undone.
+
+        Raises
+        ------
+        ParameterError
+            If it is no session, or needs a face that is not open.
+        """
+        if self.when:
+            self._document.load(self._text)
+            self.when, self._in_the_way = "", False
+
+    def dismiss(self) -> None:
+        """Leave the session that was found; it is kept under another name."""
+        self.when = ""
+
+    def changed(self) -> None:
+        """Save the session soon."""
+        if self._folder.path is not None and self._timer is None and self._saved != self._document.version:
+            self._timer = threading.Timer(LATER if self._failed else SOON, self.save)
+            self._timer.daemon = True
+            self._timer.start()
+
+    def save(self) -> None:
+        """Save the session if it was changed. A file of an earlier start that was not resumed gets another name."""
+        self._timer = None
+        if self._folder.path is None or not self._lock.acquire(timeout=5.0):
+            return
+        try:
+            if self._saved != self._document.version:
+                self._write(self._document.version)
+        except OutputError as problem:
+            if not self._failed:
+                self._complain(f"The session is not saved, which is tried again: {problem}")
+            self._failed = True
+        finally:
+            self._lock.release()
+        if self._failed:
+            self.changed()
+
+    def _write(self, version: int) -> None:
+        assert self._folder.path is not None
+        if self._in_the_way and os.path.lexists(self._folder.path / SESSION):  # it may have been moved since
+            self._folder.set_aside(SESSION)
+        self._in_the_way = False
+        self._folder.write(SESSION, self._document.text().encode(), anew=False)
+        self._saved, self._failed = version, False
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Order:
     """A file that takes long: what is asked for, and all that it is made of."""
@@ -165,9 +255,9 @@ def save_slowly(order: Order, tell: Tell) -> tuple[str, bytes]:
         return save_rig(order.face, tell)
     movie = order.what == "movie"
     with tempfile.TemporaryDirectory() as folder:
-        played = Played(order.face, order.data, order.clip, coarsen=movie)
+        player = Player(order.face, order.data, order.clip, coarsen=movie)
         path = Path(folder) / ("movie.mp4" if movie else "animation.glb")
-        (_movie if movie else _animation)(played, path, order.camera, tell)
+        (_movie if movie else _animation)(player, order, path, tell)
         return path.name, path.read_bytes()
 
 
@@ -213,17 +303,17 @@ def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScen
     return scene
 
 
-def _movie(played: Played, path: Path, camera: list[float], tell: Tell) -> None:
-    with _scene(played.face, camera, FILM, FILM) as scene, movie_writer(path, FPS) as append:
-        for moment in _told(played, played.count, "Movie", tell):
+def _movie(player: Player, order: Order, path: Path, tell: Tell) -> None:
+    with _scene(order.face, order.camera, FILM, FILM) as scene, movie_writer(path, FPS) as append:
+        for moment in _told(player.moments(order.data), len(player.times(order.data)), "Movie", tell):
             append(scene.picture(moment.frame, moment.tears))
 
 
-def _animation(played: Played, path: Path, camera: list[float], tell: Tell) -> None:
-    writer = AnimationWriter(played.face, path)
-    for moment in _told(played, played.count, "Animation", tell):
+def _animation(player: Player, order: Order, path: Path, tell: Tell) -> None:
+    writer, times = AnimationWriter(order.face, path), player.times(order.data)
+    for moment in _told(player.moments(order.data), len(times), "Animation", tell):
         writer.add(moment.frame)
-    writer.write(played.times, played.simulation.forest)
+    writer.write(times, player.simulation.forest)
 
 
 def _told(items: Iterable[T], count: int, what: str, tell: Tell) -> Iterator[T]:
@@ -232,3 +322,71 @@ def _told(items: Iterable[T], count: int, what: str, tell: Tell) -> Iterator[T]:
     for number, item in enumerate(items):
         tell(what, number / max(count, 1))
         yield item
+
+
+class SavingProcess:
+    """Makes files of `SLOW` in processes of their own, one at a time.
+
+    A program that holds a studio need not be written for processes, as those of multiprocessing ask.
+    """
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._stopped = False
+
+    def save(self, order: Order, tell: Tell) -> tuple[str, bytes]:
+        """Return the name and the content of a file.
+
+        Parameters
+        ----------
+        order : Order
+        tell : callable
+            Told what is done, and the share of it.
+
+        Raises
+        ------
+        FaceWrinkleError
+            If it cannot be made, or :meth:`stop` was called.
+        """
+        with subprocess.Popen(
+            [sys.executable, "-c", f"from {__name__} import main; main()"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
+            start_new_session=True,  # Ctrl-C is for the studio, which ends the process by itself
+        ) as self._process:  # fmt: skip
+            if self._stopped:
+                self._process.kill()
+            assert self._process.stdin is not None
+            assert self._process.stdout is not None
+            with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):  # it has ended
+                pickle.dump(order, self._process.stdin)
+                self._process.stdin.close()
+                while (message := pickle.load(self._process.stdout))[0] == "progress":
+                    tell(*message[1:])
+                if message[0] == "file":
+                    name, content = message[1:]
+                    return name, content
+                raise FaceWrinkleError(message[1])
+        why = "the studio was closed" if self._stopped else "the terminal tells more"
+        raise FaceWrinkleError(f"the {order.what} was not made: {why}.")
+
+    def stop(self) -> None:
+        """End what is being made, and make nothing more."""
+        self._stopped = True
+        if self._process is not None:
+            self._process.kill()
+
+
+def main() -> None:
+    """Make the file of the order that comes in, and send it out, after messages that tell how far it is."""
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what libraries print, in C too, is no message
+
+    def send(*message: Any) -> None:
+        pickle.dump(message, out)
+        out.flush()
+
+    try:
+        order = pickle.load(sys.stdin.buffer)
+        send("file", *save_slowly(order, lambda what, share: send("progress", what, share)))
+    except FaceWrinkleError as problem:
+        send("problem", str(problem))

@@ -11,10 +11,13 @@ import asyncio
 import hmac
 import json
 import secrets
+import socket
 import tempfile
 import threading
 import traceback
+from collections import deque
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -26,30 +29,84 @@ from ..plotting.scene import BACKGROUND
 from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
-from .clients import Client
-from .encoding import photo_message
-from .protocol import LARGEST_MESSAGE, MessageError, Rate, greeting, parse
-from .uploads import received
+from .encoding import Known, Part, message, photo_message
+from .library import received
+from .protocol import LARGEST_MESSAGE, Message, Shown, key_of, parse
+from .stage import Shown as Frame
 
 GREETING_TIME = 5.0
 """Seconds within which a page must name its key."""
 
-MOST_CLIENTS = 8
-"""Pages that may be connected at once."""
-
-MOST_MISTAKES = 32
-"""Messages that are none of the protocol after which a page is disconnected."""
-
 BREATH = 20.0
 """Seconds between two signs of life that a page must give."""
+
+CREDIT = 1
+"""Frames that may be under way to a page. With 2, what a slow page shows is two to three of its frames old; with 1, a
+little more than one.
+"""
 
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
 
-LONG = ("save", "probe")
-"""Commands that may take long, during which a page goes on."""
 
-Handler = Callable[[str, dict[str, Any], Client], Awaitable[Any]]
+class Client:
+    """A page that is connected: what it has, what it may be sent, and what waits for it.
+
+    Parameters
+    ----------
+    socket : WebSocketResponse
+    """
+
+    def __init__(self, socket: web.WebSocketResponse) -> None:
+        self.socket = socket
+        self.field: str | None = None
+        self.credit = CREDIT
+        self.wake = asyncio.Event()
+        self._known: Known = {}
+        self._step = 0
+        self._document = -1
+        self._photos = 0
+        self._texts: deque[str] = deque()
+
+    def tell(self, what: dict[str, Any]) -> None:
+        """Let a message wait for the page."""
+        self._texts.append(json.dumps(what, allow_nan=False))
+        self.wake.set()
+
+    def drawn(self) -> None:
+        """The page has drawn a frame."""
+        self.credit = min(self.credit + 1, CREDIT)
+        self.wake.set()
+
+    async def send(self, state: Mapping[str, Any]) -> None:
+        """Send the page what waits for it, and what of the newest state it does not have and may be sent."""
+        while self._texts:
+            await self.socket.send_str(self._texts.popleft())
+        if state["version"] != self._document:
+            self._document = state["version"]
+            await self.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
+        number, photos = state["photos"]
+        if number != self._photos:
+            self._photos = number
+            for name, photo in photos.items():
+                await self.socket.send_bytes(photo_message(name, photo))
+        shown = state["shown"]
+        if shown is not None and self.credit and shown.step != self._step:
+            await self.socket.send_bytes(self._frame(shown))
+
+    def _frame(self, shown: Frame) -> bytes:
+        parts = list(shown.parts)
+        if self.field is not None and (field := shown.fields.get(self.field)) is not None:
+            parts.append(Part("field", "field", {"value": field.values}, field.info))
+        box = [*(float(x) for x in shown.box.low), shown.box.size]
+        head = {"step": shown.step, "time": round(shown.time, 4), "box": box, "still": shown.still}
+        data, self._known = message(head, parts, self._known)
+        self._step = shown.step
+        self.credit -= 1
+        return data
+
+
+Handler = Callable[[Message, Client], Awaitable[Any]]
 
 
 def page_files() -> dict[str, tuple[str, bytes]]:
@@ -84,7 +141,7 @@ class Server:
     Parameters
     ----------
     handler : callable
-        Called with the name of a command, its arguments and the page; it returns the answer.
+        Called with a message and the page; it returns the answer.
     state : callable
         Returns the newest frame, the document's version, the document, and the number of the photos and the photos.
     greeting : callable
@@ -115,8 +172,8 @@ class Server:
         self.clients: set[Client] = set()
         self._handler, self._state, self._greeting = handler, state, greeting
         self._senders: dict[Client, asyncio.Task[None]] = {}
-        self._tasks: set[asyncio.Task[bool]] = set()
-        self._opened, self._opening = opened, False
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._opened = opened
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
         self._loop = asyncio.new_event_loop()
@@ -130,7 +187,14 @@ class Server:
 
     @property
     def _shown_host(self) -> str:
-        host = "127.0.0.1" if self.host in ("0.0.0.0", "") else self.host
+        """The host as others name it; where all addresses of this computer are listened at, that of its network."""
+        host = self.host
+        if host in ("", "0.0.0.0", "::"):
+            family, there = (socket.AF_INET6, "2001:db8::1") if host == "::" else (socket.AF_INET, "192.0.2.1")
+            host = "localhost"
+            with suppress(OSError), socket.socket(family, socket.SOCK_DGRAM) as unused:
+                unused.connect((there, 9))  # nothing is sent
+                host = unused.getsockname()[0]
         return f"[{host}]" if ":" in host else host
 
     def start(self) -> None:
@@ -214,21 +278,24 @@ class Server:
 
     @web.middleware
     async def _guard(self, request: web.Request, handler: Any) -> web.StreamResponse:
-        if request.headers.get("Host") not in self._hosts:
-            raise web.HTTPForbidden(text="unknown host")
-        origin = request.headers.get("Origin")
-        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
+        """Refuse requests to other hosts, as a foreign name that leads here, and from other origins."""
+        host, origin = request.headers.get("Host"), request.headers.get("Origin")
+        if host not in self._hosts(request):
+            raise web.HTTPForbidden(text="unknown host: use the address that the studio has printed")
+        if origin is not None and origin not in {f"http://{each}" for each in self._hosts(request)}:
             raise web.HTTPForbidden(text="unknown origin")
         response: web.StreamResponse = await handler(request)
         return response
 
-    @property
-    def _hosts(self) -> set[str]:
-        return {f"{host}:{self.port}" for host in ("127.0.0.1", "localhost", self._shown_host)}
+    def _hosts(self, request: web.Request) -> set[str]:
+        """Return the hosts that a request may name: as the studio was told, or the address at which it has come in."""
+        assert request.transport is not None
+        address = str(request.transport.get_extra_info("sockname")[0])
+        names = {"localhost", self._shown_host, f"[{address}]" if ":" in address else address}
+        return {f"{name}:{self.port}" for name in names} | (names if self.port == 80 else set())
 
-    @property
-    def _headers(self) -> dict[str, str]:
-        sockets = " ".join(f"ws://{host}" for host in sorted(self._hosts))
+    def _headers(self, request: web.Request) -> dict[str, str]:
+        sockets = " ".join(f"ws://{host}" for host in sorted(self._hosts(request)))
         return {
             "Content-Security-Policy": f"default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' "
             f"{sockets}; img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
@@ -242,15 +309,15 @@ class Server:
     async def _page(self, request: web.Request) -> web.Response:
         name = request.match_info.get("name", "index.html")
         if name not in self._files:
-            raise web.HTTPNotFound(text="not found", headers=self._headers)
+            raise web.HTTPNotFound(text="not found", headers=self._headers(request))
         kind, data = self._files[name]
-        return web.Response(body=data, content_type=kind, charset="utf-8", headers=self._headers)
+        return web.Response(body=data, content_type=kind, charset="utf-8", headers=self._headers(request))
 
     async def _download(self, request: web.Request) -> web.Response:
         name, data = self._downloads.pop(request.match_info["token"], ("", b""))
         if not name:
-            raise web.HTTPNotFound(text="not found", headers=self._headers)
-        headers = {**self._headers, "Content-Disposition": f'attachment; filename="{name}"'}
+            raise web.HTTPNotFound(text="not found", headers=self._headers(request))
+        headers = {**self._headers(request), "Content-Disposition": f'attachment; filename="{name}"'}
         return web.Response(body=data, content_type="application/octet-stream", headers=headers)
 
     async def _open(self, request: web.Request) -> web.Response:
@@ -259,47 +326,41 @@ class Server:
             request.headers.get("X-Key", "").encode(), self.key.encode()
         ):
             raise web.HTTPForbidden(text="the key is needed")
-        if self._opening:
-            raise web.HTTPConflict(text="another file is being read; wait for it.")
-        self._opening = True
         try:
             with tempfile.TemporaryDirectory(prefix="facewrinkle-") as folder:
                 names = await received(request, Path(folder))
                 answer = await asyncio.to_thread(self._opened, Path(folder), names)
-            return web.json_response(answer, headers=self._headers)
+            return web.json_response(answer, headers=self._headers(request))
         except FaceWrinkleError as error:
             text = " ".join(str(error).split())[:2000].replace(folder + "/", "")
-            return web.json_response({"error": text}, status=400, headers=self._headers)
-        finally:
-            self._opening = False
+            return web.json_response({"error": text}, status=400, headers=self._headers(request))
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if request.headers.get("Origin") is None:
             raise web.HTTPForbidden(text="an origin is needed")
-        if len(self.clients) >= MOST_CLIENTS:
-            raise web.HTTPServiceUnavailable(text="too many pages are open")
-        socket = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=BREATH, compress=False)
-        await socket.prepare(request)
-        client = Client(socket)
+        page = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=BREATH, compress=False)
+        await page.prepare(request)
         try:
-            first = await asyncio.wait_for(socket.receive(), GREETING_TIME)
+            first = await asyncio.wait_for(page.receive(), GREETING_TIME)
         except TimeoutError:
-            await socket.close(code=1008, message=b"no key")
-            return socket
-        key = greeting(first.data) if first.type is WSMsgType.TEXT else ""
-        if not hmac.compare_digest(key.encode(), self.key.encode()):
-            await socket.close(code=1008, message=b"wrong key")
-            return socket
-        if len(self.clients) >= MOST_CLIENTS:
-            await socket.close(code=1013, message=b"too many pages are open")
-            return socket
+            await page.close(code=1008, message=b"no key")
+            return page
+        key = key_of(first.data) if first.type is WSMsgType.TEXT else None
+        if not hmac.compare_digest((key or "").encode(), self.key.encode()):
+            await page.close(code=1008, message=b"wrong key")
+            return page
+        client = Client(page)
         sender = self._welcome(client)
         try:
-            await self._listen(client)
+            async for got in page:
+                if got.type is not WSMsgType.TEXT:
+                    await page.close(code=1003, message=b"text is needed")
+                    break
+                self._take(client, got.data)
         finally:
             self.clients.discard(client)
             sender.cancel()
-        return socket
+        return page
 
     def _welcome(self, client: Client) -> asyncio.Task[None]:
         self.clients.add(client)
@@ -332,78 +393,36 @@ class Server:
     def receive(self, client: Client, text: str) -> None:
         """Take a message of a client that was attached; from any thread."""
         if self._loop.is_running():
-            asyncio.run_coroutine_threadsafe(self._take(client, text), self._loop)
+            self._loop.call_soon_threadsafe(self._take, client, text)
 
-    async def _listen(self, client: Client) -> None:
-        rate, mistakes = Rate(), 0
-        async for got in client.socket:
-            if got.type is not WSMsgType.TEXT:
-                await client.socket.close(code=1003, message=b"text is needed")
-                return
-            if not rate.allows():
-                await client.socket.close(code=1008, message=b"too many messages")
-                return
-            mistakes += not await self._take(client, got.data)
-            if mistakes >= MOST_MISTAKES:
-                await client.socket.close(code=1008, message=b"too many mistakes")
-                return
-
-    async def _take(self, client: Client, text: str) -> bool:
-        """Do what a message asks for; return False if it is none of the protocol."""
-        try:
-            command, arguments, number = parse(text)
-        except FaceWrinkleError as error:
-            self._refuse(client, 0, error)
-            return not isinstance(error, MessageError)
-        if command == "shown":
-            client.drawn()
-            return True
-        doing = self._do(client, command, arguments, number)
-        if command not in LONG:
-            return await doing
-        task = asyncio.create_task(doing)  # the page goes on: frames that it has drawn are told meanwhile
+    def _take(self, client: Client, text: str) -> None:
+        """Do what a message asks for; meanwhile the page goes on."""
+        task = asyncio.create_task(self._do(client, text))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
-        return True
 
-    async def _do(self, client: Client, command: str, arguments: dict[str, Any], number: int) -> bool:
+    async def _do(self, client: Client, text: str) -> None:
+        number = 0
         try:
-            answer = await self._handler(command, arguments, client)
+            message = parse(text)
+            number = message.id
+            if isinstance(message, Shown):
+                client.drawn()
+                return
+            answer = await self._handler(message, client)
         except FaceWrinkleError as error:
-            self._refuse(client, number, error)
-            return not isinstance(error, MessageError)
-        except asyncio.CancelledError:
-            raise
+            client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
         except Exception:
             traceback.print_exc()
             client.tell({"is": "error", "id": number, "text": "an error in facewrinkle itself; see the terminal."})
         else:
             if number:
                 client.tell({"is": "answer", "id": number, "value": answer})
-        return True
-
-    @staticmethod
-    def _refuse(client: Client, number: int, error: FaceWrinkleError) -> None:
-        client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
 
     async def _send(self, client: Client) -> None:
         """Send a page what it may be sent, as long as it is connected; one that stalls waits here, alone."""
-        try:
-            while not client.lost:
+        with suppress(ConnectionError, RuntimeError):
+            while True:
                 client.wake.clear()
-                while (text := client.next_text()) is not None:
-                    await client.socket.send_str(text)
-                state = self._state()
-                if client.needs_document(state["version"]):
-                    await client.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
-                number, photos = state["photos"]
-                if client.needs_photos(number):
-                    for name, photo in photos.items():
-                        await client.socket.send_bytes(photo_message(name, photo))
-                if (frame := client.frame(state["shown"])) is not None:
-                    await client.socket.send_bytes(frame)
-                    continue
+                await client.send(self._state())
                 await client.wake.wait()
-        except (ConnectionError, RuntimeError):
-            return
-        await client.socket.close(code=1008, message=b"nothing is read")

@@ -1,13 +1,14 @@
 """The simulation of a studio, on a thread of its own: it takes the newest wish, steps, and publishes what is seen.
 
-It sleeps when nothing is asked and nothing moves. All that touches the simulation, and VTK, happens on this thread.
+It sleeps when nothing is asked and nothing moves. All that touches the simulation, and VTK, happens on this thread. A
+frame, or any other surface, can also be looked at as it is.
 """
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
+import traceback
 import warnings
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -18,16 +19,15 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..errors import FaceWrinkleError, FaceWrinkleWarning
+from ..errors import FaceWrinkleError, FaceWrinkleWarning, MeshError
+from ..geometry.normals import vertex_normals
 from ..layers.base import Layer
-from ..simulation import Simulation
-from ..tears import SheddingTear
-from .coloured_fields import ColouredField, coloured
 from .document import Document
 from .encoding import Box, Part, small_normals
-from .library import Library, Scrubbed
+from .fields import ColouredField, coloured
+from .library import Library
 from .visible_parts import VisibleParts
-from .wishes import eased, layers_of, mixture_of, rates_of, run_time, tear_of
+from .wishes import Player, layers_of, mixture_of
 
 STILL, STILL_STEPS = 2e-3, 6
 """The face is still when no point moves by more than the first, mm, in so many steps."""
@@ -37,9 +37,6 @@ OF_FACE = ("face", "identity", "landmarks")
 
 OF_LAYERS = ("folds", "regions", "patterns")
 """Parts of a document that make other layers."""
-
-MOST_JOBS = 64
-"""Jobs that wait at most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +96,9 @@ class Stage(threading.Thread):
     looks = False
     """True if nothing is simulated."""
 
+    time_step = 0.02
+    """Seconds from frame to frame."""
+
     def __init__(self, library: Library, document: Document) -> None:
         super().__init__(name="facewrinkle studio", daemon=True)
         self.library = library
@@ -112,19 +112,16 @@ class Stage(threading.Thread):
         self.shown: Shown | None = None
         self.photos: tuple[int, dict[str, bytes]] = (0, {})
         self._photographed: list[np.ndarray | None] = []
-        self.spent = {"step": 0.0, "parts": 0.0}
         self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._closed = False
         self._live: dict[str, float] = {}
         self._playing, self._time = False, 0.0
         self._seen = -1
         self._applied: dict[str, Any] = {}
-        self._simulation: Simulation | None = None
+        self._player: Player | None = None
         self._parts: VisibleParts = VisibleParts(face)
-        self._rates: dict[str, float] = {}
-        self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}
         self._steps, self._quiet, self._awake = 0, 0, True
-        self._tear_clock = 0.0
+        self._clock = 0.0
 
     # --- from other threads --------------------------------------------------------------------
 
@@ -138,8 +135,8 @@ class Stage(threading.Thread):
         """Run a function on this thread between two steps; the future has what it returns."""
         future: Future[Any] = Future()
         with self.condition:
-            if self._closed or len(self._jobs) >= MOST_JOBS:
-                future.set_exception(FaceWrinkleError("the studio is busy, or closed. Try again later."))
+            if self._closed:
+                future.set_exception(FaceWrinkleError("the studio is closed."))
             else:
                 self._jobs.append((job, future))
                 self.condition.notify_all()
@@ -147,22 +144,20 @@ class Stage(threading.Thread):
 
     def live(self, weights: Mapping[str, float]) -> None:
         """Show a mixture on top of the document until the next one; an empty one ends that."""
-        with self.condition:
-            self._live = dict(weights)
-            self._awake = True
-            self.condition.notify_all()
+        self._live = dict(weights)
+        self.wake()
 
     def play(self, on: bool) -> None:
         """Let the timeline run, or stop it."""
         with self.condition:
-            self._playing, self._awake = on, True
-            self.condition.notify_all()
+            self._playing = on
+            self.wake()
 
     def go_to(self, seconds: float) -> None:
         """Show a time of the timeline."""
         with self.condition:
-            self._time, self._awake = max(seconds, 0.0), True
-            self.condition.notify_all()
+            self._time = seconds
+            self.wake()
 
     def close(self) -> None:
         """End the thread."""
@@ -180,12 +175,6 @@ class Stage(threading.Thread):
         return self._awake or bool(self._jobs) or self._seen != self.document.version
 
     @property
-    def simulation(self) -> Simulation:
-        """The present simulation; for jobs."""
-        assert self._simulation is not None
-        return self._simulation
-
-    @property
     def shown_face(self) -> str:
         """Name of the face that is shown."""
         return str(self._applied.get("face", ""))
@@ -193,12 +182,7 @@ class Stage(threading.Thread):
     @property
     def layers(self) -> Sequence[Layer]:
         """The layers that make the present folds, the same object until there are others; for jobs."""
-        return self.simulation.layers
-
-    @property
-    def time_step(self) -> float:
-        """Seconds from frame to frame."""
-        return float(self.simulation.motion.time_step)
+        return () if self._player is None else self._player.simulation.layers
 
     @property
     def parts(self) -> VisibleParts:
@@ -209,7 +193,7 @@ class Stage(threading.Thread):
     def tears(self) -> list[pv.PolyData]:
         """The tears as they are shown; for jobs."""
         assert self.shown is not None
-        return [mesh for _, mesh in self._tear_meshes(self.shown.frame)]
+        return list(self._tear_meshes(self.shown.frame).values())
 
     def run(self) -> None:
         """Work until closed."""
@@ -236,16 +220,28 @@ class Stage(threading.Thread):
             if job is not None:
                 self._do(*job)
                 continue
-            self._apply(data, version)
-            now = time.monotonic()
-            step = self.time_step
-            if now < due:
-                with self.condition:
-                    self.condition.wait(due - now)  # a job or a wish may come in between, and is served first
-                if time.monotonic() < due:
-                    continue
-            due = max(due + step, time.monotonic())
-            self._step(data, live, playing, step)
+            try:
+                self._apply(data, version)
+                if (early := due - time.monotonic()) > 0.0:
+                    with self.condition:
+                        self.condition.wait(early)  # a job or a wish may come in between, and is served first
+                    if time.monotonic() < due:
+                        continue
+                due = max(due + self.time_step, time.monotonic())
+                self._step(data, live, playing)
+            except Exception:
+                if self.shown is None:
+                    raise
+                self._begin_anew(version)
+
+    def _begin_anew(self, version: int) -> None:
+        """Tell of an error that nobody foresaw, and make another simulation with the next version of the document."""
+        traceback.print_exc()
+        for tell in self.complaints:
+            tell("An error in facewrinkle itself stopped the face, see the terminal; it goes on with the next change.")
+        self._player, self._seen = None, -1
+        with self.condition:
+            self._awake = self.document.version != version
 
     def _do(self, job: Callable[[], Any], future: Future[Any]) -> None:
         if not future.set_running_or_notify_cancel():
@@ -264,13 +260,14 @@ class Stage(threading.Thread):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
-                if self._simulation is None or any(applied[name] != data[name] for name in OF_FACE):
+                if self._player is None or any(applied[name] != data[name] for name in OF_FACE):
                     self._change_face(data)
                 elif any(applied[name] != data[name] for name in OF_LAYERS):
-                    self.simulation.use_layers(layers_of(data, self.face))
-                self._apply_tears(data["tears"])
+                    self._player.simulation.use_layers(layers_of(data, self.face))
+                assert self._player is not None
+                self._player.cry(data["tears"], self._clock)
         except FaceWrinkleError as error:
-            if self._simulation is None:
+            if self.shown is None:
                 raise
             for tell in self.complaints:
                 tell(str(error))
@@ -283,51 +280,37 @@ class Stage(threading.Thread):
 
     def _change_face(self, data: Mapping[str, Any]) -> None:
         face, clip = self.library.face_of(data), self.library[data["face"]].clip
-        motion = None if clip is None else Scrubbed(clip, face)
-        simulation = Simulation(face, layers=layers_of(data, face), motion=motion)
-        rates = {name: rate for name, rate in self._rates.items() if name in face.muscles}
-        if clip is None:
-            simulation.contract(rates)
-        self.face, self._simulation, self._rates = face, simulation, rates
-        self._parts = VisibleParts(face, self._parts.last + 1)
+        player, before = Player(face, data, clip), self._player
+        if clip is None and before is not None:
+            player.rates = {name: rate for name, rate in before.rates.items() if name in face.muscles}
+        self.face, self._player, self.time_step = face, player, float(player.simulation.motion.time_step)
+        self._parts = VisibleParts(face)
         pictures = [face.texture, *(part.texture for part in face.parts.values())]
         if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
             self._photographed = pictures  # held, so that no other picture gets the same id
             self.photos = self.photos[0] + 1, self._parts.photos()
-        self._tears = {}
         self._applied = {**self._applied, "face": data["face"]}
         for tell in list(self.faces):
             tell()
 
-    def _apply_tears(self, entries: Mapping[str, Any]) -> None:
-        self._tears = {name: known for name, known in self._tears.items() if entries.get(name) == known[0]}
-        for name, entry in entries.items():
-            if name not in self._tears:
-                self._tears[name] = entry, tear_of(entry, self.face), self._tear_clock + entry["begin"]
-
-    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, step: float) -> None:
-        begin = time.thread_time()
+    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool) -> None:
         timeline = data["timeline"]
         if playing:
             with self.condition:
-                self._time += step
+                self._time += self.time_step
                 if self._time > timeline["length"]:
                     self._time = 0.0 if timeline["loop"] else timeline["length"]
                     self._playing = timeline["loop"]
         frame, arrived = self._next(data, live)
-        self._tear_clock += step
-        middle = time.thread_time()
+        self._clock += self.time_step
         moved = self._moved(frame)
-        running = any(self._tear_clock < start + run_time(tear) for _, tear, start in self._tears.values())
-        self._quiet = 0 if moved > STILL or not arrived or playing or running else self._quiet + 1
+        self._quiet = 0 if moved > STILL or not arrived or playing else self._quiet + 1
         still = self._quiet >= STILL_STEPS
         parts = self._parts.at(frame, exact=still)
         parts += self._tear_parts(frame)
         fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
         shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time, self.layers)
-        self.spent["step"] += middle - begin
-        self.spent["parts"] += time.thread_time() - middle
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen
@@ -338,22 +321,11 @@ class Stage(threading.Thread):
             tell()
 
     def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
-        """Return the next frame, and True if muscles contract as they were asked to."""
-        motion, arrived = self.simulation.motion, True
-        if isinstance(motion, Scrubbed):
-            motion.time = self._time
-        else:
-            time_of_keys = self._time if data["timeline"]["keys"] else None
-            arrived = self._ease(rates_of({**mixture_of(data, time_of_keys), **live}, self.face))
-            self.simulation.contract(self._rates)
-            if self.face.eyes:
-                self.simulation.look(*data["gaze"])
-        return self.simulation.step(), arrived
-
-    def _ease(self, target: Mapping[str, float]) -> bool:
-        """Bring the rates nearer to those asked for; return True when they are there."""
-        self._rates = eased(self._rates, target)
-        return self._rates == {name: rate for name, rate in target.items() if rate}
+        """Return the next frame, and True if all that was asked for has come."""
+        assert self._player is not None
+        weights = mixture_of(data, self._time if data["timeline"]["keys"] else None)
+        frame = self._player.step({**weights, **live}, data["gaze"], self._time)
+        return frame, self._player.arrived and not self._player.cries(self._clock)
 
     def _moved(self, frame: pv.PolyData) -> float:
         if self.shown is None or self.shown.frame.n_points != frame.n_points:
@@ -361,23 +333,18 @@ class Stage(threading.Thread):
         before, now = np.asarray(self.shown.frame.points), np.asarray(frame.points)
         return float(np.abs(now - before).max()) * self.face.unit
 
-    def _tear_meshes(self, frame: pv.PolyData) -> list[tuple[str, pv.PolyData]]:
-        found = []
-        for name, (_, tear, start) in self._tears.items():
-            if self._tear_clock >= start:
-                with contextlib.suppress(FaceWrinkleError):
-                    found.append((name, tear.surface(min(self._tear_clock - start, run_time(tear)), on=frame)))
-        return found
+    def _tear_meshes(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
+        return {} if self._player is None else self._player.tears(frame, self._clock)
 
     def _tear_parts(self, frame: pv.PolyData) -> list[Part]:
         parts = []
-        for name, mesh in self._tear_meshes(frame):
+        for name, mesh in self._tear_meshes(frame).items():
             triangles = np.asarray(mesh.regular_faces)
             parts.append(
                 Part(
-                    f"tear {name}", "tear", self._steps + 1, self._steps + 1,
-                    {"index": np.ascontiguousarray(triangles, np.uint32).ravel()},
+                    f"tear {name}", "tear",
                     {
+                        "index": np.ascontiguousarray(triangles, np.uint32).ravel(),
                         "position": self._parts.box.quantised(np.asarray(mesh.points, np.float64)),
                         "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
                         "under": small_normals(np.asarray(mesh.point_data["under"])),
@@ -386,3 +353,47 @@ class Stage(threading.Thread):
                 )
             )  # fmt: skip
         return parts
+
+
+def to_look_at(surface: pv.PolyData) -> pv.PolyData:
+    """Return the triangles of a surface, with normals and all of its fields: a copy.
+
+    Raises
+    ------
+    MeshError
+        If it has no triangles.
+    """
+    frame = surface.copy() if surface.is_all_triangles else surface.triangulate()
+    if not frame.n_cells or not frame.is_all_triangles:
+        raise MeshError("the surface has no triangles to look at.")
+    if "Normals" not in frame.point_data:
+        points = np.asarray(frame.points, np.float64)
+        frame.point_data["Normals"] = vertex_normals(points, np.asarray(frame.regular_faces))
+    return frame
+
+
+class Look(Stage):
+    """A stage on which one frame stands still.
+
+    Parameters
+    ----------
+    frame : PolyData
+        Triangles with normals, see :func:`to_look_at`.
+    library, document :
+        See :class:`Stage`.
+    """
+
+    looks = True
+
+    def __init__(self, frame: pv.PolyData, library: Library, document: Document) -> None:
+        super().__init__(library, document)
+        self._frame = frame
+
+    def _apply(self, data: Mapping[str, Any], version: int) -> None:
+        if not self._applied:
+            self._parts = VisibleParts(self.face)
+            self.photos = 1, self._parts.photos()
+        self._seen, self._applied = version, dict(data)
+
+    def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
+        return self._frame, True

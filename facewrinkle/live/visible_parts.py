@@ -7,8 +7,9 @@ of the skin; lashes are lines.
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
-from typing import Any
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +19,7 @@ from PIL import Image
 from ..anatomy.face import Face
 from ..appearance.eye import COLOURS, PaintedEye
 from ..appearance.furrows import cavity_shading, furrow_shade
-from ..appearance.hair import Brows
+from ..appearance.hair import Brows, Lashes
 from ..appearance.own_parts import has_colours, own_parts
 from ..appearance.seen import Appearance
 from ..appearance.visible_skin import VisibleSkin
@@ -30,12 +31,14 @@ from ..mesh.frame_state import FrameState
 from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
 from .encoding import LARGEST, Box, Part, small_normals
-from .slots import keys_of, placed
+
+T = TypeVar("T")
 
 LID_SAMPLES = 48
 """Places along the lids, from -1.1 to 1.1 radii, at which a page gets their heights."""
 
-NOTHING_HELD = np.empty(0, np.uint64)
+VERSIONS = itertools.count(1)
+"""Numbers of the triangles of skins, each of another one."""
 
 LARGEST_PHOTO = 4096
 """Photos are reduced to so many pixels on their longer side, which all graphics cards take."""
@@ -47,8 +50,6 @@ class VisibleParts:
     Parameters
     ----------
     face : Face
-    first : int
-        The first number of versions; larger than those of the face that was shown before.
 
     Attributes
     ----------
@@ -64,20 +65,20 @@ class VisibleParts:
     ['skin', 'eye_l', 'eye_r']
     """
 
-    def __init__(self, face: Face, first: int = 1) -> None:
-        self.face, self._first = face, first
+    def __init__(self, face: Face) -> None:
+        self.face = face
         self._appearance = Appearance.of(face)
         self._mouth = self._appearance.mouth
         self._visible = VisibleSkin(face, self._mouth.bag)
         own = [np.asarray(part.mesh.points, np.float64) for part in face.parts.values()]
         self.box = Box.around(face.points, *own)
-        self._topology = _Topology(first)
-        self._changes: dict[str, tuple[int, np.ndarray]] = {}
-        self._still_parts: dict[str, Part] = {}
+        self._topology = _Topology()
+        self._arrays: dict[tuple[str, str], np.ndarray] = {}
+        self._made: dict[str, Any] = {}
 
     @property
-    def last(self) -> int:
-        """The largest version that was used."""
+    def version(self) -> int:
+        """The number of the triangles of the skin."""
         return self._topology.version
 
     @property
@@ -101,13 +102,20 @@ class VisibleParts:
         parts += self._own(frame)
         return parts
 
-    def _change(self, name: str, values: np.ndarray) -> int:
-        """A number that grows when the values differ from those at the last call."""
-        number, before = self._changes.get(name, (0, None))
-        if before is None or not np.array_equal(before, values):
-            number += 1
-            self._changes[name] = number, values
-        return number
+    def _same(self, part: str, name: str, values: np.ndarray) -> np.ndarray:
+        """Return the array of the last call if it has the same values, so that a page is not sent it again."""
+        before = self._arrays.get((part, name))
+        if before is not None and np.array_equal(before, values):
+            return before
+        self._arrays[part, name] = values
+        return values
+
+    def _once(self, name: str, make: Callable[[], T]) -> T:
+        """Return what is made at the first call, and stays."""
+        if name not in self._made:
+            self._made[name] = make()
+        found: T = self._made[name]
+        return found
 
     def _skin(self, frame: pv.PolyData, exact: bool) -> Part:
         topology = self._topology
@@ -118,14 +126,11 @@ class VisibleParts:
             dark = furrow_shade(np.asarray(frame.point_data["W"]))
             shade = 1.0 - cavity_shading(frame)[:, 1] / 255.0 if exact and dark.any() else dark
             shade = shade[topology.origin]
-        moving: dict[str, np.ndarray] = {
-            "position": self.box.quantised(points[topology.origin]),
-            "normal": small_normals(normals[topology.origin], shade),
+        moving = {
+            "position": self._same("skin", "position", self.box.quantised(points[topology.origin])),
+            "normal": self._same("skin", "normal", small_normals(normals[topology.origin], shade)),
         }
-        for values in moving.values():
-            values[topology.free] = 0
-        changed = self._change("skin", np.concatenate([values.view(np.uint8).ravel() for values in moving.values()]))
-        return Part("skin", "skin", topology.version, changed, topology.fixed, moving, topology.info)
+        return Part("skin", "skin", topology.arrays | moving, topology.info)
 
     def _eyes(self, points: Array, state: FrameState) -> list[Part]:
         parts = []
@@ -134,13 +139,10 @@ class VisibleParts:
             name = f"eye_{ball.eye.side}"
             gaze = state.gazes.get(ball.eye.side, ball.eye.gaze)
             lids = ball.lid_heights(points, np.linspace(-1.1, 1.1, LID_SAMPLES)).astype(np.float32)
-            fixed = self._fixed(name, lambda ball=ball: _eye(ball))
-            parts.append(
-                Part(
-                    name, "eye", self._first, self._change(name, lids), fixed.fixed, {"lids": lids}, fixed.fixed_info,
-                    {"axes": np.round(ball.axes(np.asarray(gaze)), 6).ravel().tolist()},
-                )
-            )  # fmt: skip
+            eye = self._once(name, lambda ball=ball: _eye(ball))  # type: ignore[misc]
+            axes = np.round(ball.axes(np.asarray(gaze)), 6).ravel().tolist()
+            arrays = {**eye.arrays, "lids": self._same(name, "lids", lids)}
+            parts.append(Part(name, "eye", arrays, {**eye.info, "axes": axes}))
         for margin in self._appearance.lid_margins:
             mesh = margin.at(points)
             parts.append(self._mesh(f"rim_{margin.eye.side}", mesh, "skin_part"))
@@ -157,13 +159,12 @@ class VisibleParts:
         for name in ("upper_teeth", "lower_teeth", "tongue"):
             if name in self._appearance.own:
                 continue
-            fixed = self._fixed(name, lambda name=name: _rigid(mouth.inside(self.face.points, 0.0)[name], name))
-            moves = name != "upper_teeth"
+            arrays = self._once(name, lambda name=name: _rigid(mouth.inside(self.face.points, 0.0)[name]))  # type: ignore[misc]
             matrix = np.eye(4)
-            if moves:
+            if name != "upper_teeth":
                 matrix[:3, :3], matrix[:3, 3] = turn, shift
             info: dict[str, Any] = {"visible": shown, "matrix": np.round(matrix, 6).T.ravel().tolist()}
-            parts.append(Part(name, "teeth", self._first, 0, fixed.fixed, {}, fixed.fixed_info, info))
+            parts.append(Part(name, "teeth", arrays, info))
         return parts
 
     def _hair(self, points: Array) -> list[Part]:
@@ -171,24 +172,25 @@ class VisibleParts:
         for row in self._appearance.lashes:
             name = f"lashes_{row.eye.side}"
             margin = np.concatenate([points[chain] for chain, _ in row.roots])
-            changed = self._change(name, margin)
-            known = self._still_parts.get(name)
-            if known is None or known.changed != changed:
-                lines = row.lines(points).points
-                fixed = {"half": row.half.astype(np.float32), "tint": np.rint(row.tint).astype(np.uint8)}
-                away = lines - lines[:, :1]
-                scale = float(np.abs(away).max()) / 127.0
-                moving: dict[str, np.ndarray] = {
-                    "root": self.box.quantised(lines[:, 0]),
-                    "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
-                }
-                info = {"knots": lines.shape[1], "scale": scale}
-                self._still_parts[name] = Part(name, "lashes", self._first, changed, fixed, moving, info=info)
-            parts.append(self._still_parts[name])
+            if self._same(name, "margin", margin) is margin:  # else it has not moved
+                self._made[name] = self._lashes(name, row, points)
+            parts.append(self._made[name])
         if self._appearance.brows is not None:
             brows = self._appearance.brows
-            parts.append(self._fixed("brows", lambda: _brows(brows, self.face)))
+            parts.append(self._once("brows", lambda: _brows(brows, self.face)))
         return parts
+
+    def _lashes(self, name: str, row: Lashes, points: Array) -> Part:
+        lines = row.lines(points).points
+        away = lines - lines[:, :1]
+        scale = float(np.abs(away).max()) / 127.0
+        arrays = {
+            "half": self._same(name, "half", row.half.astype(np.float32)),
+            "tint": self._same(name, "tint", np.rint(row.tint).astype(np.uint8)),
+            "root": self.box.quantised(lines[:, 0]),
+            "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
+        }
+        return Part(name, "lashes", arrays, {"knots": lines.shape[1], "scale": scale})
 
     def _own(self, frame: pv.PolyData) -> list[Part]:
         parts = []
@@ -200,29 +202,21 @@ class VisibleParts:
     def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
         """A part whose points move freely and whose triangles stay."""
         points, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
-        changed = self._change(name, points)
-        known = self._still_parts.get(name)
-        if known is not None and known.changed == changed:
-            return known
-        moving: dict[str, np.ndarray] = {"position": self.box.quantised(points)}
+        if self._same(name, "points", points) is not points:
+            made: Part = self._made[name]
+            return made
+        arrays: dict[str, np.ndarray] = {"position": self.box.quantised(points)}
         if kind != "plain":
             normals = mesh.point_data.get("Normals")
-            moving["normal"] = small_normals(vertex_normals(points, triangles) if normals is None else normals)
-        if known is not None:
-            fixed = known.fixed
-        elif textured and mesh.active_texture_coordinates is not None:
-            places = np.asarray(mesh.active_texture_coordinates, np.float32)
-            fixed = {"index": _indices(triangles), "texture": places}
+            arrays["normal"] = small_normals(vertex_normals(points, triangles) if normals is None else normals)
+        places = mesh.active_texture_coordinates if textured else None
+        if places is not None:
+            arrays["texture"] = self._once(f"{name} texture", lambda: np.asarray(places, np.float32))
         else:
-            fixed = {"index": _indices(triangles), "colour": _colours(mesh)}
-        self._still_parts[name] = Part(name, kind, self._first, changed, fixed, moving)
-        return self._still_parts[name]
-
-    def _fixed(self, name: str, make: Any) -> Part:
-        if name not in self._still_parts:
-            self._still_parts[name] = make()
-            self._still_parts[name].version = self._first
-        return self._still_parts[name]
+            arrays["colour"] = self._once(f"{name} colour", lambda: _colours(mesh))
+        arrays["index"] = self._once(f"{name} index", lambda: _indices(triangles))
+        self._made[name] = Part(name, kind, arrays)
+        return self._made[name]
 
     def photos(self) -> dict[str, bytes]:
         """Return photos as JPEG files, or PNG where they are transparent: of the skin, and of parts by their names."""
@@ -234,52 +228,36 @@ class VisibleParts:
 class _Topology:
     """The triangles of the skin, with all that changes only with them."""
 
-    def __init__(self, first: int) -> None:
-        self.version = first - 1
+    def __init__(self) -> None:
+        self.version = 0
         self._triangles: IntArray | None = None
-        self.origin, self.free = np.empty(0, np.int64), np.empty(0, bool)
-        self._vertices, self._own = NOTHING_HELD, np.empty((0, 3), np.uint8)
-        self._held: dict[str, npt.NDArray[np.uint64]] = {}
-        self.fixed: dict[str, np.ndarray] = {}
+        self.origin = np.empty(0, np.int64)
+        self.arrays: dict[str, np.ndarray] = {}
         self.info: dict[str, Any] = {}
 
     def update(self, frame: pv.PolyData, visible: VisibleSkin, appearance: Appearance) -> None:
         triangles = np.asarray(frame.regular_faces)
         if self._triangles is not None and np.array_equal(triangles, self._triangles):
             return
-        self._triangles, self.version = triangles.copy(), self.version + 1
+        self._triangles, self.version = triangles.copy(), next(VERSIONS)
         self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
-        origin, drawn, texture = np.arange(frame.n_points), triangles, None
+        self.origin, drawn, texture = np.arange(frame.n_points), triangles, None
         photographed = appearance.face.texture is not None
         corners = corner_texture(frame) if photographed and CORNERS in frame.cell_data else None
         if corners is not None:
             parts = split_vertices(triangles, corners, frame.n_points)
-            origin, drawn, texture = parts.origin, parts.triangles, parts.values
+            self.origin, drawn, texture = parts.origin, parts.triangles, parts.values
         elif photographed:
             texture = frame.active_texture_coordinates
         own = _skin_colours(frame, appearance) if texture is None else _texture_numbers(np.asarray(texture))
         lined = visible.lined(frame, triangles)
         open_ones = np.vstack([visible.across(frame, triangles), np.asarray(drawn)[~lined]])
-        self._arrange(frame, origin, own, {"index": open_ones, "lined": np.asarray(drawn)[lined]})
-        self.fixed["colour" if texture is None else "texture"] = self._own
-
-    def _arrange(self, frame: pv.PolyData, origin: IntArray, own: np.ndarray, groups: dict[str, IntArray]) -> None:
-        """Put vertices and triangles where they were before, if they were there: a page is sent what changed."""
-        rest = np.asarray(frame.point_data.get("rest", frame.points), np.float64)[origin]
-        places, self._vertices = placed(self._vertices, keys_of(np.column_stack([rest, own])))
-        self.origin = np.zeros(len(self._vertices), np.int64)
-        self.origin[places] = origin
-        self.free = np.ones(len(self.origin), bool)
-        self.free[places] = False
-        self._own = np.zeros((len(self.origin), own.shape[1]), own.dtype)
-        self._own[places] = own
-        self.fixed = {}
-        for name, triangles in groups.items():
-            corners = places[triangles]
-            at, self._held[name] = placed(self._held.get(name, NOTHING_HELD), keys_of(corners), compact=True)
-            ordered = np.empty_like(corners)
-            ordered[at] = corners
-            self.fixed[name] = ordered.astype(np.uint16 if len(self.origin) <= LARGEST else np.uint32)
+        kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
+        self.arrays = {
+            "index": open_ones.astype(kind),
+            "lined": np.asarray(drawn)[lined].astype(kind),
+            "colour" if texture is None else "texture": own,
+        }
 
 
 def _texture_numbers(places: np.ndarray) -> np.ndarray:
@@ -323,7 +301,7 @@ def _eye(ball: PaintedEye) -> Part:
     eye = ball.eye
     quads = ball.quads
     triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
-    fixed: dict[str, np.ndarray] = {
+    arrays: dict[str, np.ndarray] = {
         "sphere": ball.sphere.astype(np.float32),
         "cornea": ball.cornea.astype(np.float32),
         "colour": np.rint(np.clip(ball.tints, 0.0, 255.0)).astype(np.uint8),
@@ -338,18 +316,17 @@ def _eye(ball: PaintedEye) -> Part:
         "caruncle": _numbers(COLOURS["caruncle"] / 255.0),
         "tears": _numbers(COLOURS["tears"] / 255.0),
     }
-    return Part(f"eye_{eye.side}", "eye", 0, 0, fixed, {}, info)
+    return Part(f"eye_{eye.side}", "eye", arrays, info)
 
 
-def _rigid(mesh: pv.PolyData, name: str) -> Part:
+def _rigid(mesh: pv.PolyData) -> dict[str, np.ndarray]:
     points, triangles = mesh.points, mesh.regular_faces
-    fixed: dict[str, np.ndarray] = {
+    return {
         "position": np.asarray(points, np.float32),
         "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
         "colour": np.asarray(mesh.point_data["paint"], np.uint8),
         "index": _indices(np.asarray(triangles)),
     }
-    return Part(name, "teeth", 0, 0, fixed)
 
 
 def _brows(brows: Brows, face: Face) -> Part:
@@ -363,13 +340,13 @@ def _brows(brows: Brows, face: Face) -> Part:
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
     frame = np.stack([b - a, c - a, normal], axis=-1)
     place = np.linalg.solve(frame, (lines - a)[..., None])[..., 0]
-    fixed: dict[str, np.ndarray] = {
+    arrays: dict[str, np.ndarray] = {
         "corners": corners.reshape(-1, 3).astype(np.uint32),
         "place": place.reshape(-1, 3).astype(np.float32),
         "half": np.ascontiguousarray(brows.half, np.float32),
         "tint": np.rint(np.clip(brows.tint, 0.0, 255.0)).astype(np.uint8),
     }
-    return Part("brows", "brows", 0, 0, fixed, {}, {"knots": int(lines.shape[1])})
+    return Part("brows", "brows", arrays, {"knots": int(lines.shape[1])})
 
 
 def _file(picture: np.ndarray) -> bytes:

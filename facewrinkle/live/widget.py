@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
-from .clients import Client
-from .protocol import LARGEST_MESSAGE, is_greeting
-from .server import Server, page_files
+from .protocol import LARGEST_MESSAGE, key_of
+from .server import Client, Server, page_files
 
 if TYPE_CHECKING:
     from aiohttp import web
@@ -106,7 +105,7 @@ class StudioWidget(anywidget.AnyWidget):
         text = content.get("text") if isinstance(content, dict) else None
         if not isinstance(text, str) or len(text) > LARGEST_MESSAGE:
             return
-        if is_greeting(text):  # shown, or shown again: all is sent anew
+        if key_of(text) is not None:  # shown, or shown again: all is sent anew
             socket: web.WebSocketResponse = _Comm(self)  # type: ignore[assignment]
             self._client = self._server.attach(Client(socket), self._client)
         elif self._client is not None:

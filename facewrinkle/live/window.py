@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import sys
 import time
 import webbrowser
 from collections.abc import Mapping
@@ -17,11 +18,9 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..errors import FaceWrinkleError, check_whole, missing_package
 from .document import Document
-from .keeping import Kept
 from .library import Library
-from .looking import Look, to_look_at
-from .saving import Folder
-from .stage import Stage
+from .saving import Folder, Kept
+from .stage import Look, Stage, to_look_at
 
 if TYPE_CHECKING:
     from .widget import StudioWidget
@@ -68,7 +67,7 @@ class Studio:
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = Folder(save_to)
-        self._kept = Kept(folder)
+        self._kept = Kept(folder, self._document, self._complain)
         stage = Stage if frame is None else partial(Look, frame)
         self._stage = stage(self._library, self._document)
         self._answers = answers = Answers(
@@ -77,9 +76,9 @@ class Studio:
         self._server = Server(answers.handle, answers.state, answers.greeting, answers.opened, host, port)
         answers.server = self._server
         self._server.start()
-        self._stage.listeners += [self._server.wake, self._autosave]
+        self._stage.listeners += [self._server.wake, self._kept.changed]
         self._stage.faces.append(lambda: self._server.tell_all({"is": "face", **answers.face()}))
-        self._stage.complaints.append(lambda text: self._server.tell_all({"is": "error", "id": 0, "text": text}))
+        self._stage.complaints.append(self._tell)
         self._stage.start()
         try:
             self._first()
@@ -204,7 +203,7 @@ class Studio:
 
     def as_python(self) -> str:
         """Return a program that makes what is shown, as the page copies it."""
-        return self._answers.copied("python")
+        return self._answers.as_python()
 
     def wait(self) -> None:
         """Wait until the studio is closed, or Ctrl-C."""
@@ -212,10 +211,15 @@ class Studio:
             self._stage.join(0.5)
 
     def close(self) -> None:
-        """Disconnect all pages, and stop."""
-        self._answers.process.stop()
+        """Save the session, disconnect all pages, and stop."""
+        self.end()
         self._stage.close()
         self._server.close()
+
+    def end(self) -> None:
+        """Save the session, and end files that are being made: all that must be done before the process ends."""
+        self._kept.save()
+        self._answers.process.stop()
 
     def __enter__(self) -> Self:
         return self
@@ -226,12 +230,15 @@ class Studio:
     def _changed(self) -> None:
         self._stage.wake()
         self._server.wake()
+        self._kept.changed()
 
-    def _autosave(self) -> None:
-        """Write the session into the folder, when the face has come to rest."""
-        shown = self._stage.shown
-        if shown is not None and shown.still:
-            self._kept.keep(self._document)
+    def _tell(self, text: str) -> None:
+        self._server.tell_all({"is": "error", "id": 0, "text": text})
+
+    def _complain(self, text: str) -> None:
+        """Tell pages, and whoever reads the terminal, as there may be no page."""
+        self._tell(text)
+        print(text, file=sys.stderr)
 
 
 def studio(
@@ -270,7 +277,7 @@ def studio(
     MissingPackageError
         Without the package aiohttp.
     ParameterError
-        For a port that is in use, and for anything but a face and a surface.
+        For a port that is in use, and an address that is not of this computer.
     MeshError
         For a surface without triangles.
 

@@ -1,22 +1,28 @@
-"""The wishes of a document to a simulation: a face, layers, rates of muscles and tears."""
+"""The wishes of a document to a simulation: layers, rates of muscles and tears; a simulation that follows them."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import contextlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+import pyvista as pv
 
 from ..anatomy.face import Face
+from ..errors import FaceWrinkleError
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
 from ..layers.wave_folds.amount import amounts
+from ..motion.playback import Playback
+from ..motion.recorded import Recorded
+from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
-from .document import REGIONS
+from .document import REGIONS, START
 
 MIDLINE = 0.15
 """Distance from the midline over which the amounts of the two sides blend, in distances between the pupils."""
@@ -27,37 +33,58 @@ EASE, EASED = 0.35, 2e-3
 TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 """Speed of a tear, mm/s, and the seconds for which it stays."""
 
+FPS = 25.0
+"""Pictures of a movie in a second."""
+
+LENGTH, ARRIVED = 2.4, 1.2
+"""Seconds of a movie without keys, and when the face, at rest at its beginning, shows what the sliders show."""
+
 
 def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     """Return the layers of folds and patterns that a document asks for."""
-    folds, amount = data["folds"], _amount_of(data, face)
-    layers = fold_layers(
-        face, "wave", folds["depth"], density=folds["density"], length=folds["length"],
-        irregularity=folds["irregularity"], seed=int(folds["seed"]), age=max(folds["age"], face.age), amount=amount,
-        pinch=folds["pinch"],
-    )  # fmt: skip
-    return layers + [pattern_layer(name, entry, face) for name, entry in data["patterns"].items()]
+    uneven = amount_words(data)
+    amount = amount_of(face, **uneven) if uneven else None
+    layers = fold_layers(face, "wave", **fold_words(data, face), amount=amount)
+    for name, entry in data["patterns"].items():
+        layers.append(PatternLayer(entry["kind"], entry["centre"], name=name, **pattern_words(entry, face)))
+    return layers
 
 
-def _amount_of(data: Mapping[str, Any], face: Face) -> np.ndarray | None:
-    """Return the factors (n0,) of the depth of waves, by side and region; None if all are 1."""
-    left, right = data["folds"]["left"], data["folds"]["right"]
+def fold_words(data: Mapping[str, Any], face: Face) -> dict[str, Any]:
+    """Return the words of :func:`fold_layers` for the folds of a document, where they are not the usual ones."""
+    words = {name: value for name, value in data["folds"].items() if value != START["folds"][name]}
+    words |= {"age": max(words["age"], face.age)} if "age" in words else {}
+    return {name: value for name, value in words.items() if name not in ("left", "right")}
+
+
+def amount_words(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the words of :func:`amount_of` for a document, where they are not the usual ones."""
     regions = {name: factor for name, factor in data["regions"].items() if factor != 1.0}
-    if left == right == 1.0 and not regions:
-        return None
+    sides = {side: data["folds"][side] for side in ("left", "right") if data["folds"][side] != 1.0}
+    return sides | ({"regions": regions} if regions else {})
+
+
+def amount_of(
+    face: Face, left: float = 1.0, right: float = 1.0, regions: Mapping[str, float] | None = None
+) -> np.ndarray:
+    """Return factors (n0,) of the depth of waves, by side and by the names of regions.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> amount = amount_of(face, left=0.5)
+    >>> float(amount[face.points[:, 0].argmax()]), float(amount[face.points[:, 0].argmin()])
+    (0.5, 1.0)
+    """
     aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
     amount = right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE)
-    for name, factor in regions.items():
+    for name, factor in (regions or {}).items():
         places = [place for place in REGIONS[name] if place in face.landmarks]
         away = amounts(dict.fromkeys(places, 0.0), face)
         if places and away is not None:
             amount = amount * (away + factor * (1.0 - away))
     return np.asarray(amount)
-
-
-def pattern_layer(name: str, entry: Mapping[str, Any], face: Face) -> PatternLayer:
-    """Return the pattern of an entry of a document."""
-    return PatternLayer(entry["kind"], entry["centre"], name=name, **pattern_words(entry, face))
 
 
 def pattern_words(entry: Mapping[str, Any], face: Face) -> dict[str, Any]:
@@ -147,103 +174,42 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     Examples
     --------
     >>> from facewrinkle.anatomy.fitting import default_face
-    >>> from facewrinkle.live.document import START
     >>> print(as_python({**START, "mixture": {"AU12L": 0.5, "AU12R": 0.5}}, default_face()).splitlines()[4])
     sim.express({'AU12': 0.5})
     """
-    folds = data["folds"]
-    lines = ["import facewrinkle as fw", ""]
+    imports, lines = ["import facewrinkle as fw"], []
     person = {name: value for name, value in data["identity"].items() if value}
     lines.append(f"face = fw.default_face({person!r})" if person and not data["face"] else f"face = {source}")
     if data["landmarks"]:
-        lines.insert(1, "from facewrinkle.anatomy.fitting import refitted")
+        imports.append("from facewrinkle.anatomy.fitting import refitted")
         lines.append(f"face = refitted(face, {data['landmarks']!r})")
-    regions = {name: factor for name, factor in data["regions"].items() if factor != 1.0}
-    uneven = bool(folds["left"] != 1.0 or folds["right"] != 1.0 or regions)
-    special = {
-        name: int(value) if name == "seed" else value
-        for name, value in folds.items()
-        if name not in ("depth", "left", "right") and value != _USUAL_WAVES[name]
-    }
-    if not (data["patterns"] or uneven or special or folds["depth"] != 1.0):
-        lines.append("sim = fw.Simulation(face)")
-    else:
-        if uneven:
-            lines += [
-                "from facewrinkle.geometry.smoothstep import smoothstep",
-                "aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance",
-                f"amount = {folds['right']!r} + {round(folds['left'] - folds['right'], 6)!r} * "
-                f"smoothstep(0.5 + {0.5 / MIDLINE!r} * aside)",
-            ]
-        if regions:
-            lines.append("from facewrinkle.layers.wave_folds.amount import amounts")
-        for name, factor in regions.items():
-            lines.append(f"away = amounts(dict.fromkeys({REGIONS[name]!r}, 0.0), face)  # {name}")
-            lines.append(f"amount = amount * (away + {factor!r} * (1.0 - away))")
-        words = "".join(f", {name}={value!r}" for name, value in special.items()) + (
-            ", amount=amount" if uneven else ""
-        )
-        leaning = f", pinch={folds['pinch']!r}" if folds["pinch"] else ""
-        lines.append(f"layers = [fw.MuscleWrinkles(depth={folds['depth']!r}, anatomical=True{leaning}),")
-        lines.append(f"          fw.WaveFolds({folds['depth']!r}{words})]")
+    folds, amount = _written(fold_words(data, face)), _written(amount_words(data))
+    if amount:
+        imports.append("from facewrinkle.live.wishes import amount_of")
+        folds += f", amount=amount_of(face{amount})"
+    usual = not folds and not data["patterns"]
+    if not usual:
+        imports.append("from facewrinkle.simulation.fold_layers import fold_layers")
+        lines.append(f"layers = fold_layers(face, 'wave'{folds})")
         for name, entry in data["patterns"].items():
-            lines += [
-                f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}, name={name!r},",
-                f"              **{pattern_words(entry, face)!r}))",
-            ]
-        lines.append("sim = fw.Simulation(face, layers=layers)")
+            words = _written({"name": name, **pattern_words(entry, face)})
+            lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}{words}))")
+    lines.append("sim = fw.Simulation(face)" if usual else "sim = fw.Simulation(face, layers=layers)")
     lines.append(f"sim.express({_joined(mixture_of(data))!r})")
     if any(data["gaze"]):
         lines.append(f"sim.look(yaw={data['gaze'][0]!r}, pitch={data['gaze'][1]!r})")
     lines.append("frame = sim.settle()")
+    if data["tears"]:
+        imports.append("from facewrinkle.tears import Flow, Route")
     for entry in data["tears"].values():
-        lines += [
-            "from facewrinkle.tears import Flow, Route",
-            f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r},",
-            f"                       flow=Flow(c={TEAR_SPEED!r}, hold=60.0), route=Route(length={entry['length']!r}))",
-        ]
-    imports = [line for line in lines if line.startswith(("import ", "from "))]
-    rest = [line for line in lines if line not in imports]
-    return "\n".join([*dict.fromkeys(imports), *rest]) + "\n"
+        flow = f"flow=Flow(c={TEAR_SPEED!r}, hold=60.0), route=Route(length={entry['length']!r})"
+        lines.append(f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r}, {flow})")
+    return "\n".join([*imports, "", *lines]) + "\n"
 
 
-_USUAL_WAVES = {"density": 1.0, "length": 1.0, "irregularity": 1.0, "seed": 0, "age": 0.0, "pinch": 0.0}
-
-
-def as_command(data: Mapping[str, Any], face: str | None = None) -> tuple[str, list[str]]:
-    """Return a command line that makes what a document shows, and what it cannot say.
-
-    Examples
-    --------
-    >>> from facewrinkle.live.document import START
-    >>> as_command({**START, "mixture": {"AU12": 0.5}})[0]
-    'facewrinkle express AU12=0.5'
-    """
-    mixture, folds = _joined(mixture_of(data)), data["folds"]
-    words = ["facewrinkle express", ",".join(f"{name}={weight:g}" for name, weight in mixture.items()) or "AU12=0"]
-    if face:
-        words.append(f"--face {_quoted(face)}")
-    person = {name: value for name, value in data["identity"].items() if value}
-    if person:
-        words.append("--identity " + ",".join(f"{name}={value:g}" for name, value in person.items()))
-    for name in ("depth", "density", "length", "seed", "age", "pinch"):
-        if folds[name] != {**_USUAL_WAVES, "depth": 1.0}[name]:
-            words.append(f"--{name} {folds[name]:g}")
-    missing = [what for what in ("landmarks", "patterns", "tears") if data[what]]
-    missing += ["timeline"] if data["timeline"]["keys"] else []
-    missing += ["gaze"] if any(data["gaze"]) else []
-    missing += ["amounts of the sides"] if folds["left"] != folds["right"] else []
-    missing += ["amounts of regions"] if any(factor != 1.0 for factor in data["regions"].values()) else []
-    missing += ["irregularity"] if folds["irregularity"] != 1.0 else []
-    return " ".join(words), missing
-
-
-def _quoted(path: str) -> str:
-    return (
-        path
-        if path.replace("/", "").replace(".", "").replace("_", "").isalnum()
-        else "'" + path.replace("'", "'\\''") + "'"
-    )
+def _written(words: Mapping[str, Any]) -> str:
+    """Return words as they follow other arguments of a call."""
+    return "".join(f", {name}={value!r}" for name, value in words.items())
 
 
 def _joined(mixture: Mapping[str, float]) -> dict[str, float]:
@@ -260,3 +226,103 @@ def _joined(mixture: Mapping[str, float]) -> dict[str, float]:
         else:
             out[name] = round(weight, 6)
     return out
+
+
+class Moment(NamedTuple):
+    """A frame, its time in s, and the tears on it."""
+
+    frame: pv.PolyData
+    time: float
+    tears: list[pv.PolyData]
+
+
+class Player:
+    """A simulation that follows a document, step by step.
+
+    Parameters
+    ----------
+    face : Face
+    data : dict
+        A document.
+    clip : Recorded, optional
+        What moves the face in place of its muscles.
+    coarsen : bool
+        Let triangles that were split merge again.
+
+    Attributes
+    ----------
+    simulation : Simulation
+    rates : dict of str to float
+        Contractions of muscles, as they are now.
+    arrived : bool
+        True if the muscles contract as they were asked to.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> data = {**START, "mixture": {"AU26": 1.0}}
+    >>> player = Player(fw.default_face(), data)
+    >>> next(player.moments(data)).time, len(player.times(data))
+    (0.04, 60)
+    """
+
+    def __init__(self, face: Face, data: Mapping[str, Any], clip: Recorded | None = None, coarsen: bool = True) -> None:
+        self.face = face
+        self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers_of(data, face), motion=clip)
+        self.rates: dict[str, float] = {}
+        self.arrived = True
+        self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}
+
+    def step(self, weights: Mapping[str, float], gaze: Sequence[float], time: float) -> pv.PolyData:
+        """Return the next frame, on the way to a mixture and a gaze; or that of a time of the clip, s."""
+        motion = self.simulation.motion
+        if isinstance(motion, Playback):
+            motion.seek(time)
+        else:
+            target = rates_of(weights, self.face)
+            self.rates = eased(self.rates, target)
+            self.arrived = self.rates == {name: rate for name, rate in target.items() if rate}
+            self.simulation.contract(self.rates)
+            if self.face.eyes:
+                self.simulation.look(*gaze)
+        return self.simulation.step()
+
+    def cry(self, entries: Mapping[str, Any], now: float = 0.0) -> None:
+        """Let there be the tears of a document; those that are new begin so many seconds from now as they say."""
+        self._tears = {name: known for name, known in self._tears.items() if entries.get(name) == known[0]}
+        for name, entry in entries.items():
+            if name not in self._tears:
+                self._tears[name] = entry, tear_of(entry, self.face), now + entry["begin"]
+
+    def tears(self, frame: pv.PolyData, now: float) -> dict[str, pv.PolyData]:
+        """Return the surfaces of the tears on a frame, by name."""
+        found = {}
+        for name, (_, tear, begin) in self._tears.items():
+            if now >= begin:
+                with contextlib.suppress(FaceWrinkleError):
+                    found[name] = tear.surface(min(now - begin, run_time(tear)), on=frame)
+        return found
+
+    def cries(self, now: float) -> bool:
+        """Return True if a tear has not arrived yet."""
+        return any(now < begin + run_time(tear) for _, tear, begin in self._tears.values())
+
+    def times(self, data: Mapping[str, Any]) -> list[float]:
+        """Return the seconds of all pictures of a movie of a document."""
+        length = data["timeline"]["length"] if self._timed(data) else LENGTH
+        return [(number + 1) / FPS for number in range(max(round(FPS * length), 1))]
+
+    def _timed(self, data: Mapping[str, Any]) -> bool:
+        return bool(data["timeline"]["keys"]) or isinstance(self.simulation.motion, Playback)
+
+    def moments(self, data: Mapping[str, Any]) -> Iterator[Moment]:
+        """Play a document from its beginning: its timeline, or without keys from rest to what the sliders show."""
+        self.cry(data["tears"])
+        steps = max(round(1.0 / (FPS * self.simulation.motion.time_step)), 1)
+        for time in self.times(data):
+            weights = mixture_of(data, time if self._timed(data) else None)
+            if not self._timed(data):
+                weights = {name: weight * float(smoothstep(time / ARRIVED)) for name, weight in weights.items()}
+            for _ in range(1 if isinstance(self.simulation.motion, Playback) else steps):
+                frame = self.step(weights, data["gaze"], time)
+            yield Moment(frame, time, list(self.tears(frame, time).values()))

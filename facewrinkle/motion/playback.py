@@ -68,8 +68,12 @@ class Playback(Undriven):
 
     def reset(self) -> None:
         """See :class:`facewrinkle.Motion`."""
-        self._steps = 0
+        self._steps = 0.0
         self._move_parts(self.recorded.recorded_time(0.0))
+
+    def seek(self, time: float) -> None:
+        """Let the next step lead to a time, s."""
+        self._steps = time / self.time_step - 1.0
 
     def step(self) -> Array:
         """See :class:`facewrinkle.Motion`; the first step leads to the time `time_step`."""

@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, preview
 from facewrinkle.dataset import generation as generation_module
 from facewrinkle.dataset import shards as shards_module
@@ -85,19 +84,45 @@ def test_what_a_scene_showed_before_does_not_show():
     assert views[0] != views[1]
 
 
-def test_workers_make_the_same_bytes_also_if_one_is_killed(small, tmp_path):
-    pytest.importorskip("distributed", reason="several workers need Dask")
-    other, done = tmp_path / "other", []
+def test_workers_make_the_same_bytes(small, tmp_path):
+    done = []
+    other = generate(SPEC, tmp_path / "other", count=3, workers=2, progress=done.append)
+    assert hashes(other) == hashes(small)
+    assert sorted(done) == [1, 2]
+
+
+def test_a_worker_that_is_killed_is_told_and_the_same_again_goes_on(small, tmp_path):
+    other = tmp_path / "other"
     with ThreadPoolExecutor() as pool:
-        made = pool.submit(generate, SPEC, other, count=3, workers=2, progress=done.append)
+        made = pool.submit(generate, SPEC, other, count=3, workers=2)
         end = time.monotonic() + 120.0
         while not (begun := list(other.glob(".*.tar"))) and not made.done() and time.monotonic() < end:
             time.sleep(0.02)
         victim = next(child for child in workers_of(os.getpid()) if begun and holds(child, begun[0]))
         os.kill(victim, signal.SIGKILL)
-        made.result()
+        with pytest.raises(FaceWrinkleError, match="of 2 shards are missing: A process .* was terminated"):
+            made.result()
+    age(other)
+    generate(SPEC, other, count=3)
     assert hashes(other) == hashes(small)
-    assert sorted(done) == [1, 2]
+
+
+def age(folder):
+    """Let unfinished files be of an hour ago."""
+    for path in folder.rglob(".[0-9]*"):
+        os.utime(path, (time.time() - 3600.0,) * 2)
+
+
+def test_the_unfinished_files_of_another_run_stay(small, tmp_path):
+    other = tmp_path / "other"
+    shutil.copytree(small, other)
+    foreign = other / ".1.0.shard-000001.tar"  # of a process on another machine, that is at work
+    foreign.write_bytes(b"half")
+    generate(SPEC, other, count=3)
+    assert foreign.read_bytes() == b"half"
+    age(other)
+    generate(SPEC, other, count=3)
+    assert hashes(other) == hashes(small)
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +198,6 @@ def test_what_is_missing_is_made_again(small, tmp_path, remembered):
 
 SLOW = """
 import pickle, time
-from facewrinkle import __version__
 from facewrinkle.dataset import SampleMaker, generate, shards
 samples = pickle.load(open({kept!r}, "rb"))
 class Slow(SampleMaker):
@@ -204,6 +228,7 @@ def wait_for(condition, process):
 def goes_on(other, small):
     """Go on with a set of which the first shard is done and the second was begun: it becomes the same set."""
     assert [path.name for path in other.glob("shard*")] == ["shard-000000.tar"]
+    age(other)
     (other / ".gitattributes").write_text("*.tar filter=lfs")  # of the user
     generate(SPEC, other, count=3)
     found = {name: value for name, value in hashes(other).items() if not os.path.basename(name).startswith(".")}
@@ -221,9 +246,8 @@ def test_a_killed_run_goes_on(small, tmp_path, slow):
     goes_on(other, small)
 
 
-def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow, monkeypatch):
-    pytest.importorskip("distributed", reason="several workers need Dask")
-    monkeypatch.setattr(generation_module, "REACH", 1.0)
+def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow):
+    dask = pytest.importorskip("dask", reason="schedulers are Dask's")
     address, preload, other = tmp_path / "scheduler.json", tmp_path / "preload.py", tmp_path / "other"
     preload.write_text(slow)
     common = ["--scheduler-file", str(address), "--no-dashboard"]
@@ -239,7 +263,7 @@ def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow, monkeyp
         where = json.loads(address.read_text())["address"]
         with distributed_client(where) as client:
             client.wait_for_workers(1, timeout=60)
-        with ThreadPoolExecutor() as pool:
+        with ThreadPoolExecutor() as pool, dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
             made = pool.submit(generate, SPEC, other, count=3, scheduler=where)
             wait_for(lambda: (other / "shard-000000.tar").exists() and list(other.glob(".*shard-000001.tar")), worker)
             scheduler.kill()
@@ -272,6 +296,9 @@ def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeyp
     assert failure == {"index": 1, "error": "ZeroDivisionError: never"}
     _, parquet = shards_module.arrow()
     assert parquet.read_table(tmp_path / "index" / "shard-000000.parquet")["index"].to_pylist() == [0, 2]
+    monkeypatch.setattr(Stubborn, "pictures", lambda _, index: [backwards[index]])
+    assert list(write_shard(spec, Shard(0, 0, 3), tmp_path)) == [0, 1, 2]  # made again, and now all is well
+    assert not list(tmp_path.glob("*.failed.json"))
 
 
 def test_a_check_finds_what_is_wrong(small, tmp_path, remembered):
@@ -373,30 +400,11 @@ def test_wrong_folders(small, tmp_path):
     assert (tmp_path / "letter.txt").read_text() == "dear"
 
 
-def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
-    pytest.importorskip("distributed", reason="several workers need Dask")
-    monkeypatch.setattr("facewrinkle.dataset.generation.REACH", 0.5)
-    with pytest.raises(ParameterError, match="cannot be reached"):
+def test_a_scheduler_that_is_not_there(tmp_path):
+    dask = pytest.importorskip("dask", reason="schedulers are Dask's")
+    short = dask.config.set({"distributed.comm.timeouts.connect": "0.5s"})
+    with short, pytest.raises(ParameterError, match="cannot be reached"):
         generate(SPEC, tmp_path / "set", count=3, scheduler="tcp://127.0.0.1:1")
-
-
-class Cluster:
-    """A client of workers with some versions of the package."""
-
-    def __init__(self, **versions):
-        self.versions = versions
-
-    def run(self, function):
-        return self.versions
-
-
-def test_workers_must_have_the_same_version():
-    same = Cluster(one=__version__, two=__version__)
-    assert generation_module._checked(same) is same
-    with pytest.raises(ParameterError, match=f"worker two has facewrinkle 0.1, this is {__version__}. Install"):
-        generation_module._checked(Cluster(one=__version__, two="0.1"))
-    with pytest.raises(ParameterError, match="has no workers. Start some: dask worker ADDRESS"):
-        generation_module._checked(Cluster())
 
 
 def test_labels_fit_the_picture(backwards):

@@ -14,9 +14,20 @@ from facewrinkle.anatomy.eyeball import RADIUS
 from facewrinkle.appearance.eye import IRIS
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.dataset.furrows import FurrowTracker, furrows_of
-from facewrinkle.dataset.labels import DEPTH_STEP, HEIGHT_STEP, NO_PLACE, PARTS, PLACE_STEP, labels_of, solid_parts
+from facewrinkle.dataset.labels import (
+    DEPTH_STEP,
+    FAR,
+    HEIGHT_STEP,
+    NO_PLACE,
+    PARTS,
+    PLACE_STEP,
+    REGIONS,
+    anchors_of,
+    labels_of,
+    regions_at,
+    solid_parts,
+)
 from facewrinkle.dataset.plan import plan_of
-from facewrinkle.dataset.regions import FAR, REGIONS, anchors_of, regions_at
 from facewrinkle.dataset.sample import fault_of, place
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.dataset.visible import Camera, TriangleBuffer

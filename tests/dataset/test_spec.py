@@ -59,21 +59,24 @@ def test_unknown_words_name_the_nearest(written, message):
     ("written", "message"),
     [
         ({"camera": 3}, r"\[camera\]"),
-        ({"size": [3, 3]}, "width"),
-        ({"size": 512}, "width and height"),
-        ({"quick": "yes"}, "true or false"),
-        ({"shard": 0}, "shard"),
-        ({"mesh": 1}, "mesh must be true, false, or one of npz, glb, received 1"),
+        ({"size": [3, 3]}, r"size\[0\]: expected `int` >= 16, received \[3, 3\]"),
+        ({"size": 512}, "size: expected `array`, got `int`, received 512"),
+        ({"quick": "yes"}, "quick: expected `bool`, got `str`, received 'yes'"),
+        ({"shard": 0}, "shard: expected `int` >= 1, received 0"),
+        ({"seed": float("nan")}, "seed: expected `int`"),
+        ({"mesh": 1}, r"mesh: expected `bool \| str`, got `int`"),
         ({"mesh": "obj"}, "one of npz, glb"),
         ({"clip": {"frames": 0}}, "clip.frames"),
         ({"clip": {"interval": 0.03}}, "whole number of steps"),
-        ({"identity": {"age": 2}}, r"identity.age must lie in \[-1, 1\]"),
+        ({"identity": {"age": 2}}, "identity.age: expected `float` <= 1.0, received 2"),
         ({"expression": {"neutral": 0.8}}, "at most 1 together"),
-        ({"expression": {"units": []}}, "list of action units"),
-        ({"expression": {"apart": [["AU1"]]}}, r"\[unit, unit\]"),
+        ({"expression": {"units": []}}, "expression.units: expected `array` of length >= 1"),
+        ({"expression": {"apart": [["AU1"]]}}, r"expression.apart\[0\]: expected `array` of length 2, got 1"),
+        ({"expression": {"together": [["AU1", "AU2", 2]]}}, r"together\[0\]\[2\]: expected `float` <= 1.0"),
+        ({"tears": {"share": float("nan")}}, "tears.share: expected `float`"),
         ({"faces": {"built_in": 0}}, "no face is left"),
         ({"faces": {"scans": ["nobody.face"]}}, "does not exist"),
-        ({"faces": {"scans": "nobody.face"}}, "list of paths"),
+        ({"faces": {"scans": "nobody.face"}}, "faces.scans: expected `array`, got `str`, received 'nobody.face'"),
     ],
 )
 def test_wrong_values(written, message):
@@ -100,6 +103,6 @@ def test_a_scan_is_known_by_its_content(tmp_path):
     scan.write_bytes(b"one")
     written = {"faces": {"scans": [{"path": "a.face", "licence": "mine"}]}}
     first = Spec.of(written, tmp_path)
-    assert first.scans[0].licence == "mine"
+    assert first.faces.scans[0].licence == "mine"
     scan.write_bytes(b"two")
     assert Spec.of(written, tmp_path).digest != first.digest

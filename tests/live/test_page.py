@@ -180,8 +180,8 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
     file = until(lambda: next(saved.glob("face_*.glb"), None))
     until(lambda: "Saved as" in page.inner_text("#panel-save"))
     assert pv.read(file).n_blocks >= 1
-    page.get_by_role("button", name="Copy as command").click()
-    until(lambda: "facewrinkle express" in page.inner_text("#panel-save"))
+    page.get_by_role("button", name="Copy as Python").click()
+    until(lambda: "sim.express" in page.inner_text("#panel-save"))
 
 
 def test_the_page_shows_what_pictures_show(page, studio):

@@ -18,7 +18,8 @@ import pytest
 from studio_pages import root
 
 from facewrinkle.errors import ParameterError
-from facewrinkle.live import uploads
+from facewrinkle.live import library
+from facewrinkle.live.protocol import LARGEST_MESSAGE
 
 
 def send(studio, files, key=None, origin=None):
@@ -61,6 +62,23 @@ def test_a_scan_is_shown_and_undone(studio, scan):
     assert studio.face.texture is not None
 
 
+def test_a_session_is_opened_however_long_it_is(studio):
+    """64 expressions of 512 names are allowed: far more than a message of the socket may have."""
+    names = [*studio.face.atlas.action_units, *studio.face.atlas.muscles, *studio.face.atlas.expressions]
+    long = {f"mine {k}": dict.fromkeys(names, 0.25) for k in range(64)}
+    studio.change(mixtures=long, intensity=0.5)
+    text = json.dumps({"facewrinkle session": 1, **studio.document})
+    assert len(text) > 2 * LARGEST_MESSAGE
+    studio.change(mixtures={}, intensity=1.0)
+    assert send(studio, {"session.json": text.encode()})[0] == 200
+    assert studio.document["mixtures"] == long
+    assert studio.document["intensity"] == 0.5
+    status, answer = send(studio, {"session.json": b"[]"})
+    assert status == 400
+    assert "not a session of the studio" in answer
+    assert studio.document["mixtures"] == long
+
+
 @pytest.mark.parametrize("how", [{"key": ""}, {"key": "wrong"}, {"origin": "http://evil.example"}, {"origin": ""}])
 def test_others_may_not_send_files(studio, how):
     assert send(studio, {"head.ply": b""}, **how)[0] == 403
@@ -71,7 +89,7 @@ def test_bad_files_are_sentences(studio, monkeypatch):
     status, text = send(studio, {"head.ply": b"nonsense"})
     assert status == 400
     assert tempfile.gettempdir() not in text
-    monkeypatch.setattr(uploads, "LARGEST_UPLOAD", 100)
+    monkeypatch.setattr(library, "LARGEST_UPLOAD", 100)
     status, text = send(studio, {"head.ply": b"x" * 101})
     assert (status, "too large" in text) == (400, True)
     assert studio.document["face"] == ""
@@ -108,4 +126,4 @@ def test_a_file_cannot_fetch_others(studio, scan, tmp_path):
 )
 def test_names_that_are_not_taken(name):
     with pytest.raises(ParameterError, match="may not be called|no file that the studio reads"):
-        uploads.checked_name(name)
+        library.checked_name(name)

@@ -10,7 +10,8 @@ import pytest
 
 pytest.importorskip("anywidget", reason="the widget needs anywidget")
 
-from facewrinkle.live.encoding import decoded
+from studio_pages import decoded
+
 from facewrinkle.live.server import page_files
 from facewrinkle.live.widget import bundled, style
 

@@ -11,7 +11,9 @@ what cannot be done         | a sentence, and the document as it was
 from __future__ import annotations
 
 import asyncio
+import json
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -29,8 +31,9 @@ from facewrinkle.errors import (
     ParameterError,
     UnknownNameError,
 )
+from facewrinkle.live.answers import mixture_of_live
 from facewrinkle.live.document import Document
-from facewrinkle.live.greeting import mixture_of_live
+from facewrinkle.live.protocol import Probe
 from facewrinkle.live.saving import Folder, atlas_with
 from facewrinkle.live.window import Studio
 
@@ -79,25 +82,20 @@ def test_copied_python_gives_what_is_shown(studio):
         regions={"forehead": 0.5},
     )
     frame, words = studio.frame(), {}
-    exec(studio._answers.copied("python"), words)
+    exec(studio.as_python(), words)
     assert words["frame"]["W"].min() == pytest.approx(frame["W"].min(), abs=0.05)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
     assert np.abs(np.asarray(frame["W"])[:n] - np.asarray(words["frame"]["W"])[:n]).max() < 0.05
-    command = studio._answers.copied("command")
-    assert command.endswith("# left out, as no option says it: patterns, amounts of regions")
 
 
 def test_copied_python_moves_landmarks_too(studio, face):
     moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
     studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
     frame, words = studio.frame(), {}
-    exec(studio._answers.copied("python"), words)
+    exec(studio.as_python(), words)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-    assert (
-        studio._answers.copied("command") == "facewrinkle express AU12=1\n# left out, as no option says it: landmarks"
-    )
 
 
 def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
@@ -120,7 +118,7 @@ def test_folds_that_changed_since_are_not_told(studio):
     stage, document, answers = studio._stage, studio._document, studio._answers
 
     def clicked():
-        return answers.probed([0, 1, 2], [1.0, 0.0, 0.0], stage.parts.last)
+        return answers.probed(Probe(corners=(0, 1, 2), shares=(1.0, 0.0, 0.0), version=stage.parts.version))
 
     def changed():
         document.change([(("folds", "depth"), 2.0)])
@@ -279,6 +277,21 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     studio._stage.play(False)
 
 
+def test_the_session_is_saved_while_the_timeline_plays_and_at_the_end(face, tmp_path):
+    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.4, "offset": 1.0, "end": 2.0}
+    path = tmp_path / "session.json"
+    with Studio(face, browser=False, save_to=tmp_path) as window:
+        window._stage.play(True)
+        window.change(timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
+        end = time.monotonic() + 20.0
+        while not path.exists():
+            assert time.monotonic() < end
+            time.sleep(0.02)
+        assert json.loads(path.read_text())["timeline"]["keys"] == {"k": key}
+        window.rates = {"AU12": 0.5}
+    assert json.loads(path.read_text())["mixture"] == {"AU12": 0.5}
+
+
 def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
     with pytest.raises(MissingPackageError, match=r"pip install \"\.\[studio\]\""):
@@ -298,7 +311,7 @@ def test_a_frame_is_looked_at_as_it_is(face):
         corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
         shares = [float(corner == deepest) for corner in corners]
         drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
-        told = window._answers.probed(drawn, shares, window._stage.parts.last)
+        told = window._answers.probed(Probe(corners=drawn, shares=shares, version=window._stage.parts.version))
         assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
         told = window._answers.face()
         assert set(told["off"].values()) == {"this surface has no muscles"}
@@ -312,5 +325,3 @@ def test_any_surface_can_be_looked_at_and_a_line_cannot():
         assert window.frame().n_cells == 200
     with pytest.raises(MeshError, match="no triangles to look at"):
         fw.studio(pv.Line())
-    with pytest.raises(ParameterError, match="face must be"):
-        fw.studio("head.obj")

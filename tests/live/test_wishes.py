@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from facewrinkle.live.document import START
-from facewrinkle.live.wishes import as_command, as_python, layers_of
+from facewrinkle.live.wishes import as_python, layers_of
 
 
 def test_a_pinch_goes_to_both_layers_and_into_what_is_written_down(face):
     data = {**START, "mixture": {"AU12": 1.0}, "folds": {**START["folds"], "pinch": 0.8}}
     assert [layer.pinch for layer in layers_of(data, face)] == [0.8, 0.8]
-    assert as_command(data) == ("facewrinkle express AU12=1 --pinch 0.8", [])
-    lines = as_python(data, face).splitlines()
-    assert "layers = [fw.MuscleWrinkles(depth=1.0, anatomical=True, pinch=0.8)," in lines
-    assert "          fw.WaveFolds(1.0, pinch=0.8)]" in lines
-    assert "pinch" not in as_python(START, face) + as_command(START)[0]
+    assert "layers = fold_layers(face, 'wave', pinch=0.8)" in as_python(data, face).splitlines()
+    assert "pinch" not in as_python(START, face)

@@ -1,4 +1,4 @@
-// Files that are dropped onto the page, or chosen: faces and clips are sent to the studio, sessions are taken over.
+// Files that are dropped onto the page, or chosen, are sent to the studio: faces, clips and sessions.
 
 import { element } from "./sliders.js";
 
@@ -27,11 +27,6 @@ export class Opening {
 
   async take(files) {
     if (!files.length) return;
-    if (files.length === 1 && /\.json$/i.test(files[0].name)) {
-      const text = await files[0].text();
-      try { await this.app.connection.ask("load", { text }); } catch (error) { this.app.say(error.message); }
-      return;
-    }
     const form = new FormData();
     for (const file of files) form.append("file", file, file.name);
     this.progress({ text: "Sending", share: 0 });

@@ -26,7 +26,7 @@ export class Picking {
         best = { vertex: index[t + corner], corners: [index[t], index[t + 1], index[t + 2]], triangle: t / 3, shares };
       }
     }
-    if (best) Object.assign(best, { pixel: [clientX, clientY], version: skin.fixed.version, place: add(start, direction, nearest), depth: nearest, shares: best.shares.map((s) => Math.max(0, Math.min(1, s))) });
+    if (best) Object.assign(best, { pixel: [clientX, clientY], version: skin.info.version, place: add(start, direction, nearest), depth: nearest, shares: best.shares.map((s) => Math.max(0, Math.min(1, s))) });
     return best;
   }
 
@@ -35,7 +35,7 @@ export class Picking {
     const eyes = [...this.parts.values()].filter((part) => part.kind === "eye");
     if (!eyes.length || !this.camera) return null;
     const { start, direction } = this.rayAt(clientX, clientY);
-    for (const { fixed: { centre, radius } } of eyes) {
+    for (const { info: { centre, radius } } of eyes) {
       const away = add(start, centre, -1), b = dot(away, direction), under = b * b - dot(away, away) + radius * radius;
       if (under < 0) continue;
       const depth = -b - Math.sqrt(under), skin = this.pick(clientX, clientY);

@@ -14,8 +14,8 @@ export function saving({ folder, kinds }, app) {
   const { connection } = app;
   const code = element("pre", { tabindex: "0", hidden: true, "aria-label": "Copied text" });
   const note = element("p", { role: "status" });
-  const copy = (what) => async () => {
-    const text = await connection.ask("copy", { what });
+  const copy = async () => {
+    const text = await connection.ask("copy");
     code.textContent = text;
     code.hidden = false;
     try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select it to copy."; }
@@ -32,7 +32,7 @@ export function saving({ folder, kinds }, app) {
     ...kinds.map((what) => element("div", { class: "file" },
       element("button", { text: FILES[what]?.[0] ?? what, onclick: save(what) }), element("span", { text: FILES[what]?.[1] ?? "" }))),
     element("div", { class: "actions" },
-      element("button", { text: "Copy as Python", onclick: copy("python") }), element("button", { text: "Copy as command", onclick: copy("command") }),
+      element("button", { text: "Copy as Python", onclick: copy }),
       element("button", { text: "Open session …", onclick: () => app.opening.choose() })),
     note, code,
     element("p", { text: folder ? `Files go into ${folder}; the session is saved there by itself.` : "Files are downloaded. Start with --save-to FOLDER to have them written." }),

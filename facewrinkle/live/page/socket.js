@@ -3,19 +3,15 @@
 const ARRAYS = { u8: Uint8Array, i8: Int8Array, u16: Uint16Array, u32: Uint32Array, f32: Float32Array };
 const PHOTO = 0x544f4850; // "PHOT"
 
-/** The header and the arrays of a frame; arrays are views of the buffer. */
+/** The header and the arrays of a frame; arrays are views of the buffer, and null if they are as before. */
 export function decode(buffer) {
   const length = new DataView(buffer).getUint32(0, true);
   const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
   for (const part of head.parts) {
-    for (const [name, [type, offset, count, width, mask]] of Object.entries(part.arrays)) {
-      const begin = 4 + length, Type = ARRAYS[type];
-      if (mask === undefined) part.arrays[name] = { data: new Type(buffer, begin + offset, count), width };
-      else { // only rows that changed: they are put into what there is
-        const bits = new Uint8Array(buffer, begin + mask, Math.ceil(count / width / 8));
-        const rows = new Type(buffer, begin + offset, Math.floor((begin + mask - begin - offset) / Type.BYTES_PER_ELEMENT));
-        part.arrays[name] = { count, width, put: (before) => changed(before, new Type(count), rows, bits, width) };
-      }
+    for (const [name, sent] of Object.entries(part.arrays)) {
+      if (!sent) continue; // the page has it
+      const [type, offset, count, width] = sent;
+      part.arrays[name] = { data: new ARRAYS[type](buffer, 4 + length + offset, count), width };
     }
   }
   return head;
@@ -25,17 +21,6 @@ export function decode(buffer) {
 export function photoOf(buffer) {
   const length = new DataView(buffer).getUint32(4, true);
   return { name: new TextDecoder().decode(new Uint8Array(buffer, 8, length)), bytes: new Uint8Array(buffer, 8 + length) };
-}
-
-/** An array with some of its rows replaced. */
-function changed(before, after, rows, bits, width) {
-  after.set(before.subarray(0, after.length));
-  for (let row = 0, from = 0; row * width < after.length; row++) {
-    if (bits[row >> 3] & (1 << (row & 7))) {
-      for (let k = 0; k < width; k++) after[row * width + k] = rows[from++];
-    }
-  }
-  return after;
 }
 
 export class Connection extends EventTarget {

@@ -119,25 +119,24 @@ export class View extends Picking {
     this.request(!head.still);
   }
 
-  update({ name, kind, arrays, info, fixed }) {
+  update({ name, kind, arrays, info }) {
     const gl = this.gl;
     if (kind === "field") return this.updateField(arrays, info);
-    let part = this.parts.get(name);
-    const had = part?.arrays ?? {};
-    if (fixed && part && kind !== "skin") this.drop(name);
-    if (!part || (fixed && kind !== "skin")) {
-      part = { name, kind, buffers: {}, arrays: {}, indices: {}, vao: gl.createVertexArray() };
-      this.parts.set(name, part);
+    if (this.parts.get(name)?.kind !== kind) {
+      this.drop(name);
+      this.parts.set(name, { name, kind, buffers: {}, arrays: {}, indices: {}, vao: gl.createVertexArray() });
     }
-    if (fixed) {
-      part.fixed = fixed;
-      part.lines = null;
-      for (const key of Object.keys({ ...part.arrays, value: 0 })) if (!arrays[key]) this.forget(part, key);
-    }
-    part.fixed ??= {};
+    const part = this.parts.get(name);
     part.info = info;
-    for (const [key, { data: whole, put, width }] of Object.entries(arrays)) {
-      const data = put ? put(had[key]) : whole;
+    for (const key of Object.keys(part.arrays)) if (!(key in arrays)) this.forget(part, key);
+    if (arrays.index) { // other triangles: edges, and values of a field, are of those before
+      part.lines = null;
+      this.forget(part, "value");
+    }
+    if (arrays.half) part.ribbons = part.points = part.moved = null;
+    for (const [key, sent] of Object.entries(arrays)) {
+      if (!sent) continue;
+      const { data, width } = sent;
       part.arrays[key] = data;
       if (key === "index" || key === "lined") {
         gl.bindVertexArray(part.vao);
@@ -185,9 +184,9 @@ export class View extends Picking {
   updateField(arrays, info) {
     const skin = this.parts.get("skin");
     this.fieldInfo = info;
-    if (skin && arrays.value && (arrays.value.data?.length ?? arrays.value.count) * 3 === skin.arrays.position.length) {
+    if (skin && arrays.value?.data.length * 3 === skin.arrays.position.length) {
       // 65534 is the largest value, and 65535 means nothing; the shader gets numbers above 1 for these
-      this.numbers = arrays.value.data ?? arrays.value.put(this.numbers);
+      this.numbers = arrays.value.data;
       const values = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
       this.attribute(skin, "value", values, 1);
       this.gl.bindVertexArray(null);
@@ -334,11 +333,11 @@ export class View extends Picking {
   }
 
   drawEye(part) {
-    const { gl } = this, uniforms = this.use("eye"), { fixed, info } = part;
-    for (const name of ["centre", "corner", "caruncle", "tears"]) gl.uniform3fv(uniforms[name], fixed[name]);
+    const { gl } = this, uniforms = this.use("eye"), { info } = part;
+    for (const name of ["centre", "corner", "caruncle", "tears"]) gl.uniform3fv(uniforms[name], info[name]);
     ["side_axis", "up_axis", "ahead_axis"].forEach((name, k) => gl.uniform3fv(uniforms[name], info.axes.slice(3 * k, 3 * k + 3)));
-    ["lid_side", "lid_up", "lid_ahead"].forEach((name, k) => gl.uniform3fv(uniforms[name], fixed.lid_axes.slice(3 * k, 3 * k + 3)));
-    gl.uniform1f(uniforms.radius, fixed.radius);
+    ["lid_side", "lid_up", "lid_ahead"].forEach((name, k) => gl.uniform3fv(uniforms[name], info.lid_axes.slice(3 * k, 3 * k + 3)));
+    gl.uniform1f(uniforms.radius, info.radius);
     gl.uniform1fv(uniforms.lids, part.arrays.lids);
     gl.bindVertexArray(part.vao);
     gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
@@ -355,12 +354,12 @@ export class View extends Picking {
   drawHair(part) {
     const { gl } = this;
     if (!part.ribbons) {
-      part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots ?? part.fixed.knots);
+      part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots);
     }
     if (part.kind === "brows") {
       if (part.moved !== this.version) {
         part.points ??= new Float32Array(part.arrays.corners.length);
-        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(this.parts.get("skin").fixed.base), part.points));
+        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(this.parts.get("skin").info.base), part.points));
         part.moved = this.version;
       }
     } else if (part.moved !== part.arrays.away) {

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from facewrinkle.live.greeting import ROOM, pulls_of, without_effect
+from facewrinkle.live.answers import ROOM, pulls_of, without_effect
 
 
 def test_sliders_that_do_nothing_say_why(face):

@@ -14,7 +14,7 @@ import facewrinkle as fw
 from facewrinkle.errors import ParameterError
 from facewrinkle.layers import muscle_wrinkles
 from facewrinkle.layers.wave_folds import layer as wave_layer
-from facewrinkle.live.probing import probe
+from facewrinkle.live.fields import probe
 
 
 @pytest.fixture(scope="module")

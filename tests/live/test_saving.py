@@ -1,0 +1,230 @@
+"""Files that a studio writes: the session, saved by itself, offered again, and never lost; and what takes long.
+
+what was saved       | the document, by the text of its file
+a later start        | is offered it; resuming is a step of undo; what is not resumed is kept under another name
+what is no session   | an error when it is taken, and nothing before
+a disk that is full  | is told once, and tried again
+what libraries print | much of it, in C, and no text: no harm
+stopped              | before and while it runs: an error, and nothing in the terminal
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import pyvista as pv
+
+from facewrinkle.anatomy.atlas import load_atlas
+from facewrinkle.anatomy.face import Face
+from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
+from facewrinkle.live import saving
+from facewrinkle.live.document import Document
+from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess
+
+
+def begun(folder, complain=lambda text: None):
+    """What a studio begins with: a document in which nothing is set, and the session of the folder."""
+    document = Document(load_atlas())
+    return document, Kept(folder, document, complain)
+
+
+def until(right, seconds=20.0):
+    end = time.monotonic() + seconds
+    while not right():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def session(folder):
+    """What is saved; "" while there is nothing, as in the moment in which an earlier session gets another name."""
+    path = folder.path / "session.json"
+    return path.read_text() if path.exists() else ""
+
+
+def write_into_nothing(_, data):
+    with Path("/dev/full").open("wb", buffering=0) as full:
+        full.write(data)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder in which a session with a smile was kept."""
+    folder = Folder(tmp_path)
+    document, kept = begun(folder)
+    assert kept.when == ""
+    kept.save()
+    assert not list(tmp_path.iterdir())  # nothing was set
+    document.change([(("mixture",), {"AU12": 0.5})])
+    kept.save()
+    assert (tmp_path / "session.json").read_text() == document.text()
+    return folder
+
+
+def test_a_session_is_resumed(folder):
+    document, kept = begun(folder)
+    assert kept.when.startswith("2")
+    kept.save()
+    kept.resume()
+    assert kept.when == ""
+    assert document.data["mixture"] == {"AU12": 0.5}
+    document.change([(("intensity",), 0.2)])
+    kept.save()
+    assert [path.name for path in folder.path.iterdir()] == ["session.json"]
+    assert (folder.path / "session.json").read_text() == document.text()
+    kept.resume()  # another page may ask for it once more
+    assert document.data["intensity"] == 0.2
+    assert document.undo()
+    assert document.undo()
+    assert document.data["mixture"] == {}
+
+
+def test_a_session_can_be_resumed_after_something_else_was_begun(folder):
+    before = (folder.path / "session.json").read_text()
+    document, kept = begun(folder)
+    kept.save()
+    document.change([(("mixture",), {"AU4": 1.0})])
+    kept.save()
+    assert kept.when
+    kept.resume()
+    assert document.data["mixture"] == {"AU12": 0.5}
+    kept.save()
+    assert {path.name: path.read_text() for path in folder.path.iterdir()} == {
+        "session.json": document.text(),
+        "session_1.json": before,
+    }
+
+
+def test_a_session_that_is_dismissed_gets_another_name(folder):
+    document, kept = begun(folder)
+    kept.dismiss()
+    kept.save()
+    before = (folder.path / "session.json").read_text()
+    document.change([(("intensity",), 0.2)])
+    kept.save()
+    assert (folder.path / "session_1.json").read_text() == before
+    assert (folder.path / "session.json").read_text() == document.text()
+
+
+def test_what_cannot_be_read_is_not_offered_and_gets_another_name(folder):
+    (folder.path / "session.json").write_bytes(b"\xff not text")
+    document, kept = begun(folder)
+    assert kept.when == ""
+    document.change([(("intensity",), 0.2)])
+    kept.save()
+    document.change([(("intensity",), 0.3)])
+    kept.save()
+    assert (folder.path / "session_1.json").read_bytes() == b"\xff not text"
+    assert (folder.path / "session.json").read_text() == document.text()
+    assert len(list(folder.path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("content", ["a session", b"\xff not text"])
+@pytest.mark.parametrize("whole", [False, True])
+def test_a_session_that_was_moved_away_is_not_in_the_way(folder, content, whole):
+    path = folder.path / "session.json"
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    document, kept = begun(folder)
+    kept.save()
+    path.rename(folder.path.with_name(f"{folder.path.name}_elsewhere"))
+    if whole:
+        folder.path.rmdir()
+    for intensity in (0.2, 0.3):
+        document.change([(("intensity",), intensity)])
+        kept.save()
+        assert path.read_text() == document.text()
+    assert list(folder.path.iterdir()) == [path]
+
+
+def test_a_session_that_cannot_be_saved_is_told_once_and_saved_later(folder, monkeypatch):
+    def refuse(*_, **__):
+        raise OutputError("no space left.")
+
+    monkeypatch.setattr(saving, "LATER", 0.02)
+    told = []
+    document, kept = begun(folder, told.append)
+    document.change([(("intensity",), 0.2)])
+    with monkeypatch.context() as disk:
+        disk.setattr(folder, "write", refuse)
+        kept.save()
+        document.change([(("intensity",), 0.3)])
+        kept.save()
+        assert told == ["The session is not saved, which is tried again: no space left."]
+    until(lambda: session(folder) == document.text())  # by itself
+    assert len(list(folder.path.iterdir())) == 2
+    assert len(told) == 1
+
+
+def test_a_full_disk_is_told(tmp_path):
+    if not os.path.exists("/dev/full"):
+        pytest.skip("there is no device that is always full")
+    folder, told = Folder(tmp_path), []
+    document, kept = begun(folder, told.append)
+    document.change([(("intensity",), 0.2)])
+    with pytest.MonkeyPatch.context() as disk:
+        disk.setattr(Path, "write_bytes", write_into_nothing)
+        kept.save()
+    assert "no space left on its disk" in told[0]
+
+
+def test_each_change_is_saved_soon(folder, monkeypatch):
+    monkeypatch.setattr(saving, "SOON", 0.02)
+    document, kept = begun(folder)
+    for intensity in (0.2, 0.3):
+        document.change([(("intensity",), intensity)])
+        kept.changed()
+        kept.changed()
+        until(lambda: session(folder) == document.text())
+
+
+def test_what_is_no_session_is_an_error_when_it_is_taken(folder):
+    (folder.path / "session.json").write_text("[]")
+    document, kept = begun(folder)
+    with pytest.raises(ParameterError, match="not a session of the studio"):
+        kept.resume()
+    assert document.version == 0
+    (folder.path / "session.json").write_bytes(b"\xff\xfe")
+    assert begun(folder)[1].when == ""
+
+
+class Run:
+    """Runs code in the process that reads the order."""
+
+    def __init__(self, code):
+        self._code = code
+
+    def __reduce__(self):
+        return exec, (self._code,)
+
+
+def order(code):
+    return Order("rig", [], Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code))
+
+
+def test_what_libraries_print_does_no_harm(capfd):
+    code = r"import os; os.write(1, b'hello\n'); print('hello'); os.write(2, b'\xff' * 300_000); 1 / 0"
+    with pytest.raises(FaceWrinkleError, match="the rig was not made: the terminal tells more"):
+        SavingProcess().save(order(code), lambda *_: None)
+    told = capfd.readouterr().err
+    assert told.count("\ufffd") == 300_000
+    assert "ZeroDivisionError" in told
+
+
+def test_what_is_stopped_is_not_made(capfd):
+    process = SavingProcess()
+
+    def stop():
+        time.sleep(1.0)
+        process.stop()
+
+    thread = threading.Thread(target=stop)
+    thread.start()
+    for _ in range(2):  # while it runs, and before
+        with pytest.raises(FaceWrinkleError, match="the rig was not made: the studio was closed"):
+            process.save(order("import time; time.sleep(60)"), lambda *_: None)
+    thread.join()
+    assert capfd.readouterr() == ("", "")
