@@ -13,10 +13,9 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.fitting import fitted_brows
 from ..array_types import Array
 from ..mesh import with_normals
-from .eye import PaintedEye
+from .eye import LidMargin, PaintedEye, coarser
 from .furrows import cavity_shading
 from .hair import Brows, HairLines, Lashes
-from .lid_margins import LidMargin
 from .mouth import Mouth
 from .own_parts import has_colours, is_drawn, own_parts
 from .skin_paint import SkinPainter
@@ -216,3 +215,37 @@ class Seen:
     def shade(self) -> npt.NDArray[np.uint8] | None:
         """Factors (n, 3) of the skin's colours in furrows, as bytes; None for a frame without heights."""
         return cavity_shading(self.skin) if "W" in self.skin.point_data else None
+
+
+def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, pv.PolyData]:
+    """Return what is seen besides the skin in a frame: meshes by name, with `paint` (rgb) or texture coordinates.
+
+    They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs,
+    and, between parted lips, the dark pocket of the mouth, teeth and tongue. Painted brows and lashes, whose width in a
+    picture depends on its pixels, are among them only if `always` is true, and so are the insides of a closed mouth:
+    then every frame has the same meshes with the same triangles.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sorted(companion_meshes(face, face.mesh))
+    ['eye_l', 'eye_r']
+    >>> len(companion_meshes(face, face.mesh, always=True))
+    9
+    """
+    seen, state = Appearance.of(face).at(frame), face.state_of(frame)
+    own = {name: part.copy(deep=False) for name, part in seen.own.items()}
+    eyes = {side: coarser(eye, 2) if always else eye for side, eye in seen.eyes.items()}
+    parts = {f"eye_{side}": eye for side, eye in eyes.items() if f"eye_{side}" not in own}
+    parts |= {f"rim_{side}": rim for side, rim in seen.lid_margins.items()}
+    if seen.parted or always:
+        parts |= ({"mouth": seen.pocket} if seen.pocket is not None else {}) | seen.mouth_parts
+    if always:
+        parts |= seen.hairs
+    parts = {name: part.copy() for name, part in parts.items()}
+    for part in parts.values():
+        part.points = state.from_rest(np.asarray(part.points, dtype=np.float64))
+        if "Normals" in part.point_data:
+            part.point_data["Normals"] = np.asarray(part.point_data["Normals"]) @ state.head[:3, :3].T
+    return parts | own

@@ -13,8 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.companion_meshes import companion_meshes
-from ..appearance.seen import Appearance
+from ..appearance.seen import Appearance, companion_meshes
 from ..array_types import Array, Single
 from ..errors import MeshError, check_range
 from ..files import output_file, written

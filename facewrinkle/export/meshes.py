@@ -9,7 +9,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.companion_meshes import companion_meshes
+from ..appearance.seen import companion_meshes
 from ..array_types import Array
 from ..files import output_file, written
 from ..mesh import UNIT, MeshLike, triangle_mesh
@@ -127,7 +127,7 @@ def _tears_file(path: Path) -> Path:
 def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, Model]:
     """Return all that is seen beside the skin, by name, with the textures of parts that came with the face.
 
-    For `always` see :func:`facewrinkle.appearance.companion_meshes.companion_meshes`.
+    For `always` see :func:`facewrinkle.appearance.seen.companion_meshes`.
     """
     textures = {name: part.texture for name, part in face.parts.items()}
     return {name: part_model(mesh, textures.get(name)) for name, mesh in companion_meshes(face, frame, always).items()}

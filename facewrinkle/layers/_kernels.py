@@ -1,21 +1,10 @@
-"""Inner loops of the muscle wrinkles: compression of the skin and height of the folds.
-
-Loops over all vertices come in two builds: serial, and parallel for large meshes, where starting threads pays.
-"""
+"""Inner loops of the muscle wrinkles: compression of the skin and height of the folds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from types import FunctionType
-from typing import Any
-
 import numpy as np
-from numba import prange
 
 from ..geometry.compilation import njit
-
-LARGE = 100_000
-"""From this many vertices on, the parallel build is the faster one."""
 
 LEVELLED = 0.8
 """Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
@@ -27,22 +16,6 @@ from bulge to furrow no fold becomes deeper than it was.
 
 STEPS = 512
 """Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
-
-
-def _two_builds(function: Any) -> Callable[..., None]:
-    """Return a kernel that runs `function` serially, or in parallel where its first array is large.
-
-    numba's cache tells functions apart by name and line, not by options: the parallel one needs a name of its own.
-    """
-    twin = FunctionType(function.__code__, function.__globals__, function.__name__ + "_parallel")
-    twin.__qualname__ = twin.__name__
-    serial, parallel = njit(cache=True)(function), njit(cache=True, parallel=True)(twin)
-
-    def kernel(first: np.ndarray, *others: Any) -> None:
-        (parallel if len(first) > LARGE else serial)(first, *others)
-
-    kernel.__doc__ = function.__doc__
-    return kernel
 
 
 @njit(cache=True)
@@ -120,24 +93,12 @@ def largest_compression(strain, first, second, both, out):
 
 
 @njit(cache=True)
-def add_activations(muscle, share, epsilon, mean, ours):
-    """Add to the mean compression (k,) of muscles that of their points (p,), and the share by which squares of lengths
-    shrink there.
-    """
-    for p in range(len(muscle)):
-        e = epsilon[p]
-        if e > 0.0:
-            mean[muscle[p]] += share[p] * e
-            ours[muscle[p]] += share[p] * (e * (2.0 - e))
-
-
-@_two_builds
 def strain_epsilon(starts, corners, barycentric, strain, products, out):
     """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.
 
     `products` (p, 6) are the products of each direction's components over its squared length in the rest metric.
     """
-    for i in prange(starts.shape[0] - 1):
+    for i in range(starts.shape[0] - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first < last:
             a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
@@ -155,37 +116,6 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
 
 
 @njit(cache=True)
-def put_gathered(muscle, coordinates, row, spans, values, out):
-    """Compression of the entries (p,) of creases, between values (creases, places) along the `spans` (k, 2) of these.
-
-    `row` (k,) tells which crease a muscle is, -1 for those that are none: their entries stay.
-    """
-    steps = values.shape[1] - 1
-    for p in range(len(muscle)):
-        k = muscle[p]
-        if row[k] >= 0:
-            step = min(max((coordinates[p, 0] - spans[k, 0]) / (spans[k, 1] - spans[k, 0]), 0.0), 1.0) * steps
-            lower = min(np.int64(step), steps - 1)
-            low, high = values[row[k], lower], values[row[k], lower + 1]
-            out[p] = low + (step - lower) * (high - low)
-
-
-# sin(pi x / 2) / x on [0, 1] by its series in x^2, to 1e-15: several times faster than the scalar library function.
-_SERIES = [(-1.0) ** k * (np.pi / 2) ** (2 * k + 1) / float(np.prod(np.arange(1.0, 2 * k + 2))) for k in range(10)]
-S0, S1, S2, S3, S4, S5, S6, S7, S8, S9 = (float(c) for c in _SERIES)
-
-
-@njit(cache=True, inline="always")
-def share_over(e):
-    """A(epsilon) / epsilon of Eq. 10, for e = min(epsilon, 1); terms are added in pairs, which run side by side."""
-    y = e * e
-    y2 = y * y
-    low = (S0 + S1 * y) + (S2 + S3 * y) * y2
-    middle = (S4 + S5 * y) + (S6 + S7 * y) * y2
-    return low + y2 * y2 * (middle + y2 * y2 * (S8 + S9 * y))
-
-
-@_two_builds
 def amplitudes(
     where, starts, muscle, unit, blunt, swing, steep, cycle, direction, epsilon, k0, smallest,
     height, shown, share, spacing, across, active,
@@ -196,7 +126,7 @@ def amplitudes(
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
     entries together ask for more than that, each gets the `share` for which the skin suffices.
     """
-    for k in prange(where.shape[0]):
+    for k in range(where.shape[0]):
         i = where[k]
         total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
@@ -205,7 +135,7 @@ def amplitudes(
                 on = True
                 if epsilon[p] > 0.0:
                     e = min(epsilon[p], 1.0)
-                    deep = depth * e * share_over(e)
+                    deep = depth * np.sin(0.5 * np.pi * e)
                     total += deep * unit[p]
                     mild += deep * blunt[p]
                     asked += deep * steep[p] / np.sqrt(epsilon[p])
@@ -242,7 +172,7 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
         for p in range(starts[i], starts[i + 1]):
             if lean[p] > 0.0 and epsilon[p] > 0.0 and k0[muscle[p]] > 0.0:
                 e = min(epsilon[p], 1.0)
-                deep = pinch * share[i] * k0[muscle[p]] * e * share_over(e) * swing[p]
+                deep = pinch * share[i] * k0[muscle[p]] * np.sin(0.5 * np.pi * e) * swing[p]
                 steepness += LEANING * deep / cycle[p]
                 for c in range(3):
                     out[i, c] -= deep * lean[p] * direction[p, c]

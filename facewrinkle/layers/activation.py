@@ -107,8 +107,9 @@ class Activation:
         """Return the activation (k,) of the muscles at a strain (n0, 6) of the base mesh."""
         epsilon = np.empty(len(self._share))
         kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
-        mean, ours = np.zeros(self._count), np.zeros(self._count)
-        kernels.add_activations(self._muscle, self._share, epsilon, mean, ours)
+        shorter = np.maximum(epsilon, 0.0)
+        mean = np.bincount(self._muscle, self._share * shorter, self._count)
+        ours = np.bincount(self._muscle, self._share * _lost(epsilon), self._count)
         largest = self._regions @ _lost(self._principal.compression(strain[self._vertices]))
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
         return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))

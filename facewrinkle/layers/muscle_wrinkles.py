@@ -14,9 +14,8 @@ from ..geometry.refinement import Change
 from . import _kernels as kernels
 from .activation import Activation
 from .base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
-from .compression import StrainField
+from .compression import Gathered, StrainField
 from .folds import Folds, alike
-from .gathered import Gathered
 
 SMALLEST = 0.5
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""

@@ -114,47 +114,6 @@ def inertia(u, target, old, mass, drag, h, grad):
 
 
 @njit(cache=True)
-def work(u, force, grad):
-    """Return the work of a force (n, 3) along u. Subtracts the force from grad."""
-    total = 0.0
-    for i in range(u.shape[0]):
-        for k in range(3):
-            total += force[i, k] * u[i, k]
-            grad[i, k] -= force[i, k]
-    return total
-
-
-@njit(cache=True)
-def kinetic(velocity, mass):
-    """Return the kinetic energy of velocities (n, 3)."""
-    energy = 0.0
-    for i in range(velocity.shape[0]):
-        for k in range(3):
-            energy += 0.5 * mass[i] * velocity[i, k] ** 2
-    return energy
-
-
-@njit(cache=True)
-def inner(a, b):
-    """Return the inner product of two arrays (n, 3), always added up in the same order."""
-    x, y, z = 0.0, 0.0, 0.0
-    for i in range(a.shape[0]):
-        x += a[i, 0] * b[i, 0]
-        y += a[i, 1] * b[i, 1]
-        z += a[i, 2] * b[i, 2]
-    return x + y + z
-
-
-@njit(cache=True)
-def residual(gradient, area):
-    """Return the sum of the squares of a gradient (n, 3), per area (n,)."""
-    total = 0.0
-    for i in range(gradient.shape[0]):
-        total += (gradient[i, 0] ** 2 + gradient[i, 1] ** 2 + gradient[i, 2] ** 2) / area[i]
-    return total
-
-
-@njit(cache=True)
 def two_loop_update(q, step, other, curvature, less):
     """Subtract a multiple of `step` from q, (q . other) / curvature - less; return this factor."""
     x, y, z = 0.0, 0.0, 0.0

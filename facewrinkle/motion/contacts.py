@@ -9,6 +9,7 @@ stiff contacts cost no iterations, and steps end at what they meet.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -18,12 +19,61 @@ from ..anatomy.joint_weights import JointWeights
 from ..array_types import Array, IntArray
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
-from . import _plane_kernels
-from .flat_triangles import FIRMER, FIRMEST, LAST_AREA, LEAST_AREA, flat_triangles
 from .lid_surfaces import facing_lids
-from .lip_surfaces import FacingSkin, facing_lips
-from .lip_thickness import behind_lips
+from .lip_surfaces import FacingSkin, behind_lips, facing_lips
 from .solids import Solids, bone_below, dental_arches, eyeballs, joined
+
+LEAST_AREA = 0.2
+"""Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
+
+FIRMER = 100.0
+"""Stiffness of this contact, relative to the resistance of the skin when one vertex alone is moved."""
+
+LAST_AREA, FIRMEST = 0.1, 1000.0
+"""Share of their area below which as much stiffness comes on top: muscles that jump press many times as hard as they
+hold. Poses that are held hardly get there, and settle as fast as without.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class FlatTriangles:
+    """Triangles at rest; mm.
+
+    Attributes
+    ----------
+    triangles : ndarray of int, shape (m, 3)
+    facing : ndarray, shape (m, 3)
+        Unit normals.
+    double_area, heights, stiffness : ndarray, shape (m,)
+        Twice the area, the least height, and the stiffness against the loss of height.
+    """
+
+    triangles: IntArray
+    facing: Array
+    double_area: Array
+    heights: Array
+    stiffness: Array
+
+
+def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
+    """Return the triangles of a face, given the force (n,) per mm with which the skin resists when one vertex is moved.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> flats = flat_triangles(face, np.ones(len(face.points)))
+    >>> bool((flats.heights > 0.0).all())
+    True
+    """
+    points, triangles = face.points * face.unit, face.triangles.astype(np.int64)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    double = np.linalg.norm(cross, axis=1)
+    longest = np.sqrt(np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
+    stiffness = FIRMER * resistance[triangles].mean(axis=1)
+    return FlatTriangles(triangles, cross / double[:, None], double, double / longest, stiffness)
+
 
 Responses = npt.NDArray[np.float32]
 Rows = tuple[IntArray, Array, Array, Array]
@@ -149,7 +199,7 @@ class Contacts:
         x = self._x = self._look(u)
         energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
         for skin, full, gaps in self._facing_skin():
-            energy += _plane_kernels.plane_energy(
+            energy += kernels.plane_energy(
                 x, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, gradient
             )
         f = self.flats
@@ -171,7 +221,7 @@ class Contacts:
         x, rows = self._x, self._rows
         m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
         for skin, full, gaps in self._facing_skin():
-            m = _plane_kernels.plane_rows(
+            m = kernels.plane_rows(
                 x, ahead, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, rows, m
             )
         f = self.flats
@@ -183,6 +233,18 @@ class Contacts:
                 stiffness, rows, m,
             )  # fmt: skip
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
+
+
+def compacted(
+    vertices: IntArray, slopes: Array, involved: IntArray, slots: IntArray
+) -> tuple[Array, IntArray, IntArray, IntArray, IntArray]:
+    """Return the `vertices` (m, 6) and `slopes` (m, 6, 3) of rows as the loops read them.
+
+    That is: slopes, their number (m,) without the zeros at the end, the vertices that are `involved` (k,), sorted, the
+    place of each vertex among them (m, 6), and their `slots`, of those (n,) of all.
+    """
+    sizes = 6 - (slopes != 0.0).any(axis=2)[:, ::-1].argmax(axis=1)
+    return slopes, sizes, involved, np.searchsorted(involved, vertices), slots[involved]
 
 
 class Compliance:
@@ -217,7 +279,7 @@ class Compliance:
         self, solved: Callable[[Array], Array], solve_for_units: Callable[[IntArray, Responses], None], n: int
     ) -> None:
         self._solved, self._solve_for_units, self._n = solved, solve_for_units, n
-        self._slots, self._scratch = np.full(n, -1), np.empty(n, np.int64)
+        self._slots = np.full(n, -1)
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
 
@@ -230,11 +292,13 @@ class Compliance:
         vertices, slopes, depths, stiffness = rows
         involved = np.unique(vertices)
         self._solve_for(involved)
-        now = np.zeros(len(depths)) if ahead is None else kernels.present_forces(*rows, ahead)
-        compact = kernels.compact(vertices, slopes, involved, self._slots, self._scratch)
+        now = np.zeros(len(depths))
+        if ahead is not None:
+            now = stiffness * np.maximum(depths + np.einsum("rck,rck->r", slopes, ahead[vertices]), 0.0)
+        compact = compacted(vertices, slopes, involved, self._slots)
         forces = kernels.contact_forces(compact, self._columns, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
-        kernels.add_forces(vertices, slopes, forces - now, out)
+        np.add.at(out, vertices, (forces - now)[:, None, None] * slopes)
         return out
 
     def response(self, rows: Rows, ahead: Array | None = None) -> Array:

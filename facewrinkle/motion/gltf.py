@@ -19,8 +19,7 @@ from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.polygons import Primitive
 from .action_units import named_shapes
-from .recorded import Recorded
-from .skinning import Bones
+from .recorded import Bones, Recorded
 from .track import Interpolation, Track
 
 __all__ = ["read_gltf", "shapes_of_gltf"]

@@ -1,10 +1,11 @@
-"""The points of the lips that can meet the other lip, and what of it they face.
+"""The lips: the points that can meet the other lip, the flesh between skin and lining, and the pressure of muscles.
 
 A point of a lip and the triangle of the other lip straight below (or above) it at rest stay a pair: the point is kept
 above the plane of its triangle, wherever both go. So the energy of this contact is a smooth function of the place of
 the skin; which side is the right one never depends on the past, and lips that were flung through each other part
 again. Samples beyond the border of the other lip take its nearest triangle. Where lips are rounded, the plane lies
-outside them, so that lips that slide over each other do not enter.
+outside them, so that lips that slide over each other do not enter. In the same way the lining of a lip cannot come out
+through its skin, nor its skin through its lining.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +23,9 @@ from ..anatomy.face import Face
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.normals import vertex_normals
-from . import _plane_kernels as kernels
+from . import _contact_kernels as kernels
 from .constraints import from_lips
-from .solids import SLACK, samples_of
+from .solids import SLACK, STIFFNESS, samples_of
 
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
@@ -286,3 +288,165 @@ def _candidates(places: Array, flat: Array, triangles: npt.NDArray[np.integer]) 
 
 def _cross(p: Array, q: Array) -> Array:
     return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+
+THICKEST = 15.0
+"""Skin and lining that are farther apart at rest than this do not feel each other, on a face of average size, mm."""
+
+THINNEST, THINNEST_STRAIGHT = 0.3, 0.1
+"""Lips resist as they are pressed to the first share of their thickness at rest to the nearest skin, and to the second
+one to the skin that is the most straight across, which is farther.
+"""
+
+SOFT = 0.1
+"""Stiffness against the second one, relative to that against the nearest: as stiff as it, lips that roll in would move
+by fits and starts.
+"""
+
+STRAIGHT, BESIDE = 0.5, 0.3
+"""Cosine of the angle between the normal of a triangle and the way to it, above which it is the other side of the
+flesh; and cosine between the normal of the vertex and this way below which the way leads through the flesh.
+"""
+
+AT_ONCE = 512
+"""Vertices for which the other side is looked for at once."""
+
+
+def behind_lips(face: Face, area: Array) -> FacingSkin:
+    """Return the vertices of the lips, each with two triangles on the other side of the flesh.
+
+    A vertex of the lining is kept behind the plane of a triangle of the skin, and a vertex of the skin behind that of a
+    triangle of the lining. One is the nearest, at the red of the lips often close by, around their edge; the other is
+    the one that lies and faces the most straight across: lips that roll in would turn their flesh inside out there.
+
+    Parameters
+    ----------
+    face : Face
+    area : ndarray, shape (n,)
+        Area of the skin around each vertex, mm^2.
+
+    Examples
+    --------
+    Through the flesh of the built-in head's lips it is up to 15 mm:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> flesh = behind_lips(face, np.ones(len(face.points)))
+    >>> thickness = flesh.gaps(face.points)
+    >>> bool((thickness > flesh.allowed).all()), bool(4.0 < thickness.max() < THICKEST * face.frame.scale)
+    (True, True)
+    """
+    points, near = face.points * face.unit, around_mouth(face)
+    vertices, triangles = np.flatnonzero(near), face.triangles.astype(np.int64)
+    normals = vertex_normals(points, face.triangles)[vertices]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    facing = np.cross(b - a, c - a)
+    facing /= np.maximum(np.linalg.norm(facing, axis=1, keepdims=True), 1e-12)
+    closest, straight = _opposite(
+        points[vertices], normals, (a + b + c) / 3.0, facing, THICKEST * face.frame.scale * face.unit
+    )
+    stiff = STIFFNESS * area
+    pairs = (
+        (closest, closest >= 0, THINNEST, stiff),
+        (straight, straight != closest, THINNEST_STRAIGHT, SOFT * stiff),
+    )
+    return joined(
+        [_kept_behind(points, vertices[which], triangles[k[which]], own, least) for k, which, least, own in pairs]
+    )
+
+
+def _kept_behind(points: Array, vertices: IntArray, triangles: IntArray, stiffness: Array, least: float) -> FacingSkin:
+    """Return vertices (k,) that are kept behind triangles (k, 3), at a least share of their distance at rest."""
+    corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
+    behind = np.ascontiguousarray(triangles[:, ::-1])
+    flesh = FacingSkin(corners, shares, behind, np.zeros(len(vertices)), stiffness[vertices])
+    thickness = flesh.gaps(points)
+    return flesh.touching_from(np.minimum(least * thickness, thickness - SLACK))
+
+
+def _opposite(places: Array, normals: Array, middles: Array, facing: Array, reach: float) -> tuple[IntArray, IntArray]:
+    """Return the numbers (k,) of the nearest triangle through the flesh from each place, and of the one that is the
+    most straight across; -1 for none.
+    """
+    out = np.full((2, len(places)), -1)
+    tree = cKDTree(middles)
+    for first in range(0, len(places), AT_ONCE):
+        found = tree.query_ball_point(places[first : first + AT_ONCE], reach)
+        i = np.repeat(np.arange(first, first + len(found)), [len(f) for f in found])
+        k = np.fromiter(chain.from_iterable(found), np.int64, len(i))
+        offset = middles[k] - places[i]
+        away = np.linalg.norm(offset, axis=1)
+        across, beside = (facing[k] * offset).sum(axis=1), (normals[i] * offset).sum(axis=1)
+        through = np.flatnonzero((across > STRAIGHT * away) & (beside < BESIDE * away))
+        i, k, away = i[through], k[through], away[through]
+        for kind, least in enumerate((away, (beside - across)[through] / away)):
+            order = nearest(i, least, k)
+            out[kind, i[order]] = k[order]
+    return out[0], out[1]
+
+
+def closing_forces(face: Face, area: Array) -> Array:
+    """Return the forces (n, 3) of a pressure of 1 that presses each lip on what it faces of the other at rest.
+
+    Parameters
+    ----------
+    face : Face
+    area : ndarray, shape (n,)
+        Area of the skin around each vertex, mm^2.
+
+    Examples
+    --------
+    Both lips are pressed equally, and nothing else is:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> forces = closing_forces(face, np.ones(len(face.points)))
+    >>> bool(np.abs(forces.sum(axis=0)).max() < 1e-9), bool((forces @ face.frame.axes[1] != 0.0).sum() < 200)
+    (True, True)
+    """
+    vertices, corners, shares, signs = _facing(face)
+    forces = np.zeros_like(face.points)
+    push = (area[vertices] * signs)[:, None] * face.frame.axes[1]
+    np.subtract.at(forces, vertices, push)
+    np.add.at(forces, corners, shares[:, :, None] * push[:, None])
+    return forces
+
+
+def _facing(face: Face) -> tuple[IntArray, IntArray, Array, Array]:
+    """Return vertices of one lip, and the points of the other straight below (sign 1) or above (sign -1) each of them:
+    corners (k, 3) and barycentric coordinates (k, 3).
+    """
+    points = face.points * face.unit
+    left, up, _ = face.frame.axes
+    size = face.frame.pupil_distance * face.unit
+    marks = {name: point * face.unit for name, point in face.landmarks.items()}
+    reach = 0.55 * abs((marks["mouth_l"] - marks["mouth_r"]) @ left)
+    thick = 0.75 * abs((marks["upper_lip_mid"] - marks["lower_lip_mid"]) @ up)
+    local = from_lips(face) * face.unit
+    near = np.all(np.abs(local) < np.array([reach, thick + 0.1 * size, 0.4 * size]), axis=1)
+    facing = vertex_normals(points, face.triangles) @ up
+    inside = np.flatnonzero(near[face.triangles].all(axis=1))
+    triangles = face.triangles[inside]
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    slope = np.cross(b - a, c - a) @ up
+    found = []
+    for sign in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
+        own = np.flatnonzero(near & (sign * facing < -0.2))
+        other = triangles[sign * slope > 1e-12]
+        found.append(_seen(local, own, other, sign, 0.25 * size))
+    vertices, corners, shares, _, signs = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return vertices, corners, shares, signs
+
+
+def _seen(
+    local: Array, own: IntArray, triangles: npt.NDArray[np.int32], sign: float, far: float
+) -> tuple[npt.NDArray[Any], ...]:
+    """Return, for each vertex of `own` that sees one, the nearest of the triangles straight below (sign 1) or above it.
+
+    The result is vertices, corners, barycentric coordinates, distances and signs; `local` is [left, up, forward].
+    """
+    i, k, shares, gaps = columns(local[own], local, triangles, sign)
+    over = np.flatnonzero((gaps >= 0.0) & (gaps < far) & ~(triangles[k] == own[i][:, None]).any(axis=1))
+    over = over[nearest(i[over], gaps[over], k[over])]
+    corners = triangles[k[over]].astype(np.int64)
+    return own[i[over]], corners, shares[over], gaps[over], np.full(len(over), sign)

@@ -111,7 +111,7 @@ class Minimiser:
         """
         u, here, there = start.copy(), _Gradients(start.shape), _Gradients(start.shape)
         before = value = self._evaluated(objective, u, here)
-        enough = LEFT_OVER * kernels.residual(here.total, self._area)
+        enough = LEFT_OVER * self._residual(here.total)
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)
         length, fine = 1.0, False
@@ -130,7 +130,7 @@ class Minimiser:
             candidate, value, length = found
             self._remember(candidate - u, there.free - here.free)
             u, here, there = candidate, there, here
-            if -slope <= SMALL * self._total_area or kernels.residual(here.total, self._area) <= enough:
+            if -slope <= SMALL * self._total_area or self._residual(here.total) <= enough:
                 return Minimum(u, before, value, True, iteration + 1)
         return Minimum(u, before, value, False, self._iterations)
 
@@ -138,6 +138,10 @@ class Minimiser:
         value = objective(u, gradients.free)
         gradients.total[:] = gradients.free
         return value if self._contacts is None else value + self._contacts.energy(u, gradients.total)
+
+    def _residual(self, gradient: Array) -> float:
+        """Return the sum of the squares of a gradient (n, 3), per area."""
+        return float(np.einsum("nk,nk,n", gradient, gradient, 1.0 / self._area))
 
     def _direction(self, at: _Gradients, fine: bool) -> tuple[Array, float]:
         """Return a direction in which the objective falls from where it was last evaluated, and its slope.
@@ -155,7 +159,7 @@ class Minimiser:
                     direction += self._compliance.response(rows, direction if fine else None)
             else:  # the model's contacts err: follow the slope itself
                 direction = -self.factors.solved(at.total)
-            slope = kernels.inner(direction, at.total)
+            slope = _inner(direction, at.total)
             if slope < 0.0:
                 break
         return direction, slope
@@ -190,9 +194,14 @@ class Minimiser:
         return q
 
     def _remember(self, step: Array, change: Array) -> None:
-        curvature = kernels.inner(step, change)
-        if curvature > 1e-12 * kernels.inner(step, step):
+        curvature = _inner(step, change)
+        if curvature > 1e-12 * _inner(step, step):
             self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
+
+
+def _inner(a: Array, b: Array) -> float:
+    """Return the inner product of two arrays (n, 3); the sums of BLAS depend on the number of threads."""
+    return float(np.einsum("nk,nk", a, b))
 
 
 class _Gradients:

@@ -1,13 +1,15 @@
-"""Recorded motion: morph targets with weights over time, or vertex positions over time."""
+"""Recorded motion: morph targets with weights over time, vertex positions over time, or bones that carry the points."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from ..anatomy.atlas import Atlas
@@ -16,8 +18,49 @@ from ..array_types import Array, IntArray
 from ..checks import finite
 from ..errors import ParameterError, check_range, type_of, warn
 from .action_units import units_of
-from .skinning import Bones
 from .track import Track
+
+
+@dataclass(frozen=True, eq=False)
+class Bones:
+    """Bones that carry the points of a mesh: ``p(t) = S(t) S(rest)^-1 p(rest)``, with ``S = sum_b w_b B_b`` per point.
+
+    Attributes
+    ----------
+    weights : sparse array, shape (n, b)
+        Share of each bone in the motion of each point; those of a point add up to 1.
+    matrices : callable
+        Gives the matrices (b, 4, 4) of the bones at a time.
+    rest : ndarray, shape (b, 4, 4)
+        Matrices of the bones at rest.
+
+    Examples
+    --------
+    >>> half = csr_array(np.array([[1.0, 0.0], [0.5, 0.5]]))  # two bones, of which one rises
+    >>> still, risen = np.eye(4), np.eye(4)
+    >>> risen[1, 3] = 2.0
+    >>> bones = Bones(half, lambda time: np.array([still, risen]), np.array([still, still]))
+    >>> bones.positions_at(1.0, np.zeros((2, 3))).tolist()
+    [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    """
+
+    weights: csr_array
+    matrices: Callable[[float], Array]
+    rest: Array
+
+    def positions_at(self, time: float, rest: Array, numbers: IntArray | slice = slice(None)) -> Array:
+        """Return positions (n, 3) of the points `numbers` at a time; `rest` (n, 3) is where they are without bones."""
+        turn = self._blended(self.matrices(time))[numbers] @ self._back[numbers]
+        return np.asarray(np.einsum("nij,nj->ni", turn[:, :3, :3], rest) + turn[:, :3, 3])
+
+    def _blended(self, matrices: Array) -> Array:
+        return np.asarray((self.weights @ matrices.reshape(-1, 16)).reshape(-1, 4, 4))
+
+    @cached_property
+    def _back(self) -> Array:
+        """Matrices from rest to the coordinates of the bones; directions that the rest pose flattens stay flat."""
+        return np.asarray(np.linalg.pinv(self._blended(self.rest)))
+
 
 OFF_REST = 1e-4
 """Recording and face must agree at rest to this share of their size."""

@@ -26,11 +26,10 @@ from .base import NONE_BY_NAME
 from .constraints import lip_tethers, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
-from .lip_pressure import closing_forces
+from .lip_surfaces import closing_forces
 from .material import SkinMaterial
 from .minimiser import Factors, Minimiser
 from .skin_mesh import SKIN_VERTICES, SkinMesh
-from .threads import OneThread
 
 __all__ = ["Skin", "SkinMaterial"]
 
@@ -106,7 +105,6 @@ class Skin:
     ) -> None:
         self.time_step = check_positive("time_step", time_step, "It is in seconds.")
         iterations = check_whole("iterations", iterations, 1, 1e9)
-        self._alone = OneThread("this skin", "fw.Skin(face)")
         m = self.material = material or SkinMaterial()
         self.names = tuple(face.muscles)
         self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
@@ -268,12 +266,11 @@ class Skin:
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""
         shape = self._rest_points.shape
-        with self._alone:
-            self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
-            self.rates = np.zeros(len(self.names))
-            self._place(self.rates)
-            self._minimiser.reset()
-            self.contacts.reset()
+        self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
+        self.rates = np.zeros(len(self.names))
+        self._place(self.rates)
+        self._minimiser.reset()
+        self.contacts.reset()
 
     def contract(self, rates: Mapping[str, float]) -> None:
         """Set the contraction rates of all muscles; those not named relax.
@@ -330,11 +327,6 @@ class Skin:
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
         lips that are flung at each other meet, and the skin settles on the way.
         """
-        with self._alone:
-            self._advance_joints()
-
-    def _advance_joints(self) -> None:
-        """See :meth:`advance`."""
         before, after = self._placed, self.rates
         if np.array_equal(before, after):
             self._advance(self.time_step)
@@ -364,15 +356,14 @@ class Skin:
         >>> bool((skin.cleared(pushed)[:, 2] - pushed[:, 2]).max() > 0.5)
         True
         """
-        with self._alone:
-            self.displacement = displacement
-            self._minimiser.reset()
-            self.contacts.reset()
-            self._place(self.rates)
-            for _ in range(CLEARED_IN):
-                self._velocity = np.zeros_like(self._rest_points)
-                self._advance(self.time_step)
-            return self.displacement
+        self.displacement = displacement
+        self._minimiser.reset()
+        self.contacts.reset()
+        self._place(self.rates)
+        for _ in range(CLEARED_IN):
+            self._velocity = np.zeros_like(self._rest_points)
+            self._advance(self.time_step)
+        return self.displacement
 
     def _come_to_rest(self) -> None:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""
@@ -394,7 +385,7 @@ class Skin:
         target, drag = old + h * velocity, self._drag * (h / self.time_step)
 
         def objective(u: Array, gradient: Array) -> float:
-            value = self._elastic(u, gradient) - kernels.work(u, self._force, gradient)
+            value = self._elastic(u, gradient)
             return float(value + kernels.inertia(u, target, old, self._mass, drag, h, gradient))
 
         end = self._minimiser.minimised(objective, old)
@@ -403,7 +394,7 @@ class Skin:
                 self._advance(0.5 * h, halvings + 1)
             return
         self._displacement, self._velocity = end.u, (end.u - old) / h
-        moving = kernels.kinetic(self._velocity, self._mass)
+        moving = self._kinetic()
         inertia = kernels.inertia(end.u, target, old, self._mass, drag, h, np.empty_like(end.u))
         over = end.value - inertia + moving - end.before
         if over > 0.0:
@@ -415,16 +406,20 @@ class Skin:
         While the contraction rates are held, no step raises it.
         """
         unused = np.empty_like(self._displacement)
-        elastic = self._elastic(self._displacement, unused) - kernels.work(self._displacement, self._force, unused)
-        return float(
-            kernels.kinetic(self._velocity, self._mass) + elastic + self.contacts.energy(self._displacement, unused)
-        )
+        elastic = self._elastic(self._displacement, unused)
+        return self._kinetic() + elastic + self.contacts.energy(self._displacement, unused)
+
+    def _kinetic(self) -> float:
+        return 0.5 * float(np.einsum("n,nk,nk", self._mass, self._velocity, self._velocity))
 
     def _elastic(self, u: Array, gradient: Array) -> float:
-        """Return the energy of springs, inversion barrier, bending and tethers; write its gradient."""
+        """Return the energy of springs, inversion barrier, bending and tethers, less the work of the muscles; write its
+        gradient.
+        """
         m, bending = self.material, self._bending
-        gradient[:] = 0.0
-        energy = kernels.springs(
+        np.negative(self._force, out=gradient)
+        energy = -np.einsum("nk,nk", self._force, u)
+        energy += kernels.springs(
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         energy += kernels.inversion_barrier(

@@ -22,6 +22,7 @@ from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
+from ._skin_kernels import add_turns
 from .constraints import from_lips
 
 SLACK = 0.02
@@ -101,9 +102,9 @@ class Solids:
         if joint is None or rate == 0.0:
             return self.origins, self.axes
         origins, axes, angles = self.origins.copy(), self.axes.copy(), rate * self.angles
-        kernels.turn(origins, joint.centre, joint.axis, angles)
-        for k in range(3):
-            kernels.turn(axes[:, k], np.zeros(3), joint.axis, angles)
+        add_turns(origins, np.arange(len(origins)), joint.centre, joint.axis, angles, 1.0, origins)
+        flat = axes.reshape(-1, 3)
+        add_turns(flat, np.arange(len(flat)), np.zeros(3), joint.axis, np.repeat(angles, 3), 1.0, flat)
         return origins, axes
 
 

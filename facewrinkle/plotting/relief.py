@@ -15,7 +15,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face, per_face
-from ..appearance.microrelief import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
+from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.companion_meshes import companion_meshes
+from ..appearance.seen import companion_meshes
 from ..array_types import Array, Single
 from ..export.animation import rest_models
 from ..export.model import Model, Morphs, part_model

@@ -39,7 +39,6 @@ from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
-from ..motion.threads import OneThread
 from .fold_layers import Folds, fold_layers, with_printed_muscles
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
@@ -137,7 +136,6 @@ class Simulation:
         motion: Motion | Recorded | None = None,
         folds: Folds = "wave",
     ) -> None:
-        self._alone = OneThread("this simulation", "fw.Simulation(face)")
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         face = face if isinstance(face, Face) else surface(face)
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
@@ -198,11 +196,6 @@ class Simulation:
         >>> bool(wrinkled["W"].min() < -0.2), bool(smooth["W"].any())
         (True, False)
         """
-        with self._alone:
-            self._use_layers(layers)
-
-    def _use_layers(self, layers: Sequence[Layer]) -> None:
-        """See :meth:`use_layers`."""
         before = self._level, self.refinement
         with self._timed("precompute"):
             try:
@@ -327,11 +320,10 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the unrefined face at rest, all muscles relaxed."""
-        with self._alone:
-            self._steps, self._changed = 0, False
-            self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
-            self.motion.reset()
-            self._begin_mesh()
+        self._steps, self._changed = 0, False
+        self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
+        self.motion.reset()
+        self._begin_mesh()
 
     def _begin_mesh(self) -> None:
         """Go back to the triangles of the face, of which none is split."""
@@ -369,10 +361,9 @@ class Simulation:
         """
         if not np.array_equal(other.face.triangles, self.face.triangles):
             raise ParameterError("triangles can only be taken from a simulation of the same face.")
-        with self._alone, other._alone:
-            self.reset()
-            self.forest = other.forest.copy()
-            self._follow(Change(slice(None), self.forest.n_points - len(self.face.points)))
+        self.reset()
+        self.forest = other.forest.copy()
+        self._follow(Change(slice(None), self.forest.n_points - len(self.face.points)))
 
     def step(self) -> pv.PolyData:
         """Advance by one time step with the muscles as asked for.
@@ -385,17 +376,13 @@ class Simulation:
             "muscle", "level" and "rest". Its field data "muscles" lists the muscles' names, "gaze_l" and "gaze_r" are
             the directions in which the eyes look, and "pose" is the matrix (4, 4) of a head that moves as a whole.
         """
-        return self._advanced(self._asked)
+        return self._stepped(self._asked)
 
     def _moved(self, rates: Array) -> Array:
         """Advance the motion alone, and return the base vertices."""
         with self._timed("skin"):
             self.motion.set_rates(rates)
             return stepped(self.motion)
-
-    def _advanced(self, rates: Array) -> pv.PolyData:
-        with self._alone:
-            return self._stepped(rates)
 
     def _stepped(self, rates: Array) -> pv.PolyData:
         """Advance by one time step at contraction rates (k,)."""
@@ -434,7 +421,7 @@ class Simulation:
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
-            yield self._advanced(_ramped(start, target, (i + 1) / max(ramp * frames, 1.0)))
+            yield self._stepped(_ramped(start, target, (i + 1) / max(ramp * frames, 1.0)))
 
     def settle(self, within: float = 0.01, most: int = 300, afresh: bool = False) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
@@ -475,11 +462,6 @@ class Simulation:
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
         afresh = check_flag("afresh", afresh)
-        with self._alone:
-            return self._settled(within, most, afresh)
-
-    def _settled(self, within: float, most: int, afresh: bool) -> pv.PolyData:
-        """See :meth:`settle`."""
         if afresh:
             self._steps, self._changed = 0, False
             self.motion.reset()

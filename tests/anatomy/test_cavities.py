@@ -13,8 +13,8 @@ import facewrinkle as fw
 from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
 from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.landmarks import lips_middle
-from facewrinkle.appearance.companion_meshes import companion_meshes
 from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, SkinPainter
 from facewrinkle.commands.fit import _bone
 from facewrinkle.mesh import to_polydata

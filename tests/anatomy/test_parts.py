@@ -12,7 +12,7 @@ from dressed_head import NAMES, ellipsoid, lash, together
 
 import facewrinkle as fw
 from facewrinkle.anatomy.parts import ball_of
-from facewrinkle.appearance.companion_meshes import companion_meshes
+from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.plotting import Scene, Style, picture
 

@@ -8,8 +8,8 @@ from eyelids_of_faces import ball_of
 from synthetic_faces import MAKERS, head_with
 
 from facewrinkle.anatomy.parts import follower
-from facewrinkle.appearance.companion_meshes import companion_meshes
-from facewrinkle.appearance.lid_margins import LidMargin
+from facewrinkle.appearance.eye import LidMargin
+from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.plotting import Scene, Style
 from facewrinkle.simulation import Simulation
 

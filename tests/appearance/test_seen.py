@@ -10,8 +10,7 @@ import numpy as np
 from drawing import held
 
 import facewrinkle as fw
-from facewrinkle.appearance.companion_meshes import companion_meshes
-from facewrinkle.appearance.seen import Appearance
+from facewrinkle.appearance.seen import Appearance, companion_meshes
 
 
 def test_the_same_frame_is_worked_out_once(face):

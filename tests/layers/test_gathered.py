@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.layers.compression import StrainField
-from facewrinkle.layers.gathered import PLACES, Gathered
+from facewrinkle.layers.compression import PLACES, Gathered, StrainField
 
 
 @pytest.fixture(scope="module")

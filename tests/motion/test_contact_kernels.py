@@ -18,6 +18,8 @@ from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.motion import _contact_kernels as kernels
+from facewrinkle.motion._skin_kernels import add_turns
+from facewrinkle.motion.contacts import compacted
 
 NUMBERS = st.floats(-10.0, 10.0).map(lambda x: round(x, 3))
 POINTS = arrays(float, 3, elements=NUMBERS)
@@ -118,7 +120,7 @@ def test_turns_are_rotations(vector, centre, axis, angle):
     assume(np.linalg.norm(axis) > 0.1)
     axis = axis / np.linalg.norm(axis)
     turned = vector[None].copy()
-    kernels.turn(turned, centre, axis, np.array([angle]))
+    add_turns(turned, np.arange(1), centre, axis, np.array([angle]), 1.0, turned)
     expected = centre + Rotation.from_rotvec(angle * axis).apply(vector - centre)
     np.testing.assert_allclose(turned[0], expected, atol=1e-9)
 
@@ -167,7 +169,7 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     slopes[:, 0, 0] = 1.0  # a row for each vertex, and no other coordinate
     columns = np.zeros((m, m, 3), np.float32)
     columns[:, :, 0] = response
-    rows = kernels.compact(vertices, slopes, np.arange(m), np.arange(m), np.empty(m, np.int64))
+    rows = compacted(vertices, slopes, np.arange(m), np.arange(m))
     forces = kernels.contact_forces(rows, columns, depths - response @ start, stiff, start, 100, 1e-13)
     left = np.linalg.cholesky(response + np.diag(1.0 / stiff))
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
@@ -191,7 +193,7 @@ def test_the_change_of_gaps_is_what_forces_at_vertices_do():
     for r in range(m):
         np.add.at(rows[r], vertices[r], slopes[r])
     expected = np.einsum("rik,ikj,qjk->rq", rows, diagonal, rows)
-    compact = kernels.compact(vertices, slopes, np.unique(vertices), slots, np.empty(n, np.int64))
+    compact = compacted(vertices, slopes, np.unique(vertices), slots)
     columns = columns.astype(np.float32)
     known, found = np.zeros(m, bool), np.full((m, m), np.nan)
     for r in rng.permutation(m):
@@ -200,6 +202,3 @@ def test_the_change_of_gaps_is_what_forces_at_vertices_do():
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-5 * np.abs(expected).max())
     own = kernels.own_compliance(compact, columns)
     np.testing.assert_allclose(own, np.diag(found), rtol=1e-10)
-    forces, out = rng.uniform(size=m), np.zeros((n, 3))
-    kernels.add_forces(vertices, slopes, forces, out)
-    np.testing.assert_allclose(out, np.einsum("r,rik->ik", forces, rows), atol=1e-12)

@@ -30,8 +30,7 @@ from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.motion import contacts as contacts_module
 from facewrinkle.motion._contact_kernels import solid_gap
 from facewrinkle.motion.contacts import REACH, Compliance, Contacts
-from facewrinkle.motion.lip_pressure import _facing
-from facewrinkle.motion.lip_surfaces import LIP_DISTANCE
+from facewrinkle.motion.lip_surfaces import LIP_DISTANCE, _facing
 from facewrinkle.motion.skin import Skin
 from facewrinkle.motion.solids import SLACK, bone_below, dental_arches, eyeballs, samples_of
 

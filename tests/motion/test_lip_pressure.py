@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.motion.lip_pressure import _facing, _seen, closing_forces
+from facewrinkle.motion.lip_surfaces import _facing, _seen, closing_forces
 
 
 def lowest_under(local, i, triangles, sign, far):

@@ -16,8 +16,7 @@ import pytest
 import facewrinkle as fw
 from analysis.oracle import DEEPEST, Oracle
 from analysis.sequences import sequence
-from facewrinkle.motion.lip_surfaces import aside
-from facewrinkle.motion.lip_thickness import THINNEST, behind_lips
+from facewrinkle.motion.lip_surfaces import THINNEST, aside, behind_lips
 
 
 @pytest.fixture(scope="module")

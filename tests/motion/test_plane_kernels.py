@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.motion import _plane_kernels as kernels
+from facewrinkle.motion import _contact_kernels as kernels
 from facewrinkle.motion.lip_surfaces import FacingSkin
 
 

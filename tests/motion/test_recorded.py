@@ -31,8 +31,7 @@ from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameEr
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.compression import StrainField, principal_compression
-from facewrinkle.motion.recorded import Recorded
-from facewrinkle.motion.skinning import Bones
+from facewrinkle.motion.recorded import Bones, Recorded
 from facewrinkle.motion.track import Track
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"

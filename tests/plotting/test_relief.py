@@ -10,7 +10,7 @@ import pyvista as pv
 from drawing import SMALL, difference, held
 
 import facewrinkle as fw
-from facewrinkle.appearance.microrelief import DEPTH, OLD_DEPTH
+from facewrinkle.appearance.skin_paint import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
 from facewrinkle.plotting import relief as module
 from facewrinkle.plotting.relief import Relief, send_relief

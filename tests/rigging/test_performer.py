@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.appearance.companion_meshes import companion_meshes
+from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.rigging.modelled import Movements
 

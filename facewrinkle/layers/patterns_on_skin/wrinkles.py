@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Array
 from ...errors import ParameterError, check_range, unknown_name
 from .. import patterns
-from .waves import FLAT, Waves
+from .base import FLAT, Waves
 
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
 """Styles of forehead wrinkles, and their beta."""

@@ -15,7 +15,7 @@ from ...geometry.orientation import unfolded_shares, unfolded_slides
 from ...geometry.refinement import Change
 from .._kernels import STEEPEST_SLIDE, level
 from ..base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
-from . import _height_kernels as kernels
+from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField

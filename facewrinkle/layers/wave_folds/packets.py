@@ -23,7 +23,7 @@ from ...array_types import Array, BoolArray, IntArray
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
 from ..compression import along
-from . import _packet_kernels as kernels
+from . import _kernels as kernels
 from .families import window_of
 from .tissue import OTHERS, OWN
 

@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Array, IntArray
 from ...geometry.refinement import Room
 from ..base import SurfacePoints
-from . import _packet_kernels as kernels
+from . import _kernels as kernels
 
 COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "tangents")
 """Columns with a row per entry."""

@@ -21,8 +21,7 @@ from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
-from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm
-from facewrinkle.layers.patterns_on_skin.selection import valid_vertices
+from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm, valid_vertices
 
 RADIUS = 40.0
 

@@ -32,7 +32,7 @@ from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
-from facewrinkle.layers.wave_folds._height_kernels import NARROWEST, TOLERANCE, spacing_for
+from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
 from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds.packets import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths

@@ -28,7 +28,7 @@ from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.wave_folds import WaveFolds
-from facewrinkle.layers.wave_folds import _height_kernels as kernels
+from facewrinkle.layers.wave_folds import _kernels as kernels
 from facewrinkle.motion.base import Undriven
 from tools.self_intersections import self_intersections
 

@@ -11,7 +11,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError, ParameterError
 from facewrinkle.geometry import topology
-from facewrinkle.layers.patterns_on_skin.selection import selection_weights
+from facewrinkle.layers.patterns_on_skin.region import selection_weights
 from facewrinkle.mesh import prepare
 from facewrinkle.mesh.repair import reconstruction
 from facewrinkle.mesh.repair.reconstruction import closed_up, reconstructed

@@ -1,10 +1,230 @@
-"""Inner loops of the wave packets: places, neighbours, aligned phases, and the waves at a point."""
+"""Inner loop of the wave folds: heights of a moment from the compression along each family's waves."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ...geometry.compilation import njit
+from .._kernels import STEEPEST_SLIDE
+
+ONSET, SOFT = 0.025, 0.02
+"""Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
+
+ALONG = 0.5
+"""Share of the stretch along the lines that is taken from the compression across them: it is no fold but Poisson's."""
+
+SHEARED = 1.0
+"""Share of the shear along the lines that is taken likewise: skin that is compressed askew to a line folds less there.
+"""
+
+SPENT = 0.75
+"""Depth of folds relative to the deepest that skin of fixed length allows; the rest of it shortens or thickens."""
+
+STEEPEST = 0.22
+"""Greatest depth of a fold in wavelengths: from there on its walls touch."""
+
+CROSSING = 0.3
+"""Share of each other's compression that families take whose lines cross at right angles; parallel ones take all."""
+
+BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
+"""Shape exponents of the faintest and of deep folds, and the depth, in wavelengths, from which folds are sharp."""
+
+LONGER = 1.4
+"""Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
+
+LONGER_PINCHED = 0.7
+"""Share by which it gets longer as skin slides into the furrows, over the steepness of the slide."""
+
+ROUNDED = 0.18
+"""Normals are those of heights averaged over this many half cycles to either side."""
+
+FINE = 0.11
+"""Half width of the lines of old skin, in wavelengths (a standard deviation)."""
+
+NARROW = 4.2
+"""Curvature in the bottom of such a line, relative to that of a wave of the same depth: ``2 / (2 pi 0.11)^2``."""
+
+TAUT = 0.15
+"""Stretch across the lines that smooths out the lines of old skin."""
+
+LEAST = 0.15
+"""Folds less deep than this, mm, ask for no triangles."""
+
+TOLERANCE = 0.1
+"""Distance of triangles from the waves that is allowed, mm, with four vertices from crest to furrow."""
+
+NARROWEST = 0.6
+"""Least spacing asked for, in wavelengths."""
+
+HARMONIC = (0.406917, -0.017478, -0.0071246, 0.0010962)
+"""Of the polynomial in alpha that :func:`facewrinkle.geometry.profile.first_harmonic` is fitted by."""
+
+
+@njit(cache=True, inline="always")
+def first_harmonic(alpha):
+    """Part of cos(pi s) in ``(b - |s| (1 + s^2)^alpha) / 2^alpha``, within 0.0002 for alpha in [0.9, 2.4]."""
+    return HARMONIC[0] + alpha * (HARMONIC[1] + alpha * (HARMONIC[2] + alpha * HARMONIC[3]))
+
+
+@njit(cache=True, inline="always")
+def drawn_in(pinch, steepness):
+    """Pinch that is left where slides would be steeper together than they may be."""
+    return pinch * STEEPEST_SLIDE / max(steepness, STEEPEST_SLIDE)
+
+
+@njit(cache=True, inline="always")
+def lowered(pinch, deep, length, alpha):
+    """Height by which a fold lies lower for the wider crests that pinch makes."""
+    return pinch * 0.5 * np.pi * deep / length * deep * first_harmonic(alpha)
+
+
+@njit(cache=True, inline="always")
+def risen(s, alpha, full):
+    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2, over which it is full.
+
+    ``full = (2^(alpha + 1) - 1) / (alpha + 1)``.
+    """
+    cycles = np.rint(0.5 * s)
+    within = s - 2.0 * cycles
+    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
+    return cycles * full + (part if within >= 0.0 else -part)
+
+
+@njit(cache=True)
+def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, excess, folding):
+    """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many.
+
+    `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and what
+    shears it along them, folds it less.
+    """
+    count = 0
+    for i in range(len(starts) - 1):
+        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
+        if first == last:
+            continue
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
+        yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
+        zz = wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2]
+        yz = wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3]
+        xz = wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4]
+        xy = wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5]
+        some = False
+        for p in range(first, last):
+            x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
+            sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+            change = x * sx + y * sy + z * sz
+            epsilon[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
+            excess[p] = 0.0
+            if epsilon[p] > ONSET - SOFT:
+                x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
+                slide = x * sx + y * sy + z * sz
+                change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
+                pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
+                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(slide) - ONSET
+                if e > SOFT:
+                    excess[p] = window[p] * e
+                elif e > -SOFT:
+                    excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
+            some |= excess[p] > 0.0
+        if some:
+            folding[count] = i
+            count += 1
+    return count
+
+
+@njit(cache=True)
+def share_of(p, first, last, excess, wave):
+    """The compression that is left to family p when it competes with those that cross it."""
+    e = excess[p]
+    for q in range(first, last):
+        if q != p and excess[q] > 0.0:
+            ours = wave[p, 0] ** 2 + wave[p, 1] ** 2 + wave[p, 2] ** 2
+            theirs = wave[q, 0] ** 2 + wave[q, 1] ** 2 + wave[q, 2] ** 2
+            both = wave[p, 0] * wave[q, 0] + wave[p, 1] * wave[q, 1] + wave[p, 2] * wave[q, 2]
+            taken = CROSSING + (1.0 - CROSSING) * both * both / (ours * theirs)
+            e -= taken * excess[q] * excess[q] / (excess[p] + excess[q])
+    return max(e, 0.0)
+
+
+@njit(cache=True)
+def spacing_for(length, depth):
+    """Spacing that waves of a depth ask for: edges h of a quarter of it are off by h^2 (2 pi / length)^2 depth / 16."""
+    return max(2.0 / np.pi * length * np.sqrt(16.0 * TOLERANCE / depth), NARROWEST * length)
+
+
+@njit(cache=True)
+def heights(
+    where, count, starts, theta, strength, length, wave, tangents, epsilon, excess, old, depth, age, pinch,
+    height, shown, slide, spacing, across, active, deep, leading,
+):  # fmt: skip
+    """Heights at the first `count` vertices of `where`, the same with blunt furrows (`shown`), and the spacing needed.
+
+    From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
+    are no longer than the skin that the compression frees. With `pinch`, skin slides towards the furrows as in a
+    trochoid, ``pinch D sin(theta) / 2`` at rest (`slide`), and all lies lower by what the wider crests hold more.
+    """
+    for t in range(count):
+        i = np.uint32(where[t])
+        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
+        asked, furrowed, steepness = 0.0, 0.0, 0.0
+        for p in range(first, last):
+            furrowed += old[p]
+            e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
+            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
+            if deep[p] > 0.0:
+                slope = np.pi * deep[p] / length[p]
+                longer = LONGER * (1.0 + LONGER_PINCHED * min(pinch * slope, STEEPEST_SLIDE))
+                asked += longer * (0.5 * slope) ** 2 / epsilon[p]
+                steepness += pinch * slope
+        leading[i] = first
+        for p in range(first + 1, last):
+            if deep[p] > deep[leading[i]]:
+                leading[i] = p
+        allowed = 1.0 / np.sqrt(max(asked, 1.0))
+        drawn = drawn_in(pinch, allowed * steepness)
+        total, mild, finest, lead = 0.0, 0.0, np.inf, -1
+        if pinch > 0.0:
+            slide[i, 0], slide[i, 1], slide[i, 2] = 0.0, 0.0, 0.0
+        for p in range(first, last):
+            big, rest = allowed * deep[p], 0.0
+            if age > 0.0 and old[p] > 0.0:
+                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+            if big + rest <= 0.0:
+                continue
+            s = theta[p] / np.pi
+            if big > 0.0:
+                steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
+                alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
+                top = 2.0**alpha
+                full = (2.0 * top - 1.0) / (alpha + 1.0)
+                bulge = 0.5 * full
+                total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
+                mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
+                mild += big * (bulge - mean) / top
+                if pinch > 0.0:
+                    lower = lowered(drawn, big, length[p], alpha)
+                    total -= lower
+                    mild -= lower
+                    for c in range(3):
+                        slide[i, c] += drawn * 0.5 * big * np.sin(theta[p]) * tangents[p, c]
+            if rest > 0.0:
+                w = 0.5 * (1.0 - abs(s)) / FINE
+                cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
+                total -= cut
+                mild -= cut
+            curved = big + NARROW * rest
+            if curved >= LEAST:
+                wide = spacing_for(length[p], curved)
+                if wide < finest:
+                    finest, lead = wide, np.int64(p)
+        height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
+        if lead >= 0:
+            norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
+            for c in range(3):
+                across[i, c] = wave[lead, c] / norm
+
 
 FACING = 0.3
 """Packets act on each other, and on points, only where the cosine of their normals is larger than this."""
