@@ -66,10 +66,6 @@ class SurfacePoints:
         kernels.normalise(upright)
         return cls(interpolated(points, corners, barycentric), upright, corners, barycentric, forest.host[first:])
 
-    def taken(self, some: BoolArray) -> Self:
-        """Return some of the points, by a mask (n,)."""
-        return type(self)(*(getattr(self, name)[some] for name in self.__dataclass_fields__))
-
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:

@@ -248,7 +248,9 @@ def compacted(
 
 
 class Compliance:
-    """Responses of the skin to forces at single vertices, solved for when a contact first needs them.
+    """Responses of the skin to forces at single vertices, solved for when a contact first needs them, and then kept.
+
+    They take 12 bytes for each vertex that ever met something and each vertex of the skin.
 
     Parameters
     ----------
