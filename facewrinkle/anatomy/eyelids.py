@@ -14,7 +14,7 @@ from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening
-from .joint_weights import JointWeights
+from .muscles import JointWeights
 
 # --- Skin that belongs to a lid -----------------------------------------------------------------------------
 

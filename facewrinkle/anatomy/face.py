@@ -20,17 +20,16 @@ from ..mesh import to_polydata
 from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
-from .brow_hairs import BrowHairs
 from .cavities import IN_MOUTH, Cavities, Lining
 from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
 from .eyelids import LidWeights, lid_share, lid_weights
+from .head import BrowHairs
 from .identity import fold_depth
 from .jaw import Mandible, jaw_weights
-from .joint_weights import JointWeights
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
-from .muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle, Muscle, zones
+from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Tissue, tissue_of
 from .teeth import behind_lips

@@ -18,10 +18,9 @@ from ..files import check_file, written
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
 from .atlas import Atlas
-from .brow_hairs import BrowHairs
 from .face import Face
 from .fitting import mean_face
-from .head import load_head
+from .head import BrowHairs, load_head
 from .known_folds import restore, to_store
 from .parts import Follows, Part, eyes_of
 

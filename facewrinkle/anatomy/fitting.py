@@ -26,9 +26,8 @@ from ..mesh import (
     to_polydata,
 )
 from .atlas import Atlas
-from .brow_hairs import BrowHairs
 from .face import Face
-from .head import load_head
+from .head import BrowHairs, load_head
 from .identity import Identity, head_of
 from .known_folds import folds_of_head, restore
 from .landmarks import (

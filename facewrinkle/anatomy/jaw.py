@@ -15,9 +15,8 @@ from scipy.spatial.transform import Rotation
 from ..array_types import Array, BoolArray
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.topology import unique_edges
-from .joint_weights import JointWeights
 from .landmarks import FaceFrame, mouth_middle
-from .muscles import JawMuscle
+from .muscles import JawMuscle, JointWeights
 
 # Lengths are in distances between the pupils; heights are above the plane through hinge and mouth.
 

@@ -16,7 +16,7 @@ from ..mesh import to_polydata
 from .cavities import Cavities, Lining
 from .eyelid_opening import EyelidOpening
 from .face import Face
-from .joint_weights import JointWeights
+from .muscles import JointWeights
 from .skull import Tissue
 
 LEVEL_SKULL = 0.5

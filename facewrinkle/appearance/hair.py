@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.brow_hairs import BrowHairs
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
+from ..anatomy.head import BrowHairs
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import height_above
 from ..geometry.normals import vertex_normals

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.cavities import INSIDE_DEPTH, Cavities
 from ..anatomy.face import Face
-from ..anatomy.hairline import hair_cover
+from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array
 from ..geometry.normals import vertex_normals

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face, per_face
-from ..anatomy.joint_weights import JointWeights
+from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..anatomy.face import Face
-from ..anatomy.joint_weights import JointWeights
+from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
 from ._skin_kernels import add_turns
 

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.eye_placement import LID_ROOM
 from ..anatomy.face import Face
-from ..anatomy.joint_weights import JointWeights
+from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals

@@ -18,9 +18,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..anatomy.face import Face
-from ..anatomy.joint_weights import turned
 from ..anatomy.landmarks import lips_middle
-from ..anatomy.muscles import JawMuscle
+from ..anatomy.muscles import JawMuscle, turned
 from ..array_types import Array, IntArray
 from ..geometry.laplacian import cotangent_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals

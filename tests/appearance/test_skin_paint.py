@@ -7,7 +7,7 @@ import pytest
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
-from facewrinkle.anatomy.hairline import AXIS_BEHIND_ZYGION, HAIRLINE, HEAD_RADIUS, hair_cover
+from facewrinkle.anatomy.identity import AXIS_BEHIND_ZYGION, HAIRLINE, HEAD_RADIUS, hair_cover
 from facewrinkle.anatomy.landmarks import frame_of, lips_middle
 from facewrinkle.appearance.skin_paint import DEEP_FLESH, FLESH, LID, SkinPainter, beard, complexion, flesh, lips
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
-from facewrinkle.anatomy.hairline import hair_cover
+from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, complexion
 from facewrinkle.geometry.depth_buffer import sampled_depth_buffer

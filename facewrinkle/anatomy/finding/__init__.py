@@ -7,6 +7,6 @@ places of the template's landmarks (:mod:`.placement`); those of the mouth are f
 """
 
 from .landmarks import Found, find_landmarks
-from .pose import Pose, pose_from_landmarks
+from .template import Pose, pose_from_landmarks
 
 __all__ = ["Found", "Pose", "find_landmarks", "pose_from_landmarks"]

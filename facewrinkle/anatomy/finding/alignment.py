@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from ...array_types import Array, IntArray
 from .depth import Grid, curvature, depth_map, openings_closed
-from .pose import Pose
-from .template import template
+from .template import Pose, template
 
 COARSE, FINE = Grid(0.07), Grid(0.035)
 SCALES = (0.06, 0.11, 0.22)

@@ -13,9 +13,7 @@ from scipy.spatial import cKDTree
 from ...array_types import Array, IntArray
 from ...geometry.compilation import compiled
 from ...geometry.sampling import surface_samples
-from .pose import Pose
-from .samples import thinned
-from .template import template
+from .template import Pose, template
 
 SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
 """Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""
@@ -88,6 +86,14 @@ def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
             (cost, Pose(pose.axes @ along, pose.origin @ along + middle, pose.size, pose.stretch))
             for cost, pose in _at_size(points, size)
         ]
+
+
+def thinned(points: Array, spacing: float) -> Array:
+    """Return the first of the points in every cube of a grid with this spacing."""
+    cell = np.floor(points / spacing).astype(np.int64)
+    cell -= cell.min(axis=0)
+    number = np.ravel_multi_index(tuple(cell.T), tuple(cell.max(axis=0) + 1))
+    return points[np.sort(np.unique(number, return_index=True)[1])]
 
 
 def distinct(found: list[tuple[float, Pose]], n: int) -> list[tuple[float, Pose]]:

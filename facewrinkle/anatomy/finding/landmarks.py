@@ -16,9 +16,8 @@ from ...mesh import MeshLike, read_surface
 from ...progress import Progress, bar
 from ..landmarks import NAMES
 from .placement import placed_landmarks
-from .pose import Pose, pose_from_landmarks
 from .search import NO_FACE, check_surface, searched
-from .template import UNMEASURED
+from .template import UNMEASURED, Pose, pose_from_landmarks
 
 HIDDEN = 0.2
 """Confidence below which a landmark counts as hidden, before it is multiplied by that of the face."""

@@ -10,8 +10,7 @@ from scipy.ndimage import gaussian_filter
 from ...array_types import Array, IntArray
 from .alignment import FINE, SCALES, SurfaceMap, coverage, depth_difference, surface_map, template_map
 from .depth import curvature
-from .pose import Pose
-from .template import template
+from .template import Pose, template
 from .warp import Warp, contrast_normalised, fitted_warp, resampled
 
 STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))

@@ -11,8 +11,7 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from ...array_types import Array, BoolArray, IntArray
 from .depth import Grid, depth_map, openings_closed
-from .pose import Pose
-from .template import template
+from .template import Pose, template
 
 MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 

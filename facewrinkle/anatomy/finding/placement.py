@@ -12,8 +12,7 @@ from ...array_types import Array, BoolArray, IntArray
 from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
-from .brows import rise_of_brows
-from .chin import chin
+from .brows_and_chin import chin, rise_of_brows
 from .depth import peak
 from .matching import UNCERTAIN_SHIFT, Match
 from .mouth import MOUTH, below_furrow, furrow, lower_lip

@@ -20,9 +20,7 @@ from ..landmarks import REFUSED
 from .alignment import COARSE, FINE, aligned, pose_score, surface_map, template_map
 from .candidates import SIZES, candidates, distinct
 from .matching import Match, matched
-from .pose import Pose
-from .samples import clustered
-from .template import VARIANTS, template
+from .template import VARIANTS, Pose, template
 
 NO_FACE = (
     "no face was found on the mesh: nothing on it looks like one. If it is a face, give landmarks; required are, on "
@@ -203,6 +201,40 @@ def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, In
     if len(triangles) <= MANY_TRIANGLES:
         return points, triangles
     return clustered(points, triangles, pose.origin, NEAR * pose.size, 0.5 * COARSE.step * pose.size)
+
+
+def clustered(
+    points: Array, triangles: IntArray, centre: Array, radius: float, spacing: float
+) -> tuple[Array, IntArray]:
+    """Return a coarser mesh of the triangles that reach into a ball, by vertex clustering.
+
+    All corners in one cube of a grid become their mean; triangles with two corners in one cube are dropped.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(9.0), np.arange(2.0))
+    >>> points = np.stack([x.ravel(), y.ravel(), np.zeros(18)], axis=1)
+    >>> low = np.arange(8)
+    >>> triangles = np.concatenate([np.stack([low, low + 1, low + 9], 1), np.stack([low + 1, low + 10, low + 9], 1)])
+    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 2.0)]
+    [3, 0]
+    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 0.5)]
+    [10, 8]
+    """
+    within = ((points - centre) ** 2).sum(axis=1) < radius**2
+    triangles = triangles[within[triangles].any(axis=1)]
+    used = np.zeros(len(points), bool)
+    used[triangles] = True
+    corners = points[used]
+    cell = np.floor((corners - corners.min(axis=0, initial=np.inf)) / spacing).astype(np.int64)
+    wide = cell.max(axis=0, initial=0) + 1
+    _, cluster = np.unique((cell[:, 0] * wide[1] + cell[:, 1]) * wide[2] + cell[:, 2], return_inverse=True)
+    size = np.bincount(cluster)
+    number = np.zeros(len(points), np.int64)
+    number[used] = cluster
+    merged = number[triangles]
+    proper = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
+    return np.stack([np.bincount(cluster, c) / size for c in corners.T], axis=1), merged[proper]
 
 
 def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:

@@ -4,12 +4,11 @@ Everything here is a function of rest positions, in the unit of the mesh that th
 once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).
 """
 
-from .base import FRONTS, Fronts, Muscle, Wrinkles, within
+from .base import FRONTS, Fronts, Muscle, Wrinkles, within, zones
 from .crease import Crease
-from .joint_muscles import TURNS, EyeMuscle, JawMuscle, LidMuscle
+from .joint_muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, turned
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from .triangular import TriangularMuscle
-from .zones import zones
 
 __all__ = [
     "FRONTS",
@@ -18,6 +17,7 @@ __all__ = [
     "EyeMuscle",
     "Fronts",
     "JawMuscle",
+    "JointWeights",
     "LidMuscle",
     "LinearMuscle",
     "Muscle",
@@ -25,6 +25,7 @@ __all__ = [
     "SphincterMuscle",
     "TriangularMuscle",
     "Wrinkles",
+    "turned",
     "within",
     "zones",
 ]

@@ -1,4 +1,7 @@
-"""The landmarks of the chin, by the bend where its profile turns under."""
+"""The heights of brows and chin: the ridge above the orbits, and the bend where the profile of the chin turns under.
+
+Lengths are in distances between the pupils.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +10,28 @@ from scipy.ndimage import gaussian_filter1d
 
 from ...array_types import Array, IntArray
 from ...geometry.depth_buffer import depth_buffer
-from .depth import Grid
-from .pose import Pose
+from .depth import Grid, depth_map, openings_closed
+from .template import Pose
 
-# Lengths are in distances between the pupils. The profile is seen from before and below, where the bend is foremost.
+# --- The brows ---
+
+BROW_GRID = Grid(0.02, (-1.2, -0.6), (1.2, 1.1))
+
+ABOVE_RIDGE = {"inner": 0.01, "mid": 0.05}
+"""Height of a brow above the ridge, in distances between the pupils: on thirty-two labelled faces it lies 0.05 below to
+0.09 above, and 0.03 below to 0.13 above. Their outer ends lie beside the ridge, and go along.
+"""
+
+RIDGE_SIZE = 0.1
+"""Size of the bends that count, and half the breadth of the strip on which they are seen."""
+
+STRONG_RIDGE = -0.12
+"""Concavity of a ridge, at most."""
+
+SEARCHED = (-0.4, 0.2)
+"""Heights above the expected brow between which the ridge is looked for."""
+
+# --- The chin: its profile is seen from before and below, where the bend is foremost ---
 FROM_BELOW = np.radians(45.0)
 PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 JUMP = 0.15
@@ -38,6 +59,36 @@ TO_MENTON, TO_POGONION = 0.05, 0.19
 """From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent place
 of its front (0.16 to 0.23).
 """
+
+
+def rise_of_brows(points: Array, triangles: IntArray, pose: Pose, expected: dict[str, Array]) -> float:
+    """Return how far the brows lie above their expected places, by the ridge above the orbits; 0 where none is seen.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
+    pose : Pose
+    expected : dict of str to ndarray, shape (2,)
+        Expected places of the landmarks of the brows, in the face's coordinates.
+    """
+    depth, known = openings_closed(depth_map(pose.local(points), triangles, BROW_GRID), BROW_GRID)
+    rises = []
+    for name, (x, y) in expected.items():
+        above = ABOVE_RIDGE.get(name.rsplit("_", 1)[1])
+        strip = np.abs(BROW_GRID.x - x) < 0.5 * RIDGE_SIZE
+        if above is None or not strip.any():
+            continue
+        profile = depth[:, strip].mean(axis=1)
+        bend = gaussian_filter1d(profile, RIDGE_SIZE / BROW_GRID.step, order=2) * RIDGE_SIZE / BROW_GRID.step**2
+        bend[~known[:, strip].all(axis=1)] = 0.0
+        inner = bend[1:-1]
+        near = (BROW_GRID.y > y + SEARCHED[0] - above) & (BROW_GRID.y < y + SEARCHED[1] - above)
+        tops = near[1:-1] & (inner < bend[:-2]) & (inner <= bend[2:]) & (inner < STRONG_RIDGE)
+        if tops.any():
+            row = 1 + int(np.argmin(np.where(tops, inner, np.inf)))
+            rises.append(float(BROW_GRID.y[row]) + above - y)
+    return float(np.median(rises)) if len(rises) > 2 else 0.0
 
 
 def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float | None]:
