@@ -53,7 +53,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
     "arguments, message",
     [
         ("play no.glb", "there is no file 'no.glb'"),
-        ("play folder.glb", "'folder.glb' is a folder, and a mesh file is needed"),
+        ("play folder.glb", "'folder.glb' cannot be opened: it is a folder, and a file is needed"),
         ("play empty.glb", "empty.glb is empty (0 bytes)"),
         ("play broken.glb", "broken.glb cannot be read"),
         ("play broken.vtkhdf", "broken.vtkhdf cannot be read"),
@@ -75,7 +75,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("pattern forehead --out empty.glb/folder", "a file stands there"),
         ("pattern forehead --centre 0,0,0", "--centre belongs to a mesh"),
         ("pattern forehead --centre 0,0,0 --face nan.obj", "1 of 3 points are NaN"),
-        ("pattern forehead --centre 0,0,0 --face folder.glb", "'folder.glb' is a folder"),
+        ("pattern forehead --centre 0,0,0 --face folder.glb", "'folder.glb' cannot be opened: it is a folder"),
         ("tear joy --expression nope", "unknown expression, action unit or muscle 'nope'"),
         ("tear joy --fps nan", "fps must lie in [1, 100], received nan"),
         ("tear joy --seconds=-1", "seconds must lie in"),
