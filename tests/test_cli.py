@@ -135,7 +135,7 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, caps
         (["express"], "NAME"),
         (["express", "surprise", "--framez", "3"], "--framez"),
         (["express", "surprise", "--frames", "many"], "many"),
-        (["express", "surprise", "--compression", "none"], '"gradient", "edges"'),
+        (["express", "surprise", "--folds", "none"], '"wave", "paper", "printed"'),
         (["express", "--", "surprise", "--frames", "3"], "What follows -- is no option: put options before it."),
     ],
 )
@@ -163,7 +163,7 @@ def test_help_on_the_narrowest_terminals(columns, monkeypatch, capsys):
     assert main(["express", "--help"]) == 0
     shown = "".join(capsys.readouterr().out.split())
     assert shown.startswith("Usage:facewrinkleexpress")
-    assert "--compression" in shown
+    assert "--folds" in shown
 
 
 def test_help_loads_no_heavy_package():
