@@ -48,48 +48,19 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 5] += s * xy
 
 
-@njit(cache=True)
-def gradients(points, triangles, dual_a, dual_b, share, out):
-    """Add the deformation gradient (n, 3, 3) of each triangle to its vertices, by their shares in the area."""
-    for f in range(len(triangles)):
-        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        for r in range(3):
-            a, b = points[j, r] - points[i, r], points[k, r] - points[i, r]
-            for c in range(3):
-                value = a * dual_a[f, c] + b * dual_b[f, c]
-                out[i, r, c] += share[f, 0] * value
-                out[j, r, c] += share[f, 1] * value
-                out[k, r, c] += share[f, 2] * value
-
-
-@njit(cache=True)
-def carry(vectors, corners, barycentric, gradient, upright, out):
-    """Interpolate the gradient (n0, 3, 3) where a vector (n, 3) is not 0, apply it, and leave out what is upright."""
-    for i in range(len(vectors)):
-        if vectors[i, 0] == 0.0 and vectors[i, 1] == 0.0 and vectors[i, 2] == 0.0:
-            continue
-        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
-        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
-        lifted = 0.0
-        for r in range(3):
-            for k in range(3):
-                out[i, r] += (wa * gradient[a, r, k] + wb * gradient[b, r, k] + wc * gradient[c, r, k]) * vectors[i, k]
-            lifted += out[i, r] * upright[i, r]
-        for r in range(3):
-            out[i, r] -= lifted * upright[i, r]
-
-
-@njit(cache=True)
-def largest_compression(strain, first, second, both, out):
-    """``1 - |F m|`` for the tangent m that is compressed most, from the products of two orthonormal tangents (n, 6)."""
-    for i in range(len(strain)):
-        a, b, c = 0.0, 0.0, 0.0
-        for k in range(6):
-            a += strain[i, k] * first[i, k]
-            b += strain[i, k] * second[i, k]
-            c += strain[i, k] * both[i, k]
-        half = 0.5 * (a - b)
-        out[i] = 1.0 - np.sqrt(max(1.0 + 0.5 * (a + b) - np.sqrt(half * half + c * c), 0.0))
+@njit(cache=True, inline="always")
+def strain_at(i, corners, barycentric, strain):
+    """The six components of a strain (n0, 6) of the base mesh, interpolated at point i."""
+    a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+    wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+    return (
+        wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0],
+        wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1],
+        wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2],
+        wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3],
+        wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4],
+        wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5],
+    )
 
 
 @njit(cache=True)
@@ -101,14 +72,7 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
     for i in range(starts.shape[0] - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first < last:
-            a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
-            wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
-            xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
-            yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
-            zz = wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2]
-            yz = wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3]
-            xz = wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4]
-            xy = wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5]
+            xx, yy, zz, yz, xz, xy = strain_at(i, corners, barycentric, strain)
             for p in range(first, last):
                 change = products[p, 0] * xx + products[p, 1] * yy + products[p, 2] * zz
                 change += products[p, 3] * yz + products[p, 4] * xz + products[p, 5] * xy

@@ -12,7 +12,7 @@ from ..array_types import Array, BoolArray
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
-from .compression import Principal, StrainField, along, products
+from .compression import StrainField, along, orthonormal_tangents, principal, products
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
@@ -94,7 +94,7 @@ class Activation:
         places = np.repeat(np.arange(len(where)), np.diff(self._starts))
         at, here = corners[places], self._share[:, None] * weights[places]
         self._vertices, column = np.unique(at, return_inverse=True)
-        self._principal = Principal(field.metric[self._vertices], upright[self._vertices])
+        self._basis = orthonormal_tangents(field.metric[self._vertices], upright[self._vertices])
         self._regions = csr_array(
             (here.ravel(), (np.repeat(self._muscle, 3), column.ravel())), shape=(self._count, len(self._vertices))
         )
@@ -110,7 +110,8 @@ class Activation:
         shorter = np.maximum(epsilon, 0.0)
         mean = np.bincount(self._muscle, self._share * shorter, self._count)
         ours = np.bincount(self._muscle, self._share * _lost(epsilon), self._count)
-        largest = self._regions @ _lost(self._principal.compression(strain[self._vertices]))
+        values, *_ = principal(strain[self._vertices], *self._basis)
+        largest = self._regions @ np.clip(-values[:, 0], 0.0, 1.0)
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
         return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
 

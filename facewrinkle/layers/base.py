@@ -15,7 +15,6 @@ from ..errors import ParameterError
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change, RedGreenForest, frozen
-from . import _kernels as layer_kernels
 from .compression import StrainField, compression_along, principal_compression
 
 PINCH_RANGE = "At 0 folds are heights alone."
@@ -133,9 +132,11 @@ class SurfaceState:
         >>> state.carried(np.tile([1.0, 0, 0], (3, 1)))[0].round(9).tolist()
         [0.0, 0.8, 0.0]
         """
-        out = np.zeros_like(vectors)
-        where = self.vertices.corners, self.vertices.barycentric
-        layer_kernels.carry(vectors, *where, self._gradient, self.upright, out)
+        out, some = np.zeros_like(vectors), np.flatnonzero(vectors.any(axis=1))
+        where, up = (self.vertices.corners[some], self.vertices.barycentric[some]), self.upright[some]
+        gradient = interpolated(self._gradient.reshape(-1, 9), *where).reshape(-1, 3, 3)
+        moved = np.einsum("nrk,nk->nr", gradient, vectors[some])
+        out[some] = moved - (moved * up).sum(axis=1, keepdims=True) * up
         return out
 
     @cached_property

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
@@ -162,9 +163,13 @@ class StrainField:
         >>> StrainField(p, [[0, 1, 2]]).gradient(p * [0.8, 1.0, 1.0])[0].round(9).tolist()
         [[0.8, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]
         """
-        out = np.zeros((len(deformed), 3, 3))
-        kernels.gradients(deformed, self._triangles, self._dual_a, self._dual_b, self._share, out)
-        return out
+        corners = deformed[self._triangles]
+        sides, duals = corners[:, 1:] - corners[:, :1], np.stack([self._dual_a, self._dual_b], axis=1)
+        own = np.repeat(np.einsum("msr,msc->mrc", sides, duals).reshape(-1, 9), 3, axis=0)
+        share = csr_array(
+            (self._share.ravel(), (self._triangles.ravel(), np.arange(len(own)))), (len(deformed), len(own))
+        )
+        return np.asarray(share @ own).reshape(-1, 3, 3)
 
 
 def along(tensors: Array, directions: Array) -> Array:
@@ -257,41 +262,26 @@ def principal_compression(
     >>> most.round(12).tolist(), np.abs(where[0]).round(12).tolist()
     ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
     """
-    first, second = basis or orthonormal_tangents(metric, normals)
-    a, b, c = along(strain, first), along(strain, second), mixed(strain, first, second)
-    least = 0.5 * (a + b) - np.hypot(0.5 * (a - b), c)
-    angle = 0.5 * np.arctan2(2.0 * c, a - b) + 0.5 * np.pi
-    tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    values, tangents, _ = principal(strain, *(basis or orthonormal_tangents(metric, normals)))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    return 1.0 - np.sqrt(np.maximum(1.0 + least, 0.0)), tangents
+    return 1.0 - np.sqrt(np.maximum(1.0 + values[:, 0], 0.0)), tangents
 
 
-class Principal:
-    """The largest compression at points that stay the same: :func:`principal_compression` without the tangents.
-
-    Parameters
-    ----------
-    metric : ndarray, shape (n, 6)
-    normals : ndarray, shape (n, 3)
+def principal(tensors: Array, first: Array, second: Array) -> tuple[Array, Array, Array]:
+    """Return the least and the largest value (n, 2) of ``m^T T m`` over all m that two tangents (n, 3) span as an
+    orthonormal basis, and the m (n, 3) of either.
 
     Examples
     --------
-    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> field = StrainField(square, [[0, 1, 2]])
-    >>> principal = Principal(field.metric, np.tile([0.0, 0, 1], (3, 1)))
-    >>> principal.compression(field.strain(square * [1.1, 0.7, 1])).round(12).tolist()
-    [0.3, 0.3, 0.3]
+    >>> tensor, first, second = np.array([[0.8, 0.9, 0, 0, 0, 0]]), np.array([[1.0, 0, 0]]), np.array([[0, 1.0, 0]])
+    >>> values, least, most = principal(tensor, first, second)
+    >>> values.round(9).tolist(), np.abs(least).round(9).tolist(), np.abs(most).round(9).tolist()
+    ([[0.8, 0.9]], [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     """
-
-    def __init__(self, metric: Array, normals: Array) -> None:
-        first, second = orthonormal_tangents(metric, normals)
-        self._first, self._second, self._both = products(first), products(second), _both(first, second)
-
-    def compression(self, strain: Array) -> Array:
-        """Return the largest compression (n,) at a strain (n, 6), negative where all tangents are stretched."""
-        out = np.empty(len(strain))
-        kernels.largest_compression(strain, self._first, self._second, self._both, out)
-        return out
+    a, b, c = along(tensors, first), along(tensors, second), mixed(tensors, first, second)
+    mean, spread, angle = 0.5 * (a + b), np.hypot(0.5 * (a - b), c), 0.5 * np.arctan2(2.0 * c, a - b)[:, None]
+    most, least = (np.cos(turn) * first + np.sin(turn) * second for turn in (angle, angle + 0.5 * np.pi))
+    return np.stack([mean - spread, mean + spread], axis=1), least, most
 
 
 def orthonormal_tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
@@ -314,13 +304,6 @@ def orthonormal_tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
     return first, second
 
 
-def _both(left: Array, right: Array) -> Array:
-    """Return the factors (n, 6) of a symmetric tensor's components in ``l^T T r``."""
-    x, y, z = left.T
-    u, v, w = right.T
-    return np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
-
-
 def mixed(tensors: Array, left: Array, right: Array) -> Array:
     """Return ``l^T T r`` of symmetric tensors (n, 6) and directions (n, 3).
 
@@ -332,7 +315,10 @@ def mixed(tensors: Array, left: Array, right: Array) -> Array:
     >>> mixed(sheared, np.array([[1.0, 0, 0]]), np.array([[0.0, 1, 0]]))
     array([0.3])
     """
-    return np.asarray((tensors * _both(left, right)).sum(axis=-1))
+    x, y, z = left.T
+    u, v, w = right.T
+    both = np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
+    return np.asarray((tensors * both).sum(axis=-1))
 
 
 PLACES = 17

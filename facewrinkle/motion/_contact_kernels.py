@@ -60,7 +60,7 @@ def solid_gap(p, origin, axes, half, normal):
 
 
 @njit(cache=True)
-def near_solids(x, corners, shares, origins, axes, halves, allowed, reach):
+def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
     """Return the samples that are nearer to their solids than `allowed` (k,) and `reach` together."""
     p, normal = np.empty(3), np.empty(3)
     found = np.empty(corners.shape[0], np.int64)
@@ -74,25 +74,7 @@ def near_solids(x, corners, shares, origins, axes, halves, allowed, reach):
 
 
 @njit(cache=True)
-def solid_energy(x, near, corners, shares, origins, axes, halves, allowed, stiffness, grad):
-    """Add up half stiffness times depth squared of the `near` samples deeper than allowed. Adds to grad."""
-    p, normal = np.empty(3), np.empty(3)
-    energy = 0.0
-    for s in near:
-        at_sample(x, corners, shares, s, p)
-        depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
-        if depth <= 0.0:
-            continue
-        force = stiffness[s] * depth
-        energy += 0.5 * force * depth
-        for c in range(3):
-            for k in range(3):
-                grad[corners[s, c], k] -= force * shares[s, c] * normal[k]
-    return energy
-
-
-@njit(cache=True)
-def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, stiffness, rows, first):
+def solid_rows(x, ahead, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
     `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and stiffness (m,); they are filled from row
@@ -102,8 +84,7 @@ def solid_rows(x, ahead, near, corners, shares, origins, axes, halves, allowed, 
     p, normal = np.empty(3), np.empty(3)
     for s in near:
         at_sample(x, corners, shares, s, p)
-        depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
-        after = depth
+        after = depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
         for c in range(3):
             for k in range(3):
                 after -= shares[s, c] * normal[k] * ahead[corners[s, c], k]
@@ -143,26 +124,6 @@ def slopes_of_area(x, i, j, k, normal, scale, out):
 
 
 @njit(cache=True)
-def flat_energy(x, shares, least, triangles, normals, double_area, heights, stiffness, grad):
-    """Add up half stiffness times the missing height squared of triangles below the share `least`. Adds to grad."""
-    slope = np.empty((3, 3))
-    energy = 0.0
-    for f in range(triangles.shape[0]):
-        if shares[f] >= least:
-            continue
-        missing = heights[f] * (least - shares[f])
-        force = stiffness[f] * missing
-        energy += 0.5 * force * missing
-        slopes_of_area(
-            x, triangles[f, 0], triangles[f, 1], triangles[f, 2], normals[f], force * heights[f] / double_area[f], slope
-        )
-        for c in range(3):
-            for k in range(3):
-                grad[triangles[f, c], k] -= slope[c, k]
-    return energy
-
-
-@njit(cache=True)
 def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, heights, stiffness, rows, first):
     """Write rows of triangles below the share `least` of their area now or after `ahead`; see `solid_rows`."""
     vertices, slopes, depths, stiff = rows
@@ -182,6 +143,20 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
         depths[first], stiff[first] = depth, stiffness[f]
         first += 1
     return first
+
+
+@njit(cache=True)
+def energy_of(rows, count, grad):
+    """Add up half stiffness times depth squared of the first `count` rows; none may be negative. Adds to grad."""
+    vertices, slopes, depths, stiff = rows
+    energy = 0.0
+    for r in range(count):
+        force = stiff[r] * depths[r]
+        energy += 0.5 * force * depths[r]
+        for c in range(6):
+            for k in range(3):
+                grad[vertices[r, c], k] -= force * slopes[r, c, k]
+    return energy
 
 
 @njit(cache=True, inline="always")
@@ -396,41 +371,17 @@ def firmness(x, triangle, full, slopes):
 
 
 @njit(cache=True)
-def plane_energy(x, corners, shares, triangles, full, allowed, stiffness, gaps, grad):
-    """Add up half stiffness times depth squared of samples that are too near. Adds to grad; writes the gaps (k,).
+def plane_rows(x, ahead, corners, shares, allowed, stiffness, triangles, full, rows, first):
+    """Write rows of samples that are too near now or after `ahead`; see `solid_rows`.
 
     Depths are those below the planes times the `firmness` of the triangles, whose `full` areas are given (k,).
-    """
-    bary, normal, slopes = np.empty(3), np.empty(3), np.empty((3, 3))
-    energy = 0.0
-    for s in range(corners.shape[0]):
-        gaps[s] = plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
-        depth = allowed[s] - gaps[s]
-        if depth <= 0.0:
-            continue
-        firm = firmness(x, triangles[s], full[s], slopes)
-        force = stiffness[s] * firm * depth
-        energy += 0.5 * force * firm * depth
-        for c in range(3):
-            for k in range(3):
-                grad[corners[s, c], k] -= force * firm * shares[s, c] * normal[k]
-                if triangles[s, c] < grad.shape[0]:
-                    grad[triangles[s, c], k] += force * (firm * bary[c] * normal[k] + depth * slopes[c, k])
-    return energy
-
-
-@njit(cache=True)
-def plane_rows(x, ahead, corners, shares, triangles, full, allowed, stiffness, gaps, rows, first):
-    """Write rows of samples that are too near now or after `ahead`; see `solid_rows`. `gaps` is what `plane_energy`
-    has written at x.
     """
     vertices, slopes, depths, stiff = rows
     bary, normal, turn = np.empty(3), np.empty(3), np.empty((3, 3))
     for s in range(corners.shape[0]):
-        if plane_gap(x, corners[s], shares[s], triangles[s], bary, normal) == np.inf:
+        after = depth = allowed[s] - plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
+        if depth == -np.inf:
             continue
-        depth = allowed[s] - gaps[s]
-        after = depth
         for c in range(3):
             for k in range(3):
                 after -= normal[k] * shares[s, c] * ahead[corners[s, c], k]

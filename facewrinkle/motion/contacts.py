@@ -8,7 +8,7 @@ stiff contacts cost no iterations, and steps end at what they meet.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +21,7 @@ from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, behind_lips, facing_lips
-from .solids import Solids, bone_below, dental_arches, eyeballs, joined
+from .solids import Solids, bone_below, dental_arches, eyeballs
 
 LEAST_AREA = 0.2
 """Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
@@ -89,7 +89,7 @@ FAR_AWAY = 1e9
 def _surfaces(face: Face, area: Array, angles: Array) -> tuple[Solids, FacingSkin, FacingSkin, FacingSkin]:
     """Return the solids, lips, lids and flesh of a face whose skin turns by these angles (n,) with the mandible."""
     widest = float(angles.max(initial=0.0))
-    solids = joined([eyeballs(face, area), dental_arches(face, area, widest), bone_below(face, area, angles)])
+    solids = Solids.joined([eyeballs(face, area), dental_arches(face, area, widest), bone_below(face, area, angles)])
     lips = facing_lips(face, area, angles / max(widest, 1e-12))
     return solids, lips, facing_lids(face, area), behind_lips(face, area)
 
@@ -132,6 +132,7 @@ class Contacts:
 
     def __init__(self, face: Face, area: Array, resistance: Array, mandible: JointWeights | None = None) -> None:
         self._points, self._mandible = face.points * face.unit, mandible
+        self._still = np.zeros_like(self._points)
         angles = np.zeros(len(area))
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
@@ -145,9 +146,8 @@ class Contacts:
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
         rest = np.concatenate([self._points, self._eyes])
         self._full = [LEAST_AREA * areas_doubled(rest, skin.triangles) for skin in (self.lips, self.lids, self.flesh)]
-        samples = [len(skin.corners) for skin in (self.lips, self.lids, self.flesh)]
-        self._gaps = [np.empty(k) for k in samples]
-        most = len(self.solids.corners) + sum(samples) + len(self._flat_levels) * len(face.triangles)
+        most = sum(len(each.corners) for each in (self.solids, self.lips, self.lids, self.flesh))
+        most += len(self._flat_levels) * len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
@@ -172,7 +172,7 @@ class Contacts:
         self._rate = rate
         s = self.solids
         origins, axes = s.turned(self._mandible, rate)
-        self._placed = s.corners, s.shares, origins, axes, s.halves, s.allowed
+        self._placed = s.corners, s.shares, s.allowed, origins, axes, s.halves
         self._looked_at = np.full_like(self._points, FAR_AWAY)
 
     def _look(self, u: Array) -> Array:
@@ -183,10 +183,6 @@ class Contacts:
             self._near_solids = kernels.near_solids(x, *self._placed, REACH)
         return x
 
-    def _facing_skin(self) -> Iterator[tuple[FacingSkin, Array, Array]]:
-        """Lips, lids and flesh, with the areas from which their triangles hold fully, and arrays for their gaps."""
-        return zip((self.lips, self.lids, self.flesh), self._full, self._gaps, strict=True)
-
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""
         if self._known is None or not np.array_equal(u, self._known[0]):
@@ -196,43 +192,38 @@ class Contacts:
         return self._known[1]
 
     def _energy(self, u: Array, gradient: Array) -> float:
-        x = self._x = self._look(u)
-        energy = kernels.solid_energy(x, self._near_solids, *self._placed, self.solids.stiffness, gradient)
-        for skin, full, gaps in self._facing_skin():
-            energy += kernels.plane_energy(
-                x, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, gradient
-            )
-        f = self.flats
-        kernels.shares_of_area(x, f.triangles, self._facing, f.double_area, self._shares)
-        for least, stiffness in self._flat_levels_above(self._shares.min(initial=1.0)):
-            energy += kernels.flat_energy(
-                x, self._shares, least, f.triangles, self._facing, f.double_area, f.heights, stiffness, gradient
-            )
-        return float(energy)
-
-    def _flat_levels_above(self, lowest: float) -> list[tuple[float, Array]]:
-        """Return the shares of area that are above the lowest, and the stiffness there; mostly none."""
-        return [level for level in self._flat_levels if not lowest >= level[0]]
+        self._x, f = self._look(u), self.flats
+        kernels.shares_of_area(self._x, f.triangles, self._facing, f.double_area, self._shares)
+        return float(kernels.energy_of(self._rows, self._find(self._still, self._shares), gradient))
 
     def rows(self, ahead: Array) -> Rows:
         """Return the contacts that press at the displacements of the last `energy`, or would after a further
         displacement `ahead`.
         """
-        x, rows = self._x, self._rows
-        m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, self.solids.stiffness, rows, 0)
-        for skin, full, gaps in self._facing_skin():
-            m = kernels.plane_rows(
-                x, ahead, skin.corners, skin.shares, skin.triangles, full, skin.allowed, skin.stiffness, gaps, rows, m
-            )
-        f = self.flats
-        kernels.shares_of_area(x[: len(ahead)] + ahead, f.triangles, self._facing, f.double_area, self._ahead)
-        lowest = min(self._shares.min(initial=1.0), self._ahead.min(initial=1.0))
-        for least, stiffness in self._flat_levels_above(lowest):
-            m = kernels.flat_rows(
-                x, ahead, self._shares, self._ahead, least, f.triangles, self._facing, f.double_area, f.heights,
-                stiffness, rows, m,
-            )  # fmt: skip
+        f, rows = self.flats, self._rows
+        there = self._x[: len(ahead)] + ahead
+        kernels.shares_of_area(there, f.triangles, self._facing, f.double_area, self._ahead)
+        m = self._find(ahead, self._ahead)
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
+
+    def _find(self, ahead: Array, shares: Array) -> int:
+        """Write the rows of all contacts that press, or would after a displacement `ahead` (n, 3), which leaves these
+        `shares` (m,) of the areas of triangles; return their number.
+        """
+        x, rows, f, s = self._x, self._rows, self.flats, self.solids
+        m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, s.stiffness, rows, 0)
+        for skin, full in zip((self.lips, self.lids, self.flesh), self._full, strict=True):
+            m = kernels.plane_rows(
+                x, ahead, skin.corners, skin.shares, skin.allowed, skin.stiffness, skin.triangles, full, rows, m
+            )
+        lowest = min(self._shares.min(initial=1.0), shares.min(initial=1.0))
+        for least, stiffness in self._flat_levels:
+            if not lowest >= least:
+                m = kernels.flat_rows(
+                    x, ahead, self._shares, shares, least, f.triangles, self._facing, f.double_area, f.heights,
+                    stiffness, rows, m,
+                )  # fmt: skip
+        return int(m)
 
 
 def compacted(

@@ -14,8 +14,8 @@ from ..anatomy.eyelids import CORNER
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import unique_edges
-from .lip_surfaces import FacingSkin, facing_none, joined
-from .solids import EYE_STIFFNESS, SLACK
+from .lip_surfaces import FacingSkin
+from .solids import EYE_STIFFNESS
 
 LID_SHELL = 1.3
 """Skin farther from the centre of an eye than this many radii does not reach the other lid."""
@@ -61,12 +61,13 @@ def facing_lids(face: Face, area: Array) -> FacingSkin:
     (True, True, True)
     """
     edges = unique_edges(face.triangles)[0].astype(np.int64)
-    found = [facing_none()]
+    numbers, none = np.empty((0, 3), np.int64), np.empty(0)
+    found = [FacingSkin(numbers, np.empty((0, 3)), none, none, numbers)]
     for k, eye in enumerate(face.eyes):
         opening = face.eyelid_openings.get(eye.side)
         if opening is not None:
             found += [_facing(face, opening, edges, area, upper, len(face.points) + k) for upper in (True, False)]
-    return joined(found)
+    return FacingSkin.joined(found)
 
 
 def lid_ridges(face: Face) -> IntArray:
@@ -151,8 +152,8 @@ def _facing(face: Face, opening: EyelidOpening, edges: IntArray, area: Array, up
     turned = (middle @ opening.axes[1] > 0.0) != upper
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     triangles = np.ascontiguousarray(triangles)
-    skin = FacingSkin(corners, shares, triangles, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices])
-    return skin.touching_from(np.minimum(skin.gaps(places) - SLACK, LID_DISTANCE))
+    skin = FacingSkin(corners, shares, np.zeros(len(corners)), EYE_STIFFNESS * area[vertices], triangles)
+    return skin.pushed_within(places, LID_DISTANCE)
 
 
 def _highest(places: Array, along: Array, heights: Array, left_out: BoolArray | None = None) -> IntArray:

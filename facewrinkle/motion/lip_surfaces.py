@@ -10,8 +10,7 @@ through its skin, nor its skin through its lining.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -25,7 +24,7 @@ from ..array_types import Array, BoolArray, IntArray
 from ..geometry.normals import vertex_normals
 from . import _contact_kernels as kernels
 from .constraints import from_lips
-from .solids import SLACK, STIFFNESS, samples_of
+from .solids import STIFFNESS, Samples, samples_of
 
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
@@ -52,60 +51,20 @@ BEYOND = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class FacingSkin:
+class FacingSkin(Samples):
     """Samples of lips or lids, each with the triangle of the other lip or lid that it faces at rest; mm.
 
     Attributes
     ----------
-    corners : ndarray of int, shape (k, 3)
-        Vertices of each sample.
-    shares : ndarray, shape (k, 3)
-        Its barycentric coordinates.
     triangles : ndarray of int, shape (k, 3)
         Corners of its triangle, counter-clockwise seen from outside. Numbers beyond the vertices are points that stay.
-    allowed : ndarray, shape (k,)
-        Distance from the plane of the triangle below which a sample is pushed off it.
-    stiffness : ndarray, shape (k,)
     """
 
-    corners: IntArray
-    shares: Array
     triangles: IntArray
-    allowed: Array
-    stiffness: Array
 
-    def gaps(self, x: Array) -> Array:
-        """Return the heights (k,) of the samples above the planes of their triangles, for positions (n, 3)."""
-        out, full = np.empty(len(self.corners)), np.full(len(self.corners), -np.inf)
-        none = full.copy()
-        kernels.plane_energy(x, self.corners, self.shares, self.triangles, full, none, none, out, np.empty((0, 3)))
-        return out
-
-    def touching_from(self, allowed: Array) -> FacingSkin:
-        """Return the same samples, which are pushed off the planes from these distances (k,) on."""
-        return replace(self, allowed=allowed)
-
-
-def joined(skins: Sequence[FacingSkin]) -> FacingSkin:
-    """Return all samples of several.
-
-    Examples
-    --------
-    >>> len(joined([facing_none(), facing_none()]).allowed)
-    0
-    """
-    return FacingSkin(*(np.concatenate(each) for each in zip(*map(_columns, skins), strict=True)))
-
-
-def facing_none() -> FacingSkin:
-    """Return no samples."""
-    return FacingSkin(
-        np.empty((0, 3), np.int64), np.empty((0, 3)), np.empty((0, 3), np.int64), np.empty(0), np.empty(0)
-    )
-
-
-def _columns(skin: FacingSkin) -> tuple[IntArray, Array, IntArray, Array, Array]:
-    return skin.corners, skin.shares, skin.triangles, skin.allowed, skin.stiffness
+    def gap(self, s: int, x: Array) -> float:
+        """Return the height of sample s above the plane of its triangle, for positions (n, 3)."""
+        return float(kernels.plane_gap(x, self.corners[s], self.shares[s], self.triangles[s], np.empty(3), np.empty(3)))
 
 
 def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingSkin:
@@ -134,15 +93,14 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> FacingSkin:
     points, up = face.points * face.unit, face.frame.axes[1]
     near, looks_up = around_mouth(face), vertex_normals(points, face.triangles) @ up
     lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
-    found = [facing_none()]
+    found = []
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
         samples = near & own & (side * looks_up < FACES_AWAY)
         surface = (near & other & (side * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)
         corners, shares, stiffness = samples_of(face, samples, area, LIP_ROUNDING)
         which, triangles = _faced(face, corners, shares, face.triangles[surface].astype(np.int64), side)
-        found.append(FacingSkin(corners[which], shares[which], triangles, np.zeros(len(which)), stiffness[which]))
-    lips = joined(found)
-    return lips.touching_from(np.minimum(lips.gaps(points) - SLACK, LIP_DISTANCE))
+        found.append(FacingSkin(corners[which], shares[which], np.zeros(len(which)), stiffness[which], triangles))
+    return FacingSkin.joined(found).pushed_within(points, LIP_DISTANCE)
 
 
 def _faced(face: Face, corners: IntArray, shares: Array, triangles: IntArray, side: float) -> tuple[IntArray, IntArray]:
@@ -350,7 +308,7 @@ def behind_lips(face: Face, area: Array) -> FacingSkin:
         (closest, closest >= 0, THINNEST, stiff),
         (straight, straight != closest, THINNEST_STRAIGHT, SOFT * stiff),
     )
-    return joined(
+    return FacingSkin.joined(
         [_kept_behind(points, vertices[which], triangles[k[which]], own, least) for k, which, least, own in pairs]
     )
 
@@ -359,9 +317,8 @@ def _kept_behind(points: Array, vertices: IntArray, triangles: IntArray, stiffne
     """Return vertices (k,) that are kept behind triangles (k, 3), at a least share of their distance at rest."""
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     behind = np.ascontiguousarray(triangles[:, ::-1])
-    flesh = FacingSkin(corners, shares, behind, np.zeros(len(vertices)), stiffness[vertices])
-    thickness = flesh.gaps(points)
-    return flesh.touching_from(np.minimum(least * thickness, thickness - SLACK))
+    flesh = FacingSkin(corners, shares, np.zeros(len(vertices)), stiffness[vertices], behind)
+    return flesh.pushed_within(points, least * flesh.gaps(points))
 
 
 def _opposite(places: Array, normals: Array, middles: Array, facing: Array, reach: float) -> tuple[IntArray, IntArray]:

@@ -8,7 +8,8 @@ mandible, and the bone below a point as far as its tissue does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -48,8 +49,8 @@ FLATTEST, SHARPEST = 1e-4, 1.0 / 8.0
 
 
 @dataclass(frozen=True, eq=False)
-class Solids:
-    """Samples of the skin, each with the solid that it meets; mm.
+class Samples:
+    """Samples of the skin, each with what it meets; mm.
 
     Attributes
     ----------
@@ -57,15 +58,57 @@ class Solids:
         Vertices of each sample.
     shares : ndarray, shape (k, 3)
         Its barycentric coordinates.
+    allowed : ndarray, shape (k,)
+        Distance from what it meets below which a sample is pushed off it.
+    stiffness : ndarray, shape (k,)
+    """
+
+    corners: IntArray
+    shares: Array
+    allowed: Array
+    stiffness: Array
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """Return all samples of several.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face, each = fw.default_face(), np.ones(len(fw.default_face().points))
+        >>> eyes = eyeballs(face, each)
+        >>> len(Solids.joined([eyes, eyes]).allowed) == 2 * len(eyes.allowed)
+        True
+        """
+        return cls(*(np.concatenate(column) for column in zip(*(vars(each).values() for each in parts), strict=True)))
+
+    def gap(self, s: int, x: Array) -> float:
+        """Return the distance of sample s from what it meets, for positions (n, 3)."""
+        raise NotImplementedError
+
+    def gaps(self, x: Array) -> Array:
+        """Return the distances (k,) of all samples from what they meet, for positions (n, 3)."""
+        return np.array([self.gap(s, x) for s in range(len(self.corners))])
+
+    def pushed_within(self, x: Array, distance: float | Array) -> Self:
+        """Return the same samples, which are pushed off from a distance on, or as far as their places (n, 3) at rest
+        allow.
+        """
+        return replace(self, allowed=np.minimum(self.gaps(x) - SLACK, distance))
+
+
+@dataclass(frozen=True, eq=False)
+class Solids(Samples):
+    """Samples of the skin, each with the solid that it meets, at rest; mm.
+
+    Attributes
+    ----------
     origins : ndarray, shape (k, 3)
         Centres of balls, or points on the axes of cylinders.
     axes : ndarray, shape (k, 3, 3)
         Directions in which cylinders have their half axes, and in which they end; unused for balls.
     halves : ndarray, shape (k, 2)
         Half axes; of balls, -1 and the radius.
-    allowed : ndarray, shape (k,)
-        Distance from the solid below which a sample is pushed off it.
-    stiffness : ndarray, shape (k,)
     angles : ndarray, shape (k,)
         Turn of each solid with the mandible at full contraction, radians.
 
@@ -80,22 +123,15 @@ class Solids:
     (0.31, True)
     """
 
-    corners: IntArray
-    shares: Array
     origins: Array
     axes: Array
     halves: Array
-    allowed: Array
-    stiffness: Array
     angles: Array
 
-    def gaps(self, points: Array) -> Array:
-        """Return the distances (k,) of all samples from their solids at rest, for positions (n, 3)."""
-        gaps, normal = np.empty(len(self.corners)), np.empty(3)
-        samples = np.einsum("kc,kci->ki", self.shares, points[self.corners])
-        for s, sample in enumerate(samples):
-            gaps[s] = kernels.solid_gap(sample, self.origins[s], self.axes[s], self.halves[s], normal)
-        return gaps
+    def gap(self, s: int, x: Array) -> float:
+        """See :meth:`Samples.gap`."""
+        place = self.shares[s] @ x[self.corners[s]]
+        return float(kernels.solid_gap(place, self.origins[s], self.axes[s], self.halves[s], np.empty(3)))
 
     def turned(self, joint: JointWeights | None, rate: float) -> tuple[Array, Array]:
         """Return `origins` and `axes` as a mandible places them at its contraction rate."""
@@ -106,21 +142,6 @@ class Solids:
         flat = axes.reshape(-1, 3)
         add_turns(flat, np.arange(len(flat)), np.zeros(3), joint.axis, np.repeat(angles, 3), 1.0, flat)
         return origins, axes
-
-
-def joined(solids: Sequence[Solids]) -> Solids:
-    """Return all samples of several solids.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> face, each = fw.default_face(), np.ones(len(fw.default_face().points))
-    >>> eyes = eyeballs(face, each)
-    >>> len(joined([eyes, eyes]).allowed) == 2 * len(eyes.allowed)
-    True
-    """
-    columns = zip(*(vars(each).values() for each in solids), strict=True)
-    return Solids(*(np.concatenate(column) for column in columns))
 
 
 def eyeballs(face: Face, area: Array) -> Solids:
@@ -137,14 +158,14 @@ def eyeballs(face: Face, area: Array) -> Solids:
         corners, shares, stiffness = samples_of(face, near, area, radius)
         stiffness *= EYE_STIFFNESS / STIFFNESS
         found.append(_balls(face, corners, shares, stiffness, centre, np.array(radius), room))
-    return joined(found) if found else _none()
+    return Solids.joined(found) if found else _none()
 
 
 def dental_arches(face: Face, area: Array, angle: float) -> Solids:
     """Return the contacts with the dental arches, half cylinders that end at the edges of the incisors: the upper one
     is part of the skull, the lower one goes with the mandible, which turns by `angle` at full contraction.
     """
-    return joined([_arch(face, area, "upper", 0.0), _arch(face, area, "lower", angle)])
+    return Solids.joined([_arch(face, area, "upper", 0.0), _arch(face, area, "lower", angle)])
 
 
 def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
@@ -170,8 +191,8 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
     axes = np.broadcast_to(face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]], (k, 3, 3)).copy()
     origins = np.tile(lips + middle @ face.frame.axes, (k, 1))
-    arches = Solids(corners, shares, origins, axes, np.tile(half, (k, 1)), np.zeros(k), stiffness, np.full(k, angle))
-    return _with_room(arches, face, CROWN_BULGE * scale)
+    arches = Solids(corners, shares, np.zeros(k), stiffness, origins, axes, np.tile(half, (k, 1)), np.full(k, angle))
+    return arches.pushed_within(face.points * face.unit, CROWN_BULGE * scale)
 
 
 def bone_below(face: Face, area: Array, angles: Array) -> Solids:
@@ -196,7 +217,7 @@ def bone_below(face: Face, area: Array, angles: Array) -> Solids:
     corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
     centres = anchors[below] - radii[:, None] * normals[below]
     balls = _balls(face, corners, shares, STIFFNESS * area[vertices], centres, radii, OFF_BONE)
-    return Solids(**{**vars(balls), "angles": angles[vertices]})
+    return replace(balls, angles=angles[vertices])
 
 
 def _curvature(anchors: Array, normals: Array, triangles: npt.NDArray[np.int32], solid: npt.NDArray[np.bool_]) -> Array:
@@ -250,19 +271,13 @@ def _balls(
     k = len(corners)
     halves = np.stack([np.full(k, -1.0), np.broadcast_to(radii, k)], axis=1)
     centres = np.broadcast_to(centres, (k, 3)).copy()
-    balls = Solids(corners, shares, centres, np.zeros((k, 3, 3)), halves, np.zeros(k), stiffness, np.zeros(k))
-    return _with_room(balls, face, room)
-
-
-def _with_room(solids: Solids, face: Face, room: float) -> Solids:
-    """The same solids, of which samples are pushed off as far as `room`, and as the skin at rest allows."""
-    gaps = solids.gaps(face.points * face.unit)
-    return Solids(**{**vars(solids), "allowed": np.minimum(gaps - SLACK, room)})
+    balls = Solids(corners, shares, np.zeros(k), stiffness, centres, np.zeros((k, 3, 3)), halves, np.zeros(k))
+    return balls.pushed_within(face.points * face.unit, room)
 
 
 def _none() -> Solids:
     none = np.zeros(0)
     return Solids(
-        np.zeros((0, 3), np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2)),
-        none, none, none,
+        np.zeros((0, 3), np.int64), np.zeros((0, 3)), none, none,
+        np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2)), none,
     )  # fmt: skip

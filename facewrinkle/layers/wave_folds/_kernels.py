@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.compilation import njit
-from .._kernels import STEEPEST_SLIDE
+from .._kernels import STEEPEST_SLIDE, strain_at
 
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
@@ -102,14 +102,7 @@ def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, ex
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first == last:
             continue
-        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
-        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
-        xx = wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0]
-        yy = wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1]
-        zz = wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2]
-        yz = wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3]
-        xz = wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4]
-        xy = wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5]
+        xx, yy, zz, yz, xz, xy = strain_at(i, corners, barycentric, strain)
         some = False
         for p in range(first, last):
             x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
@@ -229,137 +222,35 @@ def heights(
 FACING = 0.3
 """Packets act on each other, and on points, only where the cosine of their normals is larger than this."""
 
-FINEST = 64
-"""Places of packets are whole multiples of this share of a triangle's sides: 1 / 64."""
-
 
 @njit(cache=True)
-def lattice(points, triangles, chosen, reach, count_only, host, weights, code):
-    """Place a lattice on each of the chosen triangles, no coarser than `reach` (n,) there; return the number of places.
+def pairs(own, others, order, along, reach):
+    """Pairs (p,) and (p,) of points (m, 3) and others (n, 3) that are less than the reach (m,) of the first apart.
 
-    A side has 1, 2, 4, ... intervals, so that a finer lattice holds the places of a coarser one: on another face with
-    the same triangles most places stay. `code` (p,) numbers the place in its triangle whatever the lattice, after the
-    level at which it appears.
+    `order` (n,) sorts the others along x, and `along` (n,) is their x in this order.
     """
-    total = 0
-    for f in chosen:
-        longest, needed = 0.0, np.inf
-        for s in range(3):
-            a, b = triangles[f, s], triangles[f, (s + 1) % 3]
-            square = 0.0
-            for c in range(3):
-                square += (points[a, c] - points[b, c]) ** 2
-            longest = max(longest, np.sqrt(square))
-            needed = min(needed, reach[a])
-        m = 1
-        while m < FINEST and longest > m * needed:
-            m *= 2
-        for i in range(m + 1):
-            for j in range(m + 1 - i):
-                if not count_only:
-                    step = FINEST // m
-                    u, v = i * step, j * step
-                    level, size = 0, FINEST
-                    while u % size or v % size:
-                        size //= 2
-                        level += 1
-                    host[total] = f
-                    weights[total, 0], weights[total, 1] = i / m, j / m
-                    weights[total, 2] = (m - i - j) / m
-                    code[total] = (level * (FINEST + 1) + u) * (FINEST + 1) + v
-                total += 1
-    return total
+    owner, second = [0][:0], [0][:0]
+    for i in range(len(own)):
+        x, y, z = own[i, 0], own[i, 1], own[i, 2]
+        for s in range(np.searchsorted(along, x - reach[i]), np.searchsorted(along, x + reach[i])):
+            j = order[s]
+            square = (x - others[j, 0]) ** 2 + (y - others[j, 1]) ** 2 + (z - others[j, 2]) ** 2
+            if square < reach[i] * reach[i]:
+                owner.append(i)
+                second.append(j)
+    return np.array(owner), np.array(second)
 
 
 @njit(cache=True)
-def cell_of(x, y, z, low, cell, dims):
-    """Number of the cell of a grid that holds a point; points outside belong to the cells of the border."""
-    i = min(max(int(np.floor((x - low[0]) / cell)), 0), dims[0] - 1)
-    j = min(max(int(np.floor((y - low[1]) / cell)), 0), dims[1] - 1)
-    k = min(max(int(np.floor((z - low[2]) / cell)), 0), dims[2] - 1)
-    return i, j, k
-
-
-@njit(cache=True)
-def thinned(where, radius, order, low, cell, dims):
-    """Mark the points (p,) of a greedy choice in a given order: none within `radius` (p,) of one taken before.
-
-    Cells of the grid list those that were taken, however many points there are.
-    """
-    taken = np.zeros(len(where), np.bool_)
-    last, before = np.full(dims[0] * dims[1] * dims[2], -1), np.full(len(where), -1)
+def thinned(first, second, order):
+    """Mark the points (p,) of a greedy choice in a given order: none that is paired with one taken before."""
+    taken = np.zeros(len(order), np.bool_)
     for q in order:
-        i, j, k = cell_of(where[q, 0], where[q, 1], where[q, 2], low, cell, dims)
         free = True
-        for a in range(max(i - 1, 0), min(i + 2, dims[0])):
-            for b in range(max(j - 1, 0), min(j + 2, dims[1])):
-                for c in range(max(k - 1, 0), min(k + 2, dims[2])):
-                    o = last[(a * dims[1] + b) * dims[2] + c]
-                    while free and o >= 0:
-                        square = 0.0
-                        for d in range(3):
-                            square += (where[q, d] - where[o, d]) ** 2
-                        free = square >= radius[q] * radius[q]
-                        o = before[o]
-        if free:
-            taken[q] = True
-            n = (i * dims[1] + j) * dims[2] + k
-            before[q] = last[n]
-            last[n] = q
+        for s in range(first[q], first[q + 1]):
+            free = free and not taken[second[s]]
+        taken[q] = free
     return taken
-
-
-@njit(cache=True)
-def neighbours(x, n, reach, own, low, cell, dims, start, items, points, normals, count_only, first, second):
-    """Pairs of packets (j, i) within the reach (m,) of j whose normals agree, as rows of CSR; return their number.
-
-    The grid holds the packets i at `points` with `normals`: the packets themselves (`own`) or their mirror images.
-    """
-    total = 0
-    for j in range(len(x)):
-        ci, cj, ck = cell_of(x[j, 0], x[j, 1], x[j, 2], low, cell, dims)
-        for a in range(max(ci - 1, 0), min(ci + 2, dims[0])):
-            for b in range(max(cj - 1, 0), min(cj + 2, dims[1])):
-                for c in range(max(ck - 1, 0), min(ck + 2, dims[2])):
-                    cube = (a * dims[1] + b) * dims[2] + c
-                    for s in range(start[cube], start[cube + 1]):
-                        i = items[s]
-                        if own and i == j:
-                            continue
-                        square, facing = 0.0, 0.0
-                        for d in range(3):
-                            square += (x[j, d] - points[i, d]) ** 2
-                            facing += n[j, d] * normals[i, d]
-                        if square < reach[j] * reach[j] and facing > FACING:
-                            if not count_only:
-                                second[total] = i
-                            total += 1
-        if not count_only:
-            first[j + 1] = total
-    return total
-
-
-@njit(cache=True)
-def turns(x, d, k, sigma, first, second, points, directions, weight, turn, flip):
-    """Weights of pairs by their distance across and along the lines of j, and the phase from i to j.
-
-    The wave is conjugated where the directions of the two point away from each other (`flip` is -1).
-    """
-    for j in range(len(x)):
-        for q in range(first[j], first[j + 1]):
-            i = second[q]
-            square, ours, theirs, same = 0.0, 0.0, 0.0, 0.0
-            for c in range(3):
-                e = x[j, c] - points[i, c]
-                square += e * e
-                ours += e * d[j, c]
-                theirs += e * directions[i, c]
-                same += d[j, c] * directions[i, c]
-            s = 1.0 if same >= 0.0 else -1.0
-            flip[q] = s
-            turn[q] = 0.5 * (k[i] * theirs + s * k[j] * ours)
-            across, along = sigma[j, 0], sigma[j, 1]
-            weight[q] = np.exp(-0.5 * (ours * ours / across**2 + max(square - ours * ours, 0.0) / along**2))
 
 
 @njit(cache=True)
@@ -387,43 +278,38 @@ def align(phase, first, second, weight, turn, flip, sweeps):
 
 
 @njit(cache=True)
-def waves_at(places, normals, x, n, d, k, share, sigma, phase, low, cell, dims, start, items, theta, strength, wave):
-    """Phase, strength and wave vector of the sum of all packets within a cell's width of each place; 0 without any."""
-    around, squares = np.empty(len(x), np.int64), np.empty(len(x))
+def waves_at(places, normals, x, n, d, k, share, sigma, phase, support, first, second, theta, strength, wave):
+    """Phase, strength and wave vector of the sum of all packets that are paired with each place; 0 without any.
+
+    Packets look away from a place, or count, by :data:`FACING`, and fade out at the distance `support`.
+    """
     for p in range(len(places)):
-        theta[p], strength[p] = 0.0, 0.0
-        wave[p, 0], wave[p, 1], wave[p, 2] = 0.0, 0.0, 0.0
-        ci, cj, ck = cell_of(places[p, 0], places[p, 1], places[p, 2], low, cell, dims)
-        nearest, lead, count = cell * cell, -1, 0
-        for a in range(max(ci - 1, 0), min(ci + 2, dims[0])):
-            for b in range(max(cj - 1, 0), min(cj + 2, dims[1])):
-                for c in range(max(ck - 1, 0), min(ck + 2, dims[2])):
-                    cube = (a * dims[1] + b) * dims[2] + c
-                    for s in range(start[cube], start[cube + 1]):
-                        j = items[s]
-                        square, facing = 0.0, 0.0
-                        for g in range(3):
-                            square += (places[p, g] - x[j, g]) ** 2
-                        if square >= cell * cell:
-                            continue
-                        for g in range(3):
-                            facing += n[j, g] * normals[p, g]
-                        if facing <= FACING:
-                            continue
-                        around[count], squares[count] = j, square
-                        count += 1
-                        if square < nearest:  # its direction is that which the others are counted along
-                            nearest, lead = square, j
-        re, im, total, kx, ky, kz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for q in range(count):
-            j, square = around[q], squares[q]
-            ours, same = 0.0, 0.0
+        nearest, lead = np.inf, -1
+        for s in range(first[p], first[p + 1]):
+            j = second[s]
+            square, facing = 0.0, 0.0
             for g in range(3):
-                ours += (places[p, g] - x[j, g]) * d[j, g]
+                square += (places[p, g] - x[j, g]) ** 2
+                facing += n[j, g] * normals[p, g]
+            if facing > FACING and square < nearest:  # its direction is that which the others are counted along
+                nearest, lead = square, j
+        if lead < 0:
+            continue
+        re, im, total, kx, ky, kz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for s in range(first[p], first[p + 1]):
+            j = second[s]
+            square, facing, ours, same = 0.0, 0.0, 0.0, 0.0
+            for g in range(3):
+                way = places[p, g] - x[j, g]
+                square += way * way
+                facing += n[j, g] * normals[p, g]
+                ours += way * d[j, g]
                 same += d[j, g] * d[lead, g]
+            if facing <= FACING:
+                continue
             across, along = sigma[j, 0], sigma[j, 1]
             w = np.exp(-0.5 * (ours * ours / across**2 + max(square - ours * ours, 0.0) / along**2))
-            w *= (1.0 - square / (cell * cell)) ** 2
+            w *= (1.0 - square / (support * support)) ** 2
             sign = 1.0 if same >= 0.0 else -1.0
             angle = phase[j] + k[j] * ours
             re += w * share[j] * np.cos(angle)
@@ -436,30 +322,3 @@ def waves_at(places, normals, x, n, d, k, share, sigma, phase, low, cell, dims, 
             theta[p] = np.arctan2(im, re)
             strength[p] = np.hypot(re, im) / total
             wave[p, 0], wave[p, 1], wave[p, 2] = kx / total, ky / total, kz / total
-
-
-@njit(cache=True)
-def directed(wave, normals, corners, barycentric, metric, tangents):
-    """Tangents (p, 6) across each wave, and along it, of unit length in the rest metric (n0, 6)."""
-    first, second, g = np.empty(3), np.empty(3), np.empty(6)
-    for p in range(len(wave)):
-        n = normals[p]
-        up = wave[p, 0] * n[0] + wave[p, 1] * n[1] + wave[p, 2] * n[2]
-        for c in range(3):
-            first[c] = wave[p, c] - up * n[c]
-        size = max(np.sqrt(first[0] ** 2 + first[1] ** 2 + first[2] ** 2), 1e-12)
-        for c in range(3):
-            first[c] /= size
-        second[0] = n[1] * first[2] - n[2] * first[1]
-        second[1] = n[2] * first[0] - n[0] * first[2]
-        second[2] = n[0] * first[1] - n[1] * first[0]
-        for k in range(6):
-            g[k] = 0.0
-            for c in range(3):
-                g[k] += barycentric[p, c] * metric[corners[p, c], k]
-        for k, v in enumerate((first, second)):
-            square = g[0] * v[0] ** 2 + g[1] * v[1] ** 2 + g[2] * v[2] ** 2
-            square += 2.0 * (g[3] * v[1] * v[2] + g[4] * v[0] * v[2] + g[5] * v[0] * v[1])
-            size = np.sqrt(max(square, 1e-6))
-            for c in range(3):
-                tangents[p, 3 * k + c] = v[c] / size

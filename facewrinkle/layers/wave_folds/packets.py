@@ -11,7 +11,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -22,7 +21,7 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..compression import along
+from ..compression import along, orthonormal_tangents, principal
 from . import _kernels as kernels
 from .families import window_of
 from .tissue import OTHERS, OWN
@@ -69,6 +68,9 @@ FAINTEST = 0.42
 ALIKE = 1.1
 """Weight of the other side of the face at symmetry 1, relative to that of the own side, in the alignment."""
 
+FINEST = 64
+"""Places of packets are whole multiples of this share of a triangle's sides: 1 / 64."""
+
 KEPT = ("zone", "window", "x", "n", "d", "k", "phase", "share")
 """Arrays that packets consist of."""
 
@@ -99,37 +101,20 @@ class Style:
     length: float = 1.0
 
 
-class Grid:
-    """Points sorted into cubes of a grid, for the loops.
+def pairs(own: Array, others: Array, reach: float | Array) -> tuple[IntArray, IntArray, IntArray]:
+    """Return the pairs of points (m, 3) and others (n, 3) that are less than a reach, or one each (m,), apart.
+
+    As rows of CSR: the first pair of each point (m + 1,), and of each pair the other point; and, likewise, the point.
 
     Examples
     --------
-    >>> grid = Grid(np.array([[0.0, 0, 0], [9, 0, 0], [1, 0, 0]]), cell=2.0)
-    >>> grid.dims.tolist(), grid.items[: grid.start[1]].tolist()
-    ([5, 1, 1], [0, 2])
+    >>> first, second, _ = pairs(np.array([[0.0, 0, 0], [9, 0, 0]]), np.array([[1.0, 0, 0], [0, 1, 0]]), 2.0)
+    >>> first.tolist(), sorted(second.tolist())
+    ([0, 2, 2], [0, 1])
     """
-
-    def __init__(self, points: Array, cell: float) -> None:
-        self.cell = float(cell)
-        self.low = points.min(axis=0) if len(points) else np.zeros(3)
-        index = np.floor((points - self.low) / self.cell).astype(np.int64)
-        self.dims: IntArray = index.max(axis=0, initial=0) + 1
-        self._number: IntArray = (index[:, 0] * self.dims[1] + index[:, 1]) * self.dims[2] + index[:, 2]
-
-    @cached_property
-    def items(self) -> IntArray:
-        """The points, cube by cube."""
-        return np.asarray(np.argsort(self._number, kind="stable"))
-
-    @cached_property
-    def start(self) -> IntArray:
-        """First item of each cube, and the end of the last."""
-        return np.asarray(np.searchsorted(self._number[self.items], np.arange(int(self.dims.prod()) + 1)))
-
-    @property
-    def cells(self) -> tuple[Array, float, IntArray, IntArray, IntArray]:
-        """Arguments of the loops."""
-        return self.low, self.cell, self.dims, self.start, self.items
+    order = np.argsort(others[:, 0], kind="stable")
+    owner, second = kernels.pairs(own, others, order, others[order, 0], np.broadcast_to(reach, len(own)).copy())
+    return np.searchsorted(owner, np.arange(len(own) + 1)), second, owner
 
 
 def drawn(host: IntArray, code: IntArray, key: int) -> Array:
@@ -147,6 +132,47 @@ def drawn(host: IntArray, code: IntArray, key: int) -> Array:
         mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(factor)
     mixed ^= mixed >> np.uint64(31)
     return np.asarray((mixed >> np.uint64(11)).astype(np.float64) / 2.0**53)
+
+
+def lattice(
+    points: Array, triangles: npt.NDArray[np.int32], chosen: IntArray, reach: Array
+) -> tuple[IntArray, Array, IntArray, IntArray]:
+    """Place a lattice on each of the chosen triangles, no coarser than `reach` (n,) there.
+
+    A side has 1, 2, 4, ... intervals, so that a finer lattice holds the places of a coarser one: on another face with
+    the same triangles most places stay.
+
+    Returns
+    -------
+    host : ndarray of int, shape (p,)
+        The triangle of each place.
+    weights : ndarray, shape (p, 3)
+    level, code : ndarray of int, shape (p,)
+        How fine a lattice must be to hold the place, and its number in its triangle whatever the lattice.
+
+    Examples
+    --------
+    >>> triangle, corners = np.array([[0, 1, 2]]), np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> host, weights, level, _ = lattice(corners, triangle, np.array([0]), np.ones(3))
+    >>> len(host), level.tolist()
+    (6, [0, 1, 0, 1, 1, 0])
+    """
+    corners = triangles[chosen]
+    longest = np.linalg.norm(points[corners] - points[np.roll(corners, -1, axis=1)], axis=2).max(axis=1)
+    needed = np.maximum(longest / reach[corners].min(axis=1), 1.0)
+    parts = np.minimum(2.0 ** np.ceil(np.log2(needed)), FINEST).astype(np.int64)
+    columns = [(np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64), np.empty(0, np.int64))]
+    for m in np.unique(parts).tolist():
+        i, j = (steps[np.tri(m + 1, dtype=bool)[::-1]] for steps in np.indices((m + 1, m + 1)))
+        u, v, alike = i * (FINEST // m), j * (FINEST // m), chosen[parts == m]
+        level = np.log2(FINEST // np.gcd(np.gcd(u, v), FINEST)).astype(np.int64)
+        weights, k = np.stack([i, j, m - i - j], axis=1) / m, len(alike)
+        columns.append((
+            np.repeat(alike, len(i)), np.tile(weights, (k, 1)), np.tile(level, k), np.tile(u * (FINEST + 1) + v, k)
+        ))  # fmt: skip
+    host, weights, level, code = (np.concatenate(column) for column in zip(*columns, strict=True))
+    order = np.argsort(host, kind="stable")
+    return host[order], weights[order], level[order], code[order]
 
 
 class Packets:
@@ -217,14 +243,15 @@ class Packets:
         """Prepare the sums at places."""
         lengths = 2.0 * np.pi / self.k
         self._sigma = np.outer(lengths, SUMMED)
-        self._grid = Grid(self.x, SUPPORT * float(lengths.mean()) if len(self.x) else 1.0)
+        self._support = SUPPORT * float(lengths.mean()) if len(self.x) else 1.0
 
     def at(self, places: Array, normals: Array) -> tuple[Array, Array, Array]:
         """Return phase (n,), strength (n,) and wave vector (n, 3) of the family at places (n, 3), mm."""
-        theta, strength, wave = np.empty(len(places)), np.empty(len(places)), np.empty((len(places), 3))
+        theta, strength, wave = np.zeros(len(places)), np.zeros(len(places)), np.zeros((len(places), 3))
+        first, second, _ = pairs(places, self.x, self._support)
         kernels.waves_at(
-            places, normals, self.x, self.n, self.d, self.k, self.share, self._sigma, self.phase, *self._grid.cells,
-            theta, strength, wave,
+            places, normals, self.x, self.n, self.d, self.k, self.share, self._sigma, self.phase, self._support,
+            first, second, theta, strength, wave,
         )  # fmt: skip
         return theta, strength, wave
 
@@ -233,20 +260,14 @@ class Packets:
     def _place(self, points: Array, triangles: npt.NDArray[np.int32], length: Array) -> tuple[IntArray, Array]:
         """Choose places on points (n0, 3); return the corners (p, 3) of their triangles and their weights (p, 3)."""
         chosen = np.flatnonzero(self.zone)
-        arguments = points, triangles, chosen, APART * length
-        none = np.empty(0, np.int64), np.empty((0, 3)), np.empty(0, np.int64)
-        count = kernels.lattice(*arguments, True, *none)
-        host, weights, code = np.empty(count, np.int64), np.empty((count, 3)), np.empty(count, np.int64)
-        kernels.lattice(*arguments, False, host, weights, code)
+        host, weights, level, code = lattice(points, triangles, chosen, APART * length)
         corners = triangles[host]
         where = np.einsum("pc,pck->pk", weights, points[corners])
         radius = APART * (weights * length[corners]).sum(axis=1)
         # Coarse places first: where a lattice is finer on another face, what it adds only fills gaps.
-        level = code // (kernels.FINEST + 1) ** 2
-        order = np.lexsort((drawn(host, code, self._key + 1), level))
-        grid = Grid(where, float(radius.max(initial=1e-9)))
-        taken = kernels.thinned(where, radius, order, grid.low, grid.cell, grid.dims)
-        self._host, self._code = host[taken], code[taken] % (kernels.FINEST + 1) ** 2
+        order = np.lexsort((drawn(host, level * (FINEST + 1) ** 2 + code, self._key + 1), level))
+        taken = kernels.thinned(*pairs(where, where, radius)[:2], order)
+        self._host, self._code = host[taken], code[taken]
         return corners[taken].astype(np.int64), weights[taken]
 
     def _draw(self, number: int) -> Array:
@@ -254,17 +275,14 @@ class Packets:
 
     def _find_neighbours(self, face: Face, reach: Array) -> None:
         """Find the packets around each, and those around the mirror image of each."""
-        self._rows: list[tuple[IntArray, IntArray, Array, Array]] = []
+        self._rows: list[tuple[IntArray, IntArray, Array]] = []
         self._gaussian: dict[int, tuple[csr_array, Array]] = {}
         for mirrored in (False, True) if face.landmarks and self._style.symmetry else (False,):
             x, n = (self._mirrored(v, face, v is self.x) for v in (self.x, self.n)) if mirrored else (self.x, self.n)
-            grid = Grid(x, float(reach.max(initial=1e-9)))
-            arguments = self.x, self.n, reach, not mirrored, *grid.cells, x, n
-            none = np.empty(0, np.int64)
-            first = np.zeros(len(self.x) + 1, np.int64)
-            second = np.empty(kernels.neighbours(*arguments, True, none, none), np.int64)
-            kernels.neighbours(*arguments, False, first, second)
-            self._rows.append((first, second, x, n))
+            _, second, owner = pairs(self.x, x, reach)
+            alike = (self.n[owner] * n[second]).sum(axis=1) > kernels.FACING
+            alike &= mirrored | (owner != second)
+            self._rows.append((owner[alike], second[alike], x))
         self._face = face
 
     def _mirrored(self, vectors: Array, face: Face, places: bool) -> Array:
@@ -288,10 +306,9 @@ class Packets:
     def _weights(self, side: int) -> tuple[csr_array, Array]:
         """Gaussian weights of the neighbours, or of those mirrored, and the sums of their squares; made once."""
         if side not in self._gaussian:
-            first, second, x, _ = self._rows[side]
-            owner = np.repeat(np.arange(len(self.x)), np.diff(first))
+            owner, second, x = self._rows[side]
             away = ((self.x[owner] - x[second]) ** 2).sum(axis=1) / (EVEN * self._local[owner]) ** 2
-            weights = csr_array((np.exp(-0.5 * away), second, first), shape=(len(self.x),) * 2)
+            weights = csr_array((np.exp(-0.5 * away), (owner, second)), shape=(len(self.x),) * 2)
             self._gaussian[side] = weights, weights.power(2).sum(axis=1)
         return self._gaussian[side]
 
@@ -332,15 +349,19 @@ class Packets:
 
     def _edges(self, spread: tuple[float, float]) -> tuple[Any, ...]:
         """Neighbours of all packets on both sides as rows of CSR: first, second, weights, turns, flips."""
-        lengths = 2.0 * np.pi / self.k
-        sigma = np.outer(lengths, spread)
+        across, along = np.outer(spread, 2.0 * np.pi / self.k)
         columns = []
-        for side, (first, second, x, _) in enumerate(self._rows):
+        for side, (owner, second, x) in enumerate(self._rows):
             directions = self._mirrored(self.d, self._face, False) if side else self.d
-            weight, turn, flip = (np.empty(len(second)) for _ in range(3))
-            kernels.turns(self.x, self.d, self.k, sigma, first, second, x, directions, weight, turn, flip)
+            way = self.x[owner] - x[second]
+            ours, theirs = (way * self.d[owner]).sum(axis=1), (way * directions[second]).sum(axis=1)
+            # A wave is conjugated where the directions of the two point away from each other.
+            flip = np.where((self.d[owner] * directions[second]).sum(axis=1) >= 0.0, 1.0, -1.0)
+            turn = 0.5 * (self.k[second] * theirs + flip * self.k[owner] * ours)
+            beside = np.maximum((way**2).sum(axis=1) - ours**2, 0.0)
+            weight = np.exp(-0.5 * ((ours / across[owner]) ** 2 + beside / along[owner] ** 2))
             weight *= ALIKE * self._style.symmetry if side else 1.0
-            columns.append((np.repeat(np.arange(len(self.x)), np.diff(first)), second, weight, turn, flip))
+            columns.append((owner, second, weight, turn, flip))
         joined = [np.concatenate(column) for column in zip(*columns, strict=True)]
         some = joined[2] > 0.01
         order = np.argsort(joined[0][some], kind="stable")
@@ -375,14 +396,7 @@ class Packets:
 
 def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
     """Return the tangents (p, 3) of the largest principal value of tensors (p, 6), and both values (p, 2)."""
-    full = tensors[:, [0, 5, 4, 5, 1, 3, 4, 3, 2]].reshape(-1, 3, 3)
-    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first = first - (first * normals).sum(axis=1, keepdims=True) * normals
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    second = np.cross(normals, first)
-    a, b, c = (np.einsum("pi,pij,pj->p", u, full, v) for u, v in ((first, first), (second, second), (first, second)))
-    mean, spread = 0.5 * (a + b), np.hypot(0.5 * (a - b), c)
-    angle = 0.5 * np.arctan2(2.0 * c, a - b)
-    tangents = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+    flat = np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], (len(normals), 1))
+    values, _, tangents = principal(tensors, *orthonormal_tangents(flat, normals))
     tangents *= np.where(tangents @ AHEAD < 0.0, -1.0, 1.0)[:, None]
-    return tangents, np.stack([mean - spread, mean + spread], axis=1)
+    return tangents, values

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
@@ -59,11 +58,6 @@ OPPOSED = -0.2
 
 PROBES, NEAREST = (1.5, 3.5), 6
 """Depths, mm, at which the other side of a flap is looked for, and how many of the nearest vertices are looked at."""
-
-MANY, MOST_CELLS = 20_000, 80
-"""On a mesh of more vertices, those that may lie on a flap are found first, by a grid of at most this many cells along
-each axis.
-"""
 
 ROLLING = 0.9
 """Share of the lines that an upper lid lacks: it rolls in as one fold."""
@@ -189,12 +183,10 @@ def edge_distance(face: Face) -> Array:
     points = face.points * face.unit / scale_of(face)
     normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
     out = np.full(len(points), np.inf)
-    flap = np.arange(len(points)) if len(points) <= MANY else np.flatnonzero(_may_be_flaps(points, normals))
     for depth in PROBES:
-        probes = points[flap] - depth * normals[flap]
-        for found in tree.query(probes, k=min(NEAREST, len(points)))[1].T:
-            hit = np.flatnonzero(np.einsum("nk,nk->n", normals[flap], normals[found]) < OPPOSED)
-            opposed, other = flap[hit], found[hit]
+        for found in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
+            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, normals[found]) < OPPOSED)
+            other = found[opposed]
             way, facing = points[other] - points[opposed], normals[opposed]
             behind = ((way * facing).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
             out[opposed[behind]] = np.minimum(out[opposed[behind]], np.linalg.norm(way[behind], axis=1))
@@ -203,30 +195,6 @@ def edge_distance(face: Face) -> Array:
         border = cKDTree(points[np.concatenate(loops)])
         out = np.minimum(out, border.query(points, distance_upper_bound=EDGE[1])[0])
     return out
-
-
-def _may_be_flaps(points: Array, normals: Array) -> npt.NDArray[np.bool_]:
-    """False (n,) for vertices that no vertex within the last of `EDGE` is opposed to.
-
-    The normals around a vertex lie in a box, which is found by a grid; their least product with its own is one with a
-    corner of the box.
-    """
-    from scipy.ndimage import maximum_filter, minimum_filter
-
-    low = points.min(axis=0)
-    size = max(EDGE[1], float(np.ptp(points, axis=0).max()) / MOST_CELLS)
-    cell = ((points - low) / size).astype(np.int64)
-    shape = tuple(cell.max(axis=0) + 1)
-    number = np.ravel_multi_index(tuple(cell.T), shape)
-    least = np.zeros(len(points))
-    for own in normals.T:
-        ends = []
-        for extreme, around, empty in ((np.minimum, minimum_filter, np.inf), (np.maximum, maximum_filter, -np.inf)):
-            found = np.full(shape, empty)
-            extreme.at(found.reshape(-1), number, own)
-            ends.append(own * around(found, 3, mode="nearest").reshape(-1)[number])
-        least += np.minimum(*ends)
-    return np.asarray(least < OPPOSED + 1e-9)
 
 
 def grain(face: Face) -> Array:

@@ -9,9 +9,10 @@ from typing import Self
 import numpy as np
 
 from ...array_types import Array, IntArray
+from ...geometry.interpolation import interpolated
 from ...geometry.refinement import Room
 from ..base import SurfacePoints
-from . import _kernels as kernels
+from ..compression import along
 
 COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "tangents")
 """Columns with a row per entry."""
@@ -108,7 +109,8 @@ def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Arr
 
     They are of unit length in the rest metric (n0, 6).
     """
-    tangents = np.empty((len(wave), 6))
-    where = vertices.normals[near], vertices.corners[near], vertices.barycentric[near]
-    kernels.directed(wave, *where, metric, tangents)
-    return tangents
+    normals, tensors = vertices.normals[near], interpolated(metric, vertices.corners[near], vertices.barycentric[near])
+    first = wave - (wave * normals).sum(axis=1, keepdims=True) * normals
+    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    both = first, np.cross(normals, first)
+    return np.hstack([each / np.sqrt(np.maximum(along(tensors, each), 1e-6))[:, None] for each in both])
