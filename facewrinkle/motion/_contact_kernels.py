@@ -74,10 +74,10 @@ def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
 
 
 @njit(cache=True)
-def solid_rows(x, ahead, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
+def solid_rows(x, ahead, still, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
-    `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and stiffness (m,); they are filled from row
+    It is `still` if it is 0 everywhere. `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and stiffness (m,); they are filled from row
     `first` on. Returns the number of rows that are then filled.
     """
     vertices, slopes, depths, stiff = rows
@@ -85,6 +85,8 @@ def solid_rows(x, ahead, near, corners, shares, allowed, origins, axes, halves, 
     for s in near:
         at_sample(x, corners, shares, s, p)
         after = depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
+        if still and depth <= 0.0:
+            continue
         for c in range(3):
             for k in range(3):
                 after -= shares[s, c] * normal[k] * ahead[corners[s, c], k]
@@ -371,7 +373,7 @@ def firmness(x, triangle, full, slopes):
 
 
 @njit(cache=True)
-def plane_rows(x, ahead, corners, shares, allowed, stiffness, triangles, full, rows, first):
+def plane_rows(x, ahead, still, corners, shares, allowed, stiffness, triangles, full, rows, first):
     """Write rows of samples that are too near now or after `ahead`; see `solid_rows`.
 
     Depths are those below the planes times the `firmness` of the triangles, whose `full` areas are given (k,).
@@ -380,7 +382,7 @@ def plane_rows(x, ahead, corners, shares, allowed, stiffness, triangles, full, r
     bary, normal, turn = np.empty(3), np.empty(3), np.empty((3, 3))
     for s in range(corners.shape[0]):
         after = depth = allowed[s] - plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
-        if depth == -np.inf:
+        if depth == -np.inf or (still and depth <= 0.0):
             continue
         for c in range(3):
             for k in range(3):

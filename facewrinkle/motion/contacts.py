@@ -210,11 +210,11 @@ class Contacts:
         """Write the rows of all contacts that press, or would after a displacement `ahead` (n, 3), which leaves these
         `shares` (m,) of the areas of triangles; return their number.
         """
-        x, rows, f, s = self._x, self._rows, self.flats, self.solids
-        m = kernels.solid_rows(x, ahead, self._near_solids, *self._placed, s.stiffness, rows, 0)
+        x, rows, f, s, still = self._x, self._rows, self.flats, self.solids, ahead is self._still
+        m = kernels.solid_rows(x, ahead, still, self._near_solids, *self._placed, s.stiffness, rows, 0)
         for skin, full in zip((self.lips, self.lids, self.flesh), self._full, strict=True):
             m = kernels.plane_rows(
-                x, ahead, skin.corners, skin.shares, skin.allowed, skin.stiffness, skin.triangles, full, rows, m
+                x, ahead, still, skin.corners, skin.shares, skin.allowed, skin.stiffness, skin.triangles, full, rows, m
             )
         lowest = min(self._shares.min(initial=1.0), shares.min(initial=1.0))
         for least, stiffness in self._flat_levels:

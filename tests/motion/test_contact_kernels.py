@@ -109,7 +109,7 @@ def test_the_energy_of_solids_is_half_stiffness_times_depth_squared():
     rows = np.zeros((len(gaps), 6), int), np.zeros((len(gaps), 6, 3)), np.zeros(len(gaps)), np.zeros(len(gaps))
 
     def energy_at(x, gradient):
-        count = kernels.solid_rows(x, np.zeros_like(x), np.arange(len(gaps)), *placed, stiffness, rows, 0)
+        count = kernels.solid_rows(x, np.zeros_like(x), True, np.arange(len(gaps)), *placed, stiffness, rows, 0)
         return kernels.energy_of(rows, count, gradient)
 
     depths = np.maximum(placed[2] - gaps, 0.0)

@@ -35,7 +35,7 @@ def energy_of(x, corners, shares, triangles, full, allowed, stiffness, grad):
     """The energy of the contacts at x; its gradient is added."""
     k = len(corners)
     rows = np.zeros((k, 6), np.int64), np.zeros((k, 6, 3)), np.zeros(k), np.zeros(k)
-    m = kernels.plane_rows(x, np.zeros_like(x), corners, shares, allowed, stiffness, triangles, full, rows, 0)
+    m = kernels.plane_rows(x, np.zeros_like(x), True, corners, shares, allowed, stiffness, triangles, full, rows, 0)
     return kernels.energy_of(rows, m, grad)
 
 
@@ -63,7 +63,7 @@ def test_a_triangle_without_area_meets_nothing():
     assert energy_of(x, corners, shares, triangles, full, allowed, stiffness, grad) == 0.0
     assert not grad.any()
     rows = np.zeros((1, 6), np.int64), np.zeros((1, 6, 3)), np.zeros(1), np.zeros(1)
-    assert kernels.plane_rows(x, x, corners, shares, allowed, stiffness, triangles, full, rows, 0) == 0
+    assert kernels.plane_rows(x, x, False, corners, shares, allowed, stiffness, triangles, full, rows, 0) == 0
 
 
 @pytest.mark.parametrize("area", [0.0, 12.0])
@@ -95,7 +95,7 @@ def test_rows_know_all_that_is_near_or_comes_near():
     energy_of(x, corners, shares, triangles, full, allowed, stiffness, grad)
     ahead = 1e-6 * np.random.default_rng(5).normal(size=x.shape)
     rows = np.zeros((41, 6), np.int64), np.zeros((41, 6, 3)), np.zeros(41), np.zeros(41)
-    m = kernels.plane_rows(x, ahead, corners, shares, allowed, stiffness, triangles, full, rows, 1)
+    m = kernels.plane_rows(x, ahead, False, corners, shares, allowed, stiffness, triangles, full, rows, 1)
     here, there = (heights(place, corners, shares, triangles) for place in (x, x + ahead))
     near = (here < allowed) | (there < allowed)
     assert m == 1 + near.sum()
@@ -113,6 +113,6 @@ def test_rows_of_triangles_that_collapse_have_bounded_slopes():
         x[triangles[:, 2]] = x[triangles[:, 0]] + flat * rng.normal(size=(40, 3))  # some have two corners in one place
         rows = np.zeros((40, 6), np.int64), np.zeros((40, 6, 3)), np.zeros(40), np.zeros(40)
         still = np.zeros_like(x)
-        m = kernels.plane_rows(x, still, corners, shares, allowed, stiffness, triangles, full, rows, 0)
+        m = kernels.plane_rows(x, still, False, corners, shares, allowed, stiffness, triangles, full, rows, 0)
         assert m > 5
         assert np.abs(rows[1][:m]).max() < 20.0
