@@ -77,8 +77,8 @@ def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
 def solid_rows(x, ahead, still, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
-    It is `still` if it is 0 everywhere. `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and stiffness (m,); they are filled from row
-    `first` on. Returns the number of rows that are then filled.
+    It is `still` if it is 0 everywhere. `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and
+    stiffness (m,); they are filled from row `first` on. Returns the number of rows that are then filled.
     """
     vertices, slopes, depths, stiff = rows
     p, normal = np.empty(3), np.empty(3)
