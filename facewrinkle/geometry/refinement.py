@@ -10,7 +10,6 @@ undoing every split restores M0 exactly.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self, TypeVar
 
@@ -31,9 +30,6 @@ DEEPEST = 52
 
 SPARE_AT_FIRST, SPARE_LATER = 2, 8
 """Tables have one row to spare for so many in use: when they are made, and each time they have grown."""
-
-SPARE = 4
-"""The same of arrays to which rows are appended."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +113,6 @@ class RedGreenForest:
         self._state[kernels.FIRST :] = 0
         self._corners = np.repeat(np.arange(n0, dtype=np.int32)[:, None], 3, axis=1)
         self._barycentric = np.tile([1.0, 0.0, 0.0], (n0, 1))
-        self._room = Room()
         self._triangles = frozen(base)
         self._leaf = np.arange(len(base), dtype=np.int32)
 
@@ -147,9 +142,8 @@ class RedGreenForest:
             self._make_room()
         created = self.n_points - before
         if created:
-            self._corners, self._barycentric = self._room.appended(
-                [self._corners, self._barycentric], [np.empty((created, 3), np.int32), np.empty((created, 3))]
-            )
+            self._corners = np.concatenate([self._corners, np.empty((created, 3), np.int32)])
+            self._barycentric = np.concatenate([self._barycentric, np.empty((created, 3))])
             kernels.weigh(self._points, self._base, self._corners, self._barycentric, before)
         return created
 
@@ -222,7 +216,6 @@ class RedGreenForest:
         vars(twin).update(vars(self))
         for name in ("_nodes", "_edges", "_points", "_state"):
             setattr(twin, name, getattr(self, name).copy())
-        twin._room = Room()
         return twin
 
     @property
@@ -356,47 +349,6 @@ def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_arra
     forest = RedGreenForest(triangles)
     forest.split(marked)
     return forest.triangles, forest.weights
-
-
-class Room:
-    """Tables with room for more rows than are in use.
-
-    Meshes that are refined step by step get a few vertices at a time; all that is known of the others stays where it
-    is. Arrays that were returned before keep their values: they are the first rows of the same tables.
-
-    Examples
-    --------
-    >>> room, ones = Room(), np.ones(3)
-    >>> (first,) = room.appended([ones], [np.zeros(1)])
-    >>> (second,) = room.appended([first], [np.full(1, 2.0)])
-    >>> first.tolist(), second.tolist(), second.base is first.base
-    ([1.0, 1.0, 1.0, 0.0], [1.0, 1.0, 1.0, 0.0, 2.0], True)
-    """
-
-    def __init__(self) -> None:
-        self._tables: list[np.ndarray] = []
-        self._used = -1
-
-    def appended(self, old: Sequence[np.ndarray], new: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Return arrays with the rows of the old ones and then those of the new ones.
-
-        The old ones are copied unless they are what was returned last, and there is room behind them.
-        """
-        n, total = len(old[0]), len(old[0]) + len(new[0])
-        if not self._holds(old) or total > len(self._tables[0]):
-            self._tables = [np.empty((total + total // SPARE, *each.shape[1:]), each.dtype) for each in old]
-            for table, each in zip(self._tables, old, strict=True):
-                table[:n] = each
-        for table, each in zip(self._tables, new, strict=True):
-            table[n:total] = each
-        self._used = total
-        return [table[:total] for table in self._tables]
-
-    def _holds(self, arrays: Sequence[np.ndarray]) -> bool:
-        """Tell whether arrays are all rows in use of these tables."""
-        return self._used == len(arrays[0]) and all(
-            each.base is table for each, table in zip(arrays, self._tables, strict=True)
-        )
 
 
 def _table(used: int, width: int) -> IntArray:

@@ -65,6 +65,15 @@ class SurfacePoints:
         kernels.normalise(upright)
         return cls(interpolated(points, corners, barycentric), upright, corners, barycentric, forest.host[first:])
 
+    def taken(self, some: slice | IntArray) -> Self:
+        """Return some of the points."""
+        return type(self)(*(column[some] for column in vars(self).values()))
+
+    def followed(self, kept: slice | IntArray, new: Self) -> Self:
+        """Return the points that live on, then the new ones."""
+        columns = zip(vars(self.taken(kept)).values(), vars(new).values(), strict=True)
+        return type(self)(*map(np.concatenate, columns))
+
 
 @dataclass(frozen=True, eq=False)
 class SurfaceState:

@@ -15,7 +15,7 @@ from . import _kernels as kernels
 from .activation import Activation
 from .base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
 from .compression import Gathered, StrainField
-from .folds import Folds, alike
+from .folds import Folds
 
 SMALLEST = 0.5
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
@@ -92,7 +92,6 @@ class MuscleWrinkles:
         self._zones = face.zones & drawn[:, None]
         if self._outer is not None:
             self._zones &= self._outer[face.triangles].any(axis=1)
-        self._alike = alike(self._muscles, self._zones)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
@@ -109,7 +108,7 @@ class MuscleWrinkles:
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._alike, self._outer)
+        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._outer)
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)

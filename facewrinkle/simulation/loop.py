@@ -24,7 +24,7 @@ from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares, unfolded_slides
-from ..geometry.refinement import Change, RedGreenForest, Room
+from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
@@ -100,7 +100,6 @@ class Simulation:
     ------
     ParameterError
         For a pattern that the mesh cannot carry at all, and for a motion that lacks members or is not of this face.
-        Later, for a simulation that is at work in another thread: each needs its own.
 
     Attributes
     ----------
@@ -329,7 +328,7 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self._levels, self._restless, self._room = self.forest.level, Restless(self.forest), Room()
+        self._levels, self._restless = self.forest.level, Restless(self.forest)
         self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
@@ -496,7 +495,7 @@ class Simulation:
     def _attach_anew(self) -> None:
         """Let layers forget what came before, those that remember any of it."""
         n = len(self.face.points)
-        at_rest = SurfacePoints(*(getattr(self.vertices, name)[:n] for name in SurfacePoints.__dataclass_fields__))
+        at_rest = self.vertices.taken(slice(n))
         for layer in self.layers:
             if not getattr(layer, "stateless", False):
                 layer.attach(self.face)
@@ -553,9 +552,7 @@ class Simulation:
             created = SurfacePoints.of_forest(
                 self.forest, self.face.points, self._base_normals, self.forest.n_points - change.n_created
             )
-            old = [getattr(self.vertices, name)[change.kept] for name in SurfacePoints.__dataclass_fields__]
-            new = [getattr(created, name) for name in SurfacePoints.__dataclass_fields__]
-            self.vertices = SurfacePoints(*(self._room.appended(old, new) if change.n_created else old))
+            self.vertices = self.vertices.followed(change.kept, created)
             self._levels = self.forest.level
             self._restless.follow(self.forest, self._steps)
             self._frames.remesh()

@@ -21,10 +21,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.profile import deepest
-from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.compression import StrainField, along
-from facewrinkle.layers.folds import OF_ENTRIES, Folds, alike
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 
 UNREFINED = fw.Refinement(max_level=0)
@@ -244,22 +241,3 @@ def test_errors(settings):
 def test_what_is_no_number_of_use_is_refused(value):
     with pytest.raises(ParameterError, match="depth must"):
         MuscleWrinkles(depth=value)
-
-
-def test_muscles_that_share_their_folds_have_the_same(face):
-    patterns = [muscle.fold_pattern for muscle in face.muscles.values()]
-    first, names = alike(patterns, face.zones), list(face.muscles)
-    shared = {names[k] for k, other in enumerate(first) if other != k}
-    assert {"levator_labii_superioris_l", "levator_labii_superioris_r", "buccinator_l"} <= shared
-    assert "corrugator_l" not in shared
-    n = len(face.points)
-    forest = RedGreenForest(face.triangles, 0, n)
-    points = SurfacePoints.of_forest(forest, face.points, face.tissue.normals)
-    metric = StrainField(face.points, face.triangles).metric
-    once, each = (Folds.at(points, patterns, face.zones, metric, 1.0, same) for same in (first, None))
-    assert len(once.muscle) > 1000
-    for name in ("starts", "leading", *OF_ENTRIES):
-        assert np.array_equal(getattr(once, name), getattr(each, name)), name
-    deeper = face.muscles["levator_labii_superioris_l"].fold_pattern
-    for change, same in (({"depth": 9.0}, True), ({"alpha": 2.5}, False), ({"width": 2.0 * deeper.width}, False)):
-        assert (alike([deeper, deeper.replaced(**change)], face.zones[:1].repeat(2, axis=0)) == [0, 0]) is same

@@ -14,6 +14,7 @@ from ...geometry.interpolation import interpolated
 from ...geometry.normals import vertex_normals
 from ..base import SurfacePoints
 from ..compression import StrainField
+from ..entries import sorted_by_vertex
 from .families import FoldShapes, strength_of, tensors_of
 from .packets import KEPT, Packets, Style
 from .tissue import anatomical, firmness, grain, wavelengths
@@ -172,7 +173,8 @@ class WaveField:
             family = np.full(len(near), number, np.int32)
             tangents = directed(wave, vertices, near, self._metric)
             parts.append((near, family, theta, strength, np.ascontiguousarray(window), own, old, wave, tangents))
-        return Waves.of(parts, len(vertices.points))
+        n = len(vertices.points)
+        return Waves(*sorted_by_vertex(*zip(*parts, strict=True), n=n)) if parts else Waves.none(n)
 
     def _where(self, vertices: SurfacePoints, near: np.ndarray) -> tuple[Array, Array]:
         """Return places, mm, and normals of some vertices on the face that the lines were found on."""

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
 from ...array_types import Array, IntArray
 from ...geometry.interpolation import interpolated
-from ...geometry.refinement import Room
 from ..base import SurfacePoints
 from ..compression import along
-
-COLUMNS = ("family", "theta", "strength", "window", "length", "old", "wave", "tangents")
-"""Columns with a row per entry."""
+from ..entries import Entries
 
 LONGEST = 1.7
 """Greatest wavelength of an entry, relative to that of the skin: where packets disagree, their sum has too small a wave
@@ -30,13 +26,11 @@ AGED = 0.2
 
 
 @dataclass(frozen=True, eq=False)
-class Waves:
+class Waves(Entries):
     """The waves at n vertices: for each family that has lines there an entry, p in all.
 
     Attributes
     ----------
-    starts : ndarray of int32, shape (n + 1,)
-        Entries of vertex i are ``starts[i] <= p < starts[i + 1]``.
     family : ndarray of int32, shape (p,)
     theta : ndarray, shape (p,)
         Phase: 0 on a bulge, pi in a furrow. Its sign means nothing.
@@ -52,7 +46,6 @@ class Waves:
         The directions across and along the lines, each of unit length in the rest metric.
     """
 
-    starts: IntArray
     family: IntArray
     theta: Array
     strength: Array
@@ -61,7 +54,6 @@ class Waves:
     old: Array
     wave: Array
     tangents: Array
-    _room: Room = field(default_factory=Room, init=False, repr=False)
 
     @classmethod
     def none(cls, n: int) -> Self:
@@ -75,33 +67,6 @@ class Waves:
         e = np.empty(0)
         starts, family = np.zeros(n + 1, np.int32), np.empty(0, np.int32)
         return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), np.empty((0, 6)))
-
-    @classmethod
-    def of(cls, parts: Sequence[tuple[np.ndarray, ...]], n: int) -> Self:
-        """Join the entries of several families: for each, the vertices (p,) and then the columns."""
-        if not parts:
-            return cls.none(n)
-        where, *columns = (np.concatenate(column) for column in zip(*parts, strict=True))
-        order = np.argsort(where, kind="stable")
-        starts = np.searchsorted(where[order], np.arange(n + 1)).astype(np.int32)
-        return cls(starts, *(column[order] for column in columns))
-
-    def followed(self, kept: slice | np.ndarray, new: Waves) -> Waves:
-        """Return the entries of the vertices that live on, then those of the new ones."""
-        old = self if isinstance(kept, slice) else self.taken(kept)
-        if len(new.starts) == 1:
-            return old
-        columns = old._room.appended(*([getattr(each, c) for c in COLUMNS] for each in (old, new)))
-        followed = Waves(np.concatenate([old.starts, new.starts[1:] + old.starts[-1]]), *columns)
-        object.__setattr__(followed, "_room", old._room)
-        return followed
-
-    def taken(self, vertices: np.ndarray) -> Waves:
-        """Return the entries of some vertices (numbers, in any order)."""
-        counts = np.diff(self.starts)[vertices]
-        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        entries = np.repeat(self.starts[:-1][vertices] - starts[:-1], counts) + np.arange(starts[-1])
-        return Waves(starts, **{c: getattr(self, c)[entries] for c in COLUMNS})
 
 
 def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> Array:

@@ -1,0 +1,79 @@
+"""Tables with some rows for each vertex of a mesh that is refined: none, one or several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from ..array_types import IntArray
+
+Column = npt.NDArray[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Entries:
+    """What there is at n vertices: none, one or several entries for each, p in all. Subclasses add columns, (p, ...).
+
+    Attributes
+    ----------
+    starts : ndarray of int32, shape (n + 1,)
+        Entries of vertex i are ``starts[i] <= p < starts[i + 1]``.
+
+    Examples
+    --------
+    Two entries at the first vertex, none at the second, one at the third:
+
+    >>> @dataclass(frozen=True, eq=False)
+    ... class Heights(Entries):
+    ...     height: Column
+    >>> table = Heights(*sorted_by_vertex([np.array([2, 0, 0])], [np.array([0.3, 0.1, 0.2])], n=3))
+    >>> table.starts.tolist(), table.height.tolist()
+    ([0, 2, 2, 3], [0.1, 0.2, 0.3])
+    >>> both = table.followed(np.array([1, 2]), table)
+    >>> both.starts.tolist(), both.height.tolist()
+    ([0, 0, 1, 3, 3, 4], [0.3, 0.1, 0.2, 0.3])
+    """
+
+    starts: IntArray
+
+    @property
+    def columns(self) -> list[Column]:
+        """The columns, without the starts."""
+        return [getattr(self, each.name) for each in fields(self)[1:]]
+
+    def taken(self, vertices: npt.NDArray[np.int64]) -> Self:
+        """Return the entries of some vertices (numbers, in any order)."""
+        counts = np.diff(self.starts)[vertices]
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+        entries = np.repeat(self.starts[:-1][vertices] - starts[:-1], counts) + np.arange(starts[-1])
+        return type(self)(starts, *(column[entries] for column in self.columns))
+
+    def followed(self, kept: slice | npt.NDArray[np.int64], new: Self) -> Self:
+        """Return the entries of the vertices that live on, then those of the new ones."""
+        old = self if isinstance(kept, slice) else self.taken(kept)
+        if len(new.starts) == 1:
+            return old
+        starts = np.concatenate([old.starts, new.starts[1:] + old.starts[-1]])
+        return type(self)(starts, *map(np.concatenate, zip(old.columns, new.columns, strict=True)))
+
+
+def sorted_by_vertex(vertices: Sequence[IntArray], *columns: Sequence[Column], n: int) -> tuple[Column, ...]:
+    """Return the starts (n + 1,), and then the columns, of entries that come in several parts, in any order.
+
+    Parameters
+    ----------
+    vertices : sequence of ndarray of int
+        The vertices of the entries of each part.
+    *columns : sequence of ndarray
+        For each column, the rows of each part.
+    n : int
+        Number of vertices.
+    """
+    where = np.concatenate(vertices)
+    order = np.argsort(where, kind="stable")
+    starts = np.searchsorted(where[order], np.arange(n + 1)).astype(np.int32)
+    return starts, *(np.concatenate(column)[order] for column in columns)
