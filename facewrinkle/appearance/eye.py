@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import RADIUS, Eyeball
@@ -87,7 +85,6 @@ class PaintedEye:
         self.sphere = _directions(angle, spoke)
         bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
         self.cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
-        self._turned: _TurnedEye | None = None
         self.quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
 
     @property
@@ -101,10 +98,16 @@ class PaintedEye:
         Its normals are those of the cornea, which is more curved than the ball.
         """
         gaze = self.eye.gaze if gaze is None else gaze
-        if self._turned is None or not np.array_equal(self._turned.gaze, gaze):
-            self._turned = self._turn(gaze)
-        ball = self._turned.ball.copy(deep=False)
-        ball.point_data["paint"] = self._between_lids(self._turned, points)
+        eye, axes = self.eye, self.axes(gaze)
+        directions = self.sphere @ axes
+        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self.quads)
+        ball.point_data["Normals"] = self.cornea @ axes
+        inner = self.corners[0] - eye.centre
+        from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
+        paint = _mixed(self.tints, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
+        if self.margins is not None:
+            paint = self._between_lids(paint, directions, points)
+        ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
         return ball
 
     def axes(self, gaze: Array) -> Array:
@@ -136,31 +139,16 @@ class PaintedEye:
             heights.append(np.interp(places, across[order] / self.eye.radius, elevation[order]))
         return np.array(heights)
 
-    def _turn(self, gaze: Array) -> _TurnedEye:
-        """All that depends on the gaze alone."""
-        eye, axes = self.eye, self.axes(gaze)
-        directions = self.sphere @ axes
-        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self.quads)
-        ball.point_data["Normals"] = self.cornea @ axes
-        inner = self.corners[0] - eye.centre
-        from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
-        paint = _mixed(self.tints, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
+    def _between_lids(self, paint: Array, directions: Array, points: Array) -> Array:
+        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
         lateral, up, forward = self.lid_axes
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
-        place = directions @ lateral
-        return _TurnedEye(np.array(gaze), ball, paint, place, height)
-
-    def _between_lids(self, turned: _TurnedEye, points: Array) -> npt.NDArray[np.uint8]:
-        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
-        if self.margins is None:
-            return np.rint(np.clip(turned.paint, 0.0, 255.0)).astype(np.uint8)
-        upper, lower = self.lid_heights(points, turned.place)
-        below, above = np.maximum(upper - turned.height, 0.0), turned.height - lower
+        upper, lower = self.lid_heights(points, directions @ lateral)
+        below, above = np.maximum(upper - height, 0.0), height - lower
         wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
         shade = 0.62 * np.exp(-below / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
         lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
-        paint = turned.paint + wet[:, None] * (COLOURS["tears"] - turned.paint)
-        return np.rint(np.clip(paint * lit, 0.0, 255.0)).astype(np.uint8)
+        return np.asarray((paint + wet[:, None] * (COLOURS["tears"] - paint)) * lit)
 
 
 def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
@@ -180,20 +168,6 @@ def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
     for name in ("Normals", "paint"):
         out.point_data[name] = np.asarray(ball.point_data[name])[kept]
     return out
-
-
-@dataclass(frozen=True, eq=False)
-class _TurnedEye:
-    """An eye with one gaze: the ball, its paint without the lids, and where its k points are between these.
-
-    `place` is along the first of the :attr:`PaintedEye.lid_axes`, in radii, `height` the angle above the last, degrees.
-    """
-
-    gaze: Array
-    ball: pv.PolyData
-    paint: Array
-    place: Array
-    height: Array
 
 
 def _directions(angle: Array, spoke: Array) -> Array:

@@ -77,7 +77,29 @@ class HairCards:
         return reshaped(self._blank, places.reshape(-1, 3), normals.reshape(-1, 3))
 
 
-class Brows:
+class Hairs:
+    """Hairs with a width and a colour.
+
+    Attributes
+    ----------
+    half : ndarray, shape (count, knots)
+        Half the width of the hairs at their points, in the unit of the mesh.
+    tint : ndarray, shape (count, 3)
+        Colours from 0 to 255.
+    """
+
+    half: Array
+    tint: Array
+
+    def cards(self, pixel: float, every: int = 1) -> HairCards:
+        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
+
+        With `every`, only one hair of so many, each the wider.
+        """
+        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
+
+
+class Brows(Hairs):
     """The hairs of both eyebrows.
 
     They follow the skin, but bend less sharply: the pad of fat below a brow holds it together.
@@ -86,15 +108,14 @@ class Brows:
     ----------
     hairs : BrowHairs
     face : Face
-    pixel : float
-        Width of a pixel for :meth:`at`, in the unit of the mesh.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> brows = Brows(face.brows, face, pixel=0.1)
-    >>> brows.at(face.points, face.triangles, face.tissue.normals).point_data["paint"].shape[1]
+    >>> brows = Brows(face.brows, face)
+    >>> lines = brows.lines(face.points, face.triangles, face.tissue.normals)
+    >>> brows.cards(pixel=0.1).along(lines).point_data["paint"].shape[1]
     4
     """
 
@@ -104,8 +125,8 @@ class Brows:
     STIFF, FINE = 0.5, 0.05
     """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
 
-    def __init__(self, hairs: BrowHairs, face: Face, pixel: float = 0.0) -> None:
-        self.hairs, self._pixel = hairs, pixel
+    def __init__(self, hairs: BrowHairs, face: Face) -> None:
+        self.hairs = hairs
         self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
         self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
@@ -120,19 +141,6 @@ class Brows:
         self._aside = width * (aside * (1.0 - 0.5 * share) + bend * share**2)
         self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share**2), (k * self.STRANDS, p))
         self.tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
-
-    def cards(self, pixel: float, every: int = 1) -> HairCards:
-        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
-
-        With `every`, only one hair of so many, each the wider.
-        """
-        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
-
-    def at(
-        self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
-    ) -> pv.PolyData:
-        """Return the hairs as ribbons, with `paint` (rgba); for the arguments see :meth:`lines`."""
-        return self.cards(self._pixel).along(self.lines(points, triangles, normals, surface))
 
     def lines(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
@@ -245,15 +253,13 @@ UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.0
 LOWER_LASHES = LashRow(70, 0.06, (-0.25, -0.1), (0.0,), 0.016, 0.0005, (62.0, 45.0, 38.0))
 
 
-class Lashes:
+class Lashes(Hairs):
     """Eyelashes that go with the margins of both lids of an eye.
 
     Parameters
     ----------
     eye : Eyeball
     face : Face
-    pixel : float
-        Width of a pixel for :meth:`at`, in the unit of the mesh.
 
     Attributes
     ----------
@@ -265,14 +271,14 @@ class Lashes:
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> [len(weights) for _, weights in Lashes(face.eyes[0], face, pixel=0.1).roots]
+    >>> [len(weights) for _, weights in Lashes(face.eyes[0], face).roots]
     [130, 70]
     """
 
     KNOTS = 5
 
-    def __init__(self, eye: Eyeball, face: Face, pixel: float = 0.0) -> None:
-        self.eye, self._pixel = eye, pixel
+    def __init__(self, eye: Eyeball, face: Face) -> None:
+        self.eye = eye
         self.roots: list[tuple[IntArray, Array]] = []
         self._paths: list[Array] = []
         self._droops: list[Array] = []
@@ -302,17 +308,6 @@ class Lashes:
     def _gap(self, roots: list[Array]) -> float:
         """Height of the upper margin above the lower one, on average."""
         return float((roots[0].mean(axis=0) - roots[-1].mean(axis=0)) @ self.eye.up)
-
-    def cards(self, pixel: float, every: int = 1) -> HairCards:
-        """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
-
-        With `every`, only one hair of so many, each the wider.
-        """
-        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
-
-    def at(self, points: Array) -> pv.PolyData:
-        """Return the lashes as ribbons, with `paint` (rgba), on the lids of a face with vertices at `points` (n, 3)."""
-        return self.cards(self._pixel).along(self.lines(points))
 
     def lines(self, points: Array) -> HairLines:
         """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""

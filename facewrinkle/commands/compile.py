@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -35,9 +34,9 @@ def compile_all(*, quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
-    begin, report = time.perf_counter(), Report(quiet)
+    report = Report(quiet)
     compile_ahead(report.progress)
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 def compile_ahead(progress: Progress = bar) -> None:

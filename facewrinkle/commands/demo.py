@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -39,7 +38,6 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
-    begin = time.perf_counter()
     report = Report(quiet)
     folder = output_folder(out, make=False)
     face = default_face()
@@ -59,7 +57,7 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
     report.say(f"\n{contact}: the five expressions, their wrinkles, and the triangles under them\n")
     tabulate(face, report, folder, ITERATIONS, DRAWINGS)
-    report.say(f"\n{time.perf_counter() - begin:.0f} s")
+    report.say_time()
 
 
 def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
@@ -78,7 +77,7 @@ def express(
     maps
         Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
-    begin, output, source = time.perf_counter(), output or OutputOptions(), source or FaceOptions()
+    output, source = output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
     folds, changes = folds or FoldOptions(), _given(alpha=alpha, count=count, ends=ends)
@@ -115,7 +114,7 @@ def express(
             baked = bake_maps(performance.face, mixture, intensity, maps, performance.layers)
             written = write_maps(baked, folder / stem)
         report.say(f"maps: {', '.join(path.name for path in written)}")
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -69,7 +68,6 @@ def fit(
     quiet
         Print only errors.
     """
-    begin = time.perf_counter()
     report = Report(quiet)
     stem = file.stem
     folder = output_folder(out or Path("output") / stem, make=False)  # the search takes a while
@@ -96,7 +94,7 @@ def fit(
     if face.report:
         rows["mended and set apart"] = "\n".join(face.report)
     report.table(stem, rows)
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 def _rows(face: Face) -> Iterator[list[Image]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -82,7 +81,7 @@ def play(
     follow
         Turn the camera with the head.
     """
-    begin, output, folds = time.perf_counter(), output or OutputOptions(), folds or FoldOptions()
+    output, folds = output or OutputOptions(), folds or FoldOptions()
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
@@ -138,7 +137,7 @@ def play(
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
         },
     )
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 class Played(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -21,7 +22,7 @@ class Report:
     """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
 
     def __init__(self, quiet: bool) -> None:
-        self.quiet = quiet
+        self.quiet, self._begin = quiet, time.perf_counter()
         self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)  # names may have brackets
         if quiet:
             warnings.simplefilter("ignore")
@@ -29,6 +30,10 @@ class Report:
     def say(self, *what: Any) -> None:
         """Print a line, or a table."""
         self.console.print(*what, soft_wrap=True)
+
+    def say_time(self) -> None:
+        """Print how long the command took."""
+        self.say(f"{time.perf_counter() - self._begin:.1f} s")
 
     def table(self, title: str, rows: Mapping[str, str]) -> None:
         """Print names and values."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
@@ -87,7 +86,7 @@ def rig(
     quiet
         Print only errors.
     """
-    begin, report, source = time.perf_counter(), Report(quiet), source or FaceOptions()
+    report, source = Report(quiet), source or FaceOptions()
     if face is not None:
         if source.face is not None:
             raise ParameterError("the face is named twice: leave out --face.")
@@ -143,7 +142,7 @@ def rig(
     names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
     rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows)
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 def _listed(files: list[Path], folder: Path) -> list[str]:

@@ -72,7 +72,7 @@ def tear(
     plain
         Draw the movie without refraction, which is quicker.
     """
-    begin, output, stem = time.perf_counter(), output or OutputOptions(), f"tear_{kind}"
+    output, stem = output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
     folder = output.folder(stem, source.label)
     report = Report(output.quiet)
@@ -103,7 +103,7 @@ def tear(
             "tears alone": f"{1000.0 * crying.seconds / frames:.1f} ms a frame",
         },
     )
-    report.say(f"{time.perf_counter() - begin:.1f} s")
+    report.say_time()
 
 
 @dataclass(eq=False)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import struct
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -106,18 +108,19 @@ def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
     """
     flat = np.ascontiguousarray(ways.reshape(len(ways), -1), np.float32)
     vectors, shares = _components(flat, len(ways))
-    low, high = 0, len(ways)  # with all of them nothing is lost
-    while low < high:  # plain components first, which cost next to nothing
-        middle = (low + high) // 2
-        within = _off(flat, vectors[:, :middle], shares[:middle]).max(initial=0.0) <= SPENT * allowed
-        low, high = (low, middle) if within else (middle + 1, high)
-    best = vectors[:, :high], shares[:high]
-    low = high // 2 if len(flat) * flat.size <= WORK else high
-    while low < high:
-        middle = (low + high) // 2
-        found = _even_components(flat, middle, SPENT * allowed)
-        low, high, best = (middle + 1, high, best) if found is None else (low, middle, found)
-    weights, targets = best
+
+    def within(count: int) -> bool:
+        return bool(_off(flat, vectors[:, :count], shares[:count]).max(initial=0.0) <= SPENT * allowed)
+
+    @cache
+    def even(count: int) -> tuple[Single, Single] | None:
+        return _even_components(flat, count, SPENT * allowed)
+
+    # Plain components first, which cost next to nothing; with all of them nothing is lost.
+    high = plain = bisect_left(range(len(ways)), True, key=within)
+    if len(flat) * flat.size <= WORK:
+        high = bisect_left(range(plain), True, lo=plain // 2, key=lambda count: even(count) is not None)
+    weights, targets = (even(high) if high < plain else None) or (vectors[:, :plain], shares[:plain])
     largest = np.abs(weights).max(axis=0, initial=np.float32(1e-30))
     return weights / largest, _thinned(flat, weights, targets, largest, allowed).reshape(high, *ways.shape[1:])
 

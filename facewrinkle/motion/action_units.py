@@ -73,12 +73,19 @@ _PREFIX = re.compile(r".*[.:|]|^[A-Za-z]\d+_")
 _SIDE = re.compile(r"(.+?)(l|r|left|right)")
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
+    """Return a name without case and punctuation.
+
+    Examples
+    --------
+    >>> plain_name("Eye_Blink Left")
+    'eyeblinkleft'
+    """
     return re.sub(r"[\W_]", "", name).lower()
 
 
-_KNOWN = {_plain(name): name for name in ARKIT} | {_plain(other): name for other, name in OTHERS.items()}
-_STEMS = {_plain(name.removesuffix("_l").removesuffix("_r")): name for name in ARKIT} | _KNOWN
+_KNOWN = {plain_name(name): name for name in ARKIT} | {plain_name(other): name for other, name in OTHERS.items()}
+_STEMS = {plain_name(name.removesuffix("_l").removesuffix("_r")): name for name in ARKIT} | _KNOWN
 
 
 LOOKS: Mapping[str, str] = MappingProxyType(
@@ -110,7 +117,7 @@ def sided(shape: str) -> tuple[str, str | None]:
     >>> sided("A14_Eye_Blink_Left"), sided("jawOpen"), sided("hair")
     (('eyeBlink', 'l'), ('jawOpen', None), ('hair', None))
     """
-    for plain in (_plain(shape), _plain(_PREFIX.sub("", shape))):
+    for plain in (plain_name(shape), plain_name(_PREFIX.sub("", shape))):
         if plain in _KNOWN:
             return _KNOWN[plain], None
         if (match := _SIDE.fullmatch(plain)) and match[1] in _STEMS:
@@ -133,9 +140,11 @@ def named_shapes(asked: str, names: Sequence[str]) -> list[str]:
     """
     if asked in names:
         return [asked]
-    plain = {name: {_plain(name), _plain(_PREFIX.sub("", name))} for name in names}
-    same = [name for name in names if _plain(asked) in plain[name]]
-    sides = [name for name in names if any((m := _SIDE.fullmatch(p)) and m[1] == _plain(asked) for p in plain[name])]
+    plain = {name: {plain_name(name), plain_name(_PREFIX.sub("", name))} for name in names}
+    same = [name for name in names if plain_name(asked) in plain[name]]
+    sides = [
+        name for name in names if any((m := _SIDE.fullmatch(p)) and m[1] == plain_name(asked) for p in plain[name])
+    ]
     if not same and not sides:
         stem = sided(asked)
         sides = [name for name in names if sided(name) == stem or (stem[1] is None and sided(name)[0] == stem[0])]

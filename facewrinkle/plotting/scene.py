@@ -23,7 +23,7 @@ from ..mesh.arrays import COLORS
 from ..mesh.seams import corner_texture
 from .fields import field_colouring
 from .relief import Relief, send_relief
-from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair, headlight
+from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
 from .window import rendered, window_of
@@ -332,8 +332,6 @@ class Scene:
         textured = "texture" in options
         if material == "hair":
             hair(actor, 0 if quick else len(LIGHTS))
-        elif quick and actor.prop.lighting and not name.startswith(OWN_PREFIX):
-            headlight(actor, int(actor.prop.specular_power), textured)
         elif material is not None and not quick:
             relief = self._relief.shading if name == "skin" and self._relief is not None else None
             material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief)

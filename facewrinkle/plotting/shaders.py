@@ -142,15 +142,6 @@ BUMPED = "near = clamp(near - tilt - 0.5 * dot(bump, bump), 0.0, 1.0);"
 BUMPED_LIGHT = "scattered * (1.0 - 0.5 * min(gleam0, 1.0) * tilt)"
 """Light that enters the skin comes out again around the place: it shows less of the relief."""
 
-HEADLIGHT = """//VTK::Light::Impl
-  float slope = max(normalVCVSOutput.z, 0.0);
-  %(squares)s;
-  vec3 reflected = slope * diffuseColor + (%(highlight)s) * specularColor;
-  fragOutput0 = vec4(ambientColor + lightColor0 * reflected, opacity);
-  %(texture)s
-"""
-"""Phong's shading under one light at the camera, as VTK has it, with a whole power."""
-
 HAIR_VERTEX = """//VTK::Light::Impl
   {
   vec3 N = normalize(normalVCVSOutput), towards = normalize(-vertexVCVSOutput.xyz);
@@ -278,23 +269,6 @@ class Material:
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement}
         fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
-
-
-def headlight(actor: pv.Actor, power: int, textured: bool = False) -> None:
-    """Draw an actor under one light at the camera, with VTK's own ambient, diffuse and specular colours.
-
-    Parameters
-    ----------
-    actor : pyvista.Actor
-    power : int
-        Exponent of the highlight. VTK takes any, and a logarithm and an exponential of each pixel.
-    textured : bool
-    """
-    squares = [2**k for k in range(power.bit_length())]
-    highlight = "float slope1 = slope" + "".join(f", slope{2 * k} = slope{k} * slope{k}" for k in squares[:-1])
-    parts = {"squares": highlight, "highlight": " * ".join(f"slope{k}" for k in squares if power & k)}
-    parts["texture"] = f"fragOutput0.rgb *= {TEXTURED};" if textured else ""
-    _shade(actor, HEADLIGHT % parts, textured)
 
 
 def hair(actor: pv.Actor, lights: int) -> None:

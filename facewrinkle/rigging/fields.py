@@ -150,23 +150,25 @@ def shape_fields(
         if shape.beyond:
             users.setdefault(ARKIT[shape.beyond].movement, []).append((k, shape, -1.0))
     rest = baker.placed(neutral)
-    fields: Fields = {}
-    for part, at_rest in rest.items():
-        shape_of = (len(shapes), *at_rest.points.shape)
-        fields[part] = np.zeros(shape_of, np.float32), np.zeros(shape_of, np.float32)
+    fields = _unmoved(len(shapes), rest)
     sides: dict[str, dict[Side | None, Array]] = {
         part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
         for part, at_rest in rest.items()
     }
-    movements = dict(zip(map(id, poses.values()), poses, strict=True))
-    for pose in progress(list(poses.values()), "Shapes", len(poses)):
+    for movement, pose in progress(list(poses.items()), "Shapes", len(poses)):
         for part, now in baker.placed(pose).items():
-            moved, turned = now.points - rest[part].points, _change(now, rest[part])
-            for k, shape, sign in users[movements[id(pose)]]:
+            moved, turned = now.points - rest[part].points, now.normals - rest[part].normals
+            for k, shape, sign in users[movement]:
                 share = sign * sides[part][shape.side]
                 fields[part][0][k] += share * moved
                 fields[part][1][k] += share * turned
     return fields
+
+
+def _unmoved(count: int, rest: Mapping[str, Placed]) -> Fields:
+    """Return as many shapes that change nothing."""
+    shapes = {part: (count, *at.points.shape) for part, at in rest.items()}
+    return {part: (np.zeros(shape, np.float32), np.zeros(shape, np.float32)) for part, shape in shapes.items()}
 
 
 def corrective_fields(
@@ -174,15 +176,9 @@ def corrective_fields(
 ) -> Fields:
     """Return what the correctives of pairs change."""
     rest = baker.placed(neutral)
-    count = sum(len(pair.targets) for pair in pairs)
-    fields: Fields = {
-        part: (np.zeros((count, *at.points.shape), np.float32), np.zeros((count, *at.points.shape), np.float32))
-        for part, at in rest.items()
-    }
-    k, parts = 0, {id(pair.pose): pair for pair in pairs}
-    for pose in progress([pair.pose for pair in pairs], "Correctives", len(pairs)):
-        pair = parts[id(pose)]
-        now, one, other = (baker.placed(each) for each in (pose, poses[pair.first], poses[pair.second]))
+    fields, k = _unmoved(sum(len(pair.targets) for pair in pairs), rest), 0
+    for pair in progress(pairs, "Correctives", len(pairs)):
+        now, one, other = (baker.placed(each) for each in (pair.pose, poses[pair.first], poses[pair.second]))
         for part, at in rest.items():
             moved = now[part].points - one[part].points - other[part].points + at.points
             turned = now[part].normals - one[part].normals - other[part].normals + at.normals
@@ -217,15 +213,6 @@ def halfway_fields(
         names[k]: {part: (moved[k : k + 1], turned[k : k + 1]) for part, (moved, turned) in lack.items()}
         for k in np.flatnonzero(curved)
     }
-
-
-def joined(first: tuple[Single, Single], second: tuple[Single, Single]) -> tuple[Single, Single]:
-    """Return two lots of shapes as one."""
-    return np.concatenate([first[0], second[0]]), np.concatenate([first[1], second[1]])
-
-
-def _change(now: Placed, rest: Placed) -> Array:
-    return np.asarray(now.normals - rest.normals)
 
 
 def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:

@@ -24,7 +24,6 @@ from .fields import (
     Fields,
     corrective_fields,
     halfway_fields,
-    joined,
     morphs_of,
     movement_poses,
     separated,
@@ -100,6 +99,14 @@ class Rig:
     drivers : dict of str to tuple of str
         Targets that are no shapes of their own, and the two shapes whose weights are multiplied to theirs: a shape with
         itself for its wrinkles, or those that a corrective mends.
+    wrinkles : str
+        As in :func:`facewrinkle.rig`.
+    shapes : dict of str to Shape
+        Contractions and movements of the shapes, by name; without those that others drive.
+    posing : Posing
+        The simulation that brings the face into the poses of shapes.
+    baker : Baker
+        Places the mesh in these poses, with wrinkles if the rig has any.
 
     Examples
     --------
@@ -116,32 +123,14 @@ class Rig:
     parts: Mapping[str, Model]
     morphs: Mapping[str, Morphs]
     left_out: Mapping[str, str]
-    drivers: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    wrinkles: Wrinkling = "baked"
-    _shapes: Mapping[str, Shape] = field(repr=False, default_factory=dict)
-    _posing: Posing | None = field(repr=False, default=None)
-    _baker: Baker | None = field(repr=False, default=None)
+    drivers: Mapping[str, tuple[str, ...]]
+    wrinkles: Wrinkling
+    shapes: Mapping[str, Shape] = field(repr=False)
+    posing: Posing = field(repr=False)
+    baker: Baker = field(repr=False)
 
     def __repr__(self) -> str:
         return f"Rig({len(self.names)} shapes, {len(self.parts)} meshes, {len(self.parts['face'].points)} vertices)"
-
-    @property
-    def shapes(self) -> Mapping[str, Shape]:
-        """Contractions and movements of the shapes, by name; without those that others drive."""
-        return self._shapes
-
-    @property
-    def posing(self) -> Posing:
-        """The simulation that brings the face into the poses of shapes.
-
-        Raises
-        ------
-        ParameterError
-            If the rig was not made by :func:`facewrinkle.rig`.
-        """
-        if self._posing is None:
-            raise ParameterError("this rig has no simulation to compare with: it was not made by facewrinkle.rig.")
-        return self._posing
 
     @property
     def mesh(self) -> pv.PolyData:
@@ -241,10 +230,9 @@ class Rig:
         """
         mixed = self._weights(weights)
         asked = {self.names[k]: float(mixed[k]) for k in np.flatnonzero(mixed)}
-        pose = self.posing.at({name: (self._shapes[name], weight) for name, weight in asked.items()})
+        pose = self.posing.at({name: (self.shapes[name], weight) for name, weight in asked.items()})
         unit, rest = self.face.unit, self.parts["face"].points
-        assert self._baker is not None
-        truth = (self._baker.placed(pose, parts=False)["face"].points - rest) * unit
+        truth = (self.baker.placed(pose, parts=False)["face"].points - rest) * unit
         ours = (np.asarray(self.at(self.driven(asked)).points) - rest) * unit
         way = np.linalg.norm(truth, axis=1)
         moved = np.maximum(way, np.linalg.norm(ours, axis=1)) > CUT
@@ -259,18 +247,18 @@ class Rig:
 
         Shapes of a pair are taken together, as they were made, and that of the left also alone.
         """
-        shapes = [name for name in self.names if name in self._shapes and not self._shapes[name].beyond]
+        shapes = [name for name in self.names if name in self.shapes and not self.shapes[name].beyond]
         asked: list[Mapping[str, float]] = []
         for name in shapes:
             other = f"{name.removesuffix('Left')}Right"
-            if name.endswith("Left") and other in shapes and self._shapes[name].side:
+            if name.endswith("Left") and other in shapes and self.shapes[name].side:
                 asked += [{name: 0.5, other: 0.5}, {name: 1.0, other: 1.0}, {name: 1.0}]
-            elif not (self._shapes[name].side and f"{name.removesuffix('Right')}Left" in shapes):
+            elif not (self.shapes[name].side and f"{name.removesuffix('Right')}Left" in shapes):
                 asked += [{name: weight} for weight in (0.5, 1.0)]
         mixed = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
         corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
         for names in self.drivers.values():
-            if len(set(names)) > 1 and set(names) <= self._shapes.keys():
+            if len(set(names)) > 1 and set(names) <= self.shapes.keys():
                 both = tuple(self._of_both_sides(name) for name in names)
                 corrected.setdefault(both, {}).update(dict.fromkeys(names))
         pairs = [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
@@ -278,7 +266,7 @@ class Rig:
 
     def _of_both_sides(self, name: str) -> str:
         """Return the common name of the shapes of a pair; jawLeft and jawRight, which have no sides, are no pair."""
-        return name.removesuffix("Left").removesuffix("Right") if self._shapes[name].side else name
+        return name.removesuffix("Left").removesuffix("Right") if self.shapes[name].side else name
 
     @cached_property
     def report(self) -> list[tuple[Mapping[str, float], RigError]]:
@@ -415,7 +403,8 @@ def rig(
         pairs = worst_pairs(wanted, poses, posing, correctives, progress)
         own = {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
         more = corrective_fields(pairs, poses, neutral, baker, progress)
-        fields = {p: joined(both, more[p]) for p, both in fields.items()}
+        for part, (moved, turned) in more.items():
+            fields[part] = np.concatenate([fields[part][0], moved]), np.concatenate([fields[part][1], turned])
         names, drivers = [*names, *own], drivers | own
     bends: dict[str, Fields] = {}
     if halfway:

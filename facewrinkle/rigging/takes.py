@@ -18,7 +18,7 @@ from ..array_types import Array
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
 from ..files import check_file, reading, text_of
-from ..motion.action_units import named_shapes, sided
+from ..motion.action_units import named_shapes, plain_name, sided
 from ..motion.track import Track
 from .shapes import ARKIT, SETS
 
@@ -168,17 +168,6 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def plain_name(name: str) -> str:
-    """Return a name without case and punctuation.
-
-    Examples
-    --------
-    >>> plain_name("Eye_Blink Left")
-    'eyeblinkleft'
-    """
-    return re.sub(r"[\W_]", "", name).lower()
 
 
 _SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}

@@ -77,7 +77,7 @@ def test_an_eye_that_is_not_open_lies_behind_its_skin(face):
         assert eye.side not in closed.eyelid_openings
         hits = closed.mesh.ray_trace(eye.centre, eye.centre + 100.0 * eye.gaze)[0]
         assert np.linalg.norm(hits - eye.centre, axis=1).min() >= eye.radius
-        assert not Lashes(eye, closed, 0.1).roots
+        assert not Lashes(eye, closed).roots
     with Scene(closed, Style(size=(64, 64))) as scene:
         scene.show(closed.mesh)
         assert not scene.drawn_parts["eyes"]

@@ -19,11 +19,11 @@ def test_lashes_stay_on_the_margins_of_the_lids(face):
     """Within the thickness of a lid, open and closed; the upper ones come down with theirs."""
     open_eyes, closed = face.points, np.asarray(held("AU43").points)[: face.mesh.n_points]
     for eye in face.eyes:
-        lashes = Lashes(eye, face, 0.1)
+        lashes = Lashes(eye, face)
         opening = face.eyelid_openings[eye.side]
         heights = []
         for points in (open_eyes, closed):
-            tips = lashes.at(points).points.reshape(-1, Lashes.KNOTS, 2, 3).mean(axis=2)
+            tips = lashes.cards(0.1).along(lashes.lines(points)).points.reshape(-1, Lashes.KNOTS, 2, 3).mean(axis=2)
             counts = [len(weights) for _, weights in lashes.roots]
             for hairs, chain in zip(np.split(tips, counts[:1]), (opening.upper, opening.lower), strict=True):
                 fine = np.concatenate(
@@ -41,9 +41,9 @@ def test_lashes_stay_on_the_margins_of_the_lids(face):
 
 def _moved_brow(face, by):
     """Motion of the roots of the left brow's hairs with skin that moves, in the mean of each tenth of its length."""
-    brows, normals, knots = Brows(face.brows, face, 0.01), face.tissue.normals, face.brows.triangles.shape[1]
+    brows, normals, knots = Brows(face.brows, face), face.tissue.normals, face.brows.triangles.shape[1]
     before, after = (
-        brows.at(points, face.triangles, normals).points.reshape(-1, brows.STRANDS, knots, 2, 3)[:, 0, 0].mean(axis=1)
+        brows.lines(points, face.triangles, normals).points.reshape(-1, brows.STRANDS, knots, 3)[:, 0, 0]
         for points in (face.points, face.points + by)
     )
     x, moved = before[:, 0], after - before
@@ -73,10 +73,10 @@ def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expressi
     *_, frame = simulation.run(14)
     n = face.mesh.n_points
     points, normals = np.asarray(frame.points)[:n], np.asarray(frame.point_data["Normals"])[:n]
-    hairs = Brows(fitted_brows(face), face, 0.01)
+    hairs = Brows(fitted_brows(face), face)
     buried = []
     for refined in (None, (np.asarray(frame.points), frame.regular_faces)):
-        ribbons = hairs.at(points, face.triangles, normals, refined)
+        ribbons = hairs.cards(0.01).along(hairs.lines(points, face.triangles, normals, refined))
         seen = ribbons.points + 0.5 * face.frame.pupil_distance * face.frame.axes[2]
         among = range(0, len(seen), 17)
         hidden = 0
@@ -89,11 +89,11 @@ def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expressi
 
 def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
     """All of the skin is 1.5 mm farther out, also where the hairs that lie farthest ahead are."""
-    brows, normals = Brows(face.brows, face, 0.01), face.tissue.normals
+    brows, normals = Brows(face.brows, face), face.tissue.normals
     fine = to_polydata(face.points + 1.5 * normals, face.triangles).subdivide(2, "linear")
     out, triangles = np.asarray(fine.points, float), fine.regular_faces
-    on_skin = brows.at(face.points, face.triangles, normals)
-    lifted = brows.at(face.points, face.triangles, normals, (out, triangles))
+    on_skin = brows.cards(0.01).along(brows.lines(face.points, face.triangles, normals))
+    lifted = brows.cards(0.01).along(brows.lines(face.points, face.triangles, normals, (out, triangles)))
     surface = to_polydata(out, triangles)
     ahead = 50.0 * face.frame.axes[2]
 
@@ -109,7 +109,9 @@ def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
 
     assert hidden(on_skin) > 0.9
     assert hidden(lifted) < 0.02
-    aside = brows.at(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
+    aside = brows.cards(0.01).along(
+        brows.lines(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
+    )
     np.testing.assert_array_equal(aside.points, on_skin.points)
 
 

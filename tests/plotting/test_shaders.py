@@ -1,4 +1,4 @@
-"""Shaders: what is worked out at corners is what would be worked out at each pixel; a headlight is VTK's own."""
+"""Shaders: what is worked out at corners is what would be worked out at each pixel."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, hair, headlight
+from facewrinkle.plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, hair
 from facewrinkle.plotting.views import LIGHTS
 from facewrinkle.plotting.window import rendered
 
@@ -42,17 +42,6 @@ def test_corners_of_small_triangles_are_as_good_as_pixels(material):
     corners, pixels = ball(False), ball(True)
     assert np.ptp(pixels[40:80, 40:80]) > 50
     assert np.abs(corners - pixels).max() <= 2
-
-
-@pytest.mark.parametrize("power", [1, 14, 90])
-def test_a_headlight_is_that_of_vtk(power):
-    options = {"ambient": 0.2, "diffuse": 0.6, "specular": 0.5, "specular_power": power}
-    ours, theirs = (
-        drawn(shade, [pv.Light(light_type="headlight")], **options)
-        for shade in (lambda actor: headlight(actor, power), lambda actor: None)
-    )
-    assert np.ptp(theirs[40:80, 40:80]) > 20
-    assert np.abs(ours - theirs).max() <= 1
 
 
 def test_factors_of_a_texture_are_worked_out_at_corners():

@@ -46,7 +46,7 @@ def test_the_worst_pairs_are_corrected(corrected):
 
 
 def test_they_are_what_a_pair_lacks(face, corrected):
-    posing = corrected._posing
+    posing = corrected.posing
     alone = [posing.at({"a": (ARKIT[name], 1.0)}).base for name in SHAPES[:2]]
     both = posing.at({name: (ARKIT[name], 1.0) for name in SHAPES[:2]}).base
     lack = (both - alone[0] - alone[1] + posing.rest) / face.unit
@@ -72,7 +72,7 @@ def corrected_pairs(monkeypatch, *pairs):
     """A rig of ARKit's shapes that corrects pairs, without meshes; nothing is off."""
     monkeypatch.setattr(Rig, "error", lambda self, weights: RigError(0.0, 0.0, 0.0))
     drivers = {"_".join(pair): pair for pair in pairs}
-    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, _shapes=ARKIT)
+    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, "none", ARKIT, None, None)
 
 
 def test_each_mixture_is_told_once(monkeypatch):
