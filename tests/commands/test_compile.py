@@ -29,7 +29,7 @@ def progress(steps, what, n):
 fw.compile_ahead(progress)
 assert done == [len(done)] * len(done) and len(done) > 5, done
 before = compiled()
-assert len(before) > 80, len(before)
+assert len(before) > 40, len(before)
 for command in (["express", "happiness", "--frames", "20"], ["tear", "one_tear", "--seconds", "1"]):
     assert main([*command, "--size", "64", "--quiet", "--out", sys.argv[1]]) == 0
 print(compiled() - before)
