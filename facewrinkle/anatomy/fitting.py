@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,6 @@ import pyvista as pv
 
 from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
-from ..geometry.interpolation import barycentric
 from ..mesh import (
     MeshLike,
     as_texture,
@@ -27,27 +26,37 @@ from ..mesh import (
 )
 from .atlas import Atlas
 from .face import Face
-from .head import BrowHairs, load_head
+from .head import load_head
 from .identity import Identity, head_of
 from .known_folds import folds_of_head, restore
 from .landmarks import (
+    MEAN_PUPIL_DISTANCE,
+    NAMES,
     NOT_ON_SKIN,
     REFUSED,
     REQUIRED,
     complete,
-    fitted_map,
     frame_of,
     mirrored,
     read_landmarks,
 )
 from .parts import eyes_of, follower, named_parts
 from .photo_brows import rise_of_dark_bands
-from .units import millimetres, unit_of_face
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
     from ..progress import Progress
     from .finding import Found
 
+
+# --- Units ----------------------------------------------------------------------------------------------------
+
+UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
+"""Millimetres, by name."""
+
+ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
+"""Ranges of the distance between the pupils, mm: outside the first is an error, outside the second a warning. A wrong
+unit is off by a factor of ten or more.
+"""
 
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
 
@@ -192,11 +201,11 @@ def fit_face(
     if any(name not in known for name in REQUIRED):
         search = _searched(source, given, progress)
         known = search.landmarks
-    found, estimated = complete(given if search is None else known, load_head().landmarks)
-    if search is not None:
-        estimated = tuple(name for name in search.estimated if name not in given)
+    found, _ = complete(known, load_head().landmarks)
+    estimated = tuple(name for name in (NAMES if search is None else search.estimated) if name not in given)
     frame = frame_of(found)
-    _check_both_sides(frame.local(_used_points(source)))
+    used = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
+    _check_both_sides(frame.local(used))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
     _check_on_mesh(given, clean.mesh, frame.pupil_distance)
@@ -204,9 +213,8 @@ def fit_face(
     if search is not None:
         rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
         found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
-    for name in found:
-        if name not in given and name not in NOT_ON_SKIN and (search is None or name in estimated):
-            found[name] = _closest(clean.mesh, found[name])
+    for name in set(estimated) - set(NOT_ON_SKIN):
+        found[name] = _closest(clean.mesh, found[name])
     face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
     face = dataclasses.replace(
         face,
@@ -318,8 +326,6 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
     from .finding.template import UNMEASURED
 
     found = find_landmarks(source, progress, given)
-    if pose_from_landmarks(given) is not None:
-        _check_both_sides(found.pose.local(_used_points(source)))
     if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
@@ -415,37 +421,54 @@ def surface(
     return dataclasses.replace(face, parts=parts, report=report, texture=_image(mesh, texture, clean.mesh))
 
 
-def fitted_brows(face: Face) -> BrowHairs:
-    """Return the eyebrows of the built-in head on another face, by the landmarks of both.
+def millimetres(units: str | float) -> float:
+    """Millimetres per unit.
 
     Examples
     --------
-    >>> face = default_face()
-    >>> fitted_brows(face).triangles.shape == face.brows.triangles.shape
-    True
+    >>> millimetres("in"), millimetres(3)
+    (25.4, 3.0)
     """
-    head = load_head()
-    places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
-    base = frame_of(head.landmarks)
-    onto_face = fitted_map(head.landmarks, face.landmarks, base, face.frame)
-    found: Any = face.mesh.find_closest_cell(onto_face(places.reshape(-1, 3)), return_closest_point=True)
-    cells, on_skin = found
-    weights = barycentric(on_skin, face.points[face.triangles[cells]])
-    scale = face.frame.pupil_distance / base.pupil_distance
-    return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
+    if isinstance(units, str):
+        if units not in UNITS:
+            raise unknown_name("unit", units, UNITS)
+        return UNITS[units]
+    try:
+        unit = float(units)
+    except (TypeError, ValueError, OverflowError):
+        unit = np.nan
+    if not 0.0 < unit < np.inf:
+        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
+    return unit
 
 
-def _closest(surface: pv.PolyData, point: Array) -> Array:
-    """The point of a surface closest to a point."""
-    found = cast(tuple[int, Array], surface.find_closest_cell(point, return_closest_point=True))
+def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
+    """Millimetres per unit of a face: as given, or such that its pupils are as far apart as an adult's.
+
+    Examples
+    --------
+    >>> unit_of_face(None, pupil_distance=6.3)
+    10.0
+    """
+    if units is None:
+        return MEAN_PUPIL_DISTANCE / pupil_distance
+    unit = millimetres(units)
+    apart = f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart"
+    usual = "an adult's are 50 to 76"
+    if not ALLOWED[0] <= pupil_distance * unit <= ALLOWED[1]:
+        raise ParameterError(
+            f"{apart}; {ALLOWED[0]:g} to {ALLOWED[1]:g} is allowed, and {usual}. Leave units out to take the size from "
+            "the face."
+        )
+    if not USUAL[0] <= pupil_distance * unit <= USUAL[1]:
+        warn(f"{apart}; {usual}. Leave units out to take the size from the face.")
+    return unit
+
+
+def _closest(surface: pv.PolyData, points: Array) -> Array:
+    """The points of a surface closest to one (3,) or several (n, 3)."""
+    found: Any = surface.find_closest_cell(points, return_closest_point=True)
     return np.asarray(found[1], dtype=np.float64)
-
-
-def _used_points(source: pv.PolyData) -> Array:
-    """Points of a mesh that its triangles use."""
-    used = np.zeros(source.n_points, bool)
-    used[source.regular_faces] = True
-    return np.asarray(source.points, dtype=np.float64)[used]
 
 
 def _check_both_sides(local: Array) -> None:
@@ -464,7 +487,8 @@ def _check_on_mesh(given: Mapping[str, Array], surface: pv.PolyData, size: float
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:
         return
-    distance = [np.linalg.norm(given[n] - _closest(surface, given[n])) / size for n in names]
+    places = np.array([given[n] for n in names])
+    distance = np.linalg.norm(places - _closest(surface, places), axis=1) / size
     off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
     if off:
         raise LandmarkError(

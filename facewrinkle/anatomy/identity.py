@@ -194,13 +194,6 @@ class Identity:
         return dataclasses.replace(somebody, hair=max(somebody.hair, somebody.skin))
 
 
-@cache
-def _moves() -> dict[str, Any]:
-    """The moves of the cage by parameter, as typed."""
-    data: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
-    return data
-
-
 def head_of(identity: Identity) -> Head:
     """The built-in head of a person: the same triangles and texture coordinates, moved with its landmarks and eyes.
 
@@ -271,7 +264,7 @@ def _hair() -> tuple[Array, Array]:
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
     """Displacements (c, 3) of the left half's cage points and (3,) of the left eyeball."""
-    typed = _moves()
+    typed: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
     places = np.vstack([cage, eye])
     shift = np.zeros_like(places)
     for name, weight in weights.items():

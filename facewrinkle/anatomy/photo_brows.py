@@ -10,6 +10,8 @@ import pyvista as pv
 from scipy.ndimage import gaussian_filter
 
 from ..array_types import Array
+from ..geometry.depth_buffer import rasterise
+from ..geometry.interpolation import barycentric
 from ..mesh import corner_texture
 from ..mesh.arrays import COLORS
 from .landmarks import FaceFrame
@@ -29,9 +31,6 @@ ABOVE_EYE = 0.18
 
 DARKER = 0.06
 """Share by which brows are darker than the skin around them, at least, on average over their length."""
-
-FINEST = 12
-"""Samples along the sides of a triangle, at most."""
 
 
 def rise_of_dark_bands(
@@ -84,42 +83,25 @@ def _smoothed(values: Array, known: npt.NDArray[np.bool_], size: float) -> Array
 def _brightness(
     mesh: pv.PolyData, image: npt.NDArray[np.uint8] | None, frame: FaceFrame, low: Array, high: Array
 ) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """Brightness (rows, columns) of the foremost skin over a grid, and True where there is any."""
+    """Brightness (rows, columns) of the foremost skin over a grid, 0 without a photo, and True where it is seen."""
     shape = np.rint((high - low) / STEP).astype(int)[::-1] + 1
-    bright, foremost = np.zeros(shape), np.full(shape, -np.inf)
-    triangles, texture = np.asarray(mesh.regular_faces), corner_texture(mesh)
-    colours = mesh.point_data.get(COLORS)
-    if (image is None or texture is None) and (colours is None or np.ndim(colours) != 2):
-        return bright, np.zeros(shape, bool)
-    corners = frame.local(np.asarray(mesh.points, np.float64))[triangles]
-    near = ((corners.max(axis=1)[:, :2] > low) & (corners.min(axis=1)[:, :2] < high)).all(axis=1)
-    near &= np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0
-    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    parts = np.clip(np.ceil(2.0 * sides / STEP), 1, FINEST).astype(int)
-    nodes, samples = [], []
-    for k in np.unique(parts[near]):
-        chosen = np.flatnonzero(near & (parts == k))
-        i, j = np.divmod(np.arange((k + 1) ** 2), k + 1)
-        i, j = i[i + j <= k], j[i + j <= k]
-        weights = np.stack([i, j, k - i - j], axis=1) / k
-        place = (weights @ corners[chosen]).reshape(-1, 3)
-        if image is not None and texture is not None:
-            u, v = (weights @ texture[chosen]).reshape(-1, 2).T
-            height, width = image.shape[:2]
-            row = np.clip(((1.0 - v) % 1.0 * height).astype(int), 0, height - 1)
-            shown = image[row, np.clip((u % 1.0 * width).astype(int), 0, width - 1), :3].mean(axis=1)
-        elif colours is not None:
-            full = 1.0 if colours.dtype.kind == "u" else 255.0
-            shown = full * (weights @ colours[triangles[chosen], :3].astype(np.float64)).reshape(-1, 3).mean(axis=1)
-        nodes.append(np.rint((place[:, :2] - low) / STEP).astype(int)[:, ::-1])
-        samples.append(np.column_stack([place[:, 2], shown]))
-    if not nodes:
-        return bright, np.isfinite(foremost)
-    node, (z, shown) = np.concatenate(nodes), np.concatenate(samples).T
-    inside = ((node >= 0) & (node < shape)).all(axis=1)
-    flat, z, shown = node[inside] @ [shape[1], 1], z[inside], shown[inside]
-    np.maximum.at(foremost.ravel(), flat, z)
-    front = z >= foremost.ravel()[flat] - STEP
-    count = np.bincount(flat[front], minlength=bright.size)
-    bright.ravel()[:] = np.bincount(flat[front], shown[front], minlength=bright.size) / np.maximum(count, 1)
-    return bright, np.isfinite(foremost)
+    points, triangles = frame.local(np.asarray(mesh.points, np.float64)), np.asarray(mesh.regular_faces)
+    corners, texture, colours = points[triangles], corner_texture(mesh), mesh.point_data.get(COLORS)
+    ahead = np.flatnonzero(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
+    number, depth = np.empty(shape, np.int32), np.full(shape, -np.inf)
+    x, y = ((points[:, k] - low[k]) / STEP for k in range(2))
+    z, skin = np.ascontiguousarray(points[:, 2]), np.ascontiguousarray(triangles[ahead], np.int32)
+    rasterise(x, y, z, skin, -np.inf, np.inf, 0, number, depth)
+    bright, known = np.zeros(shape), np.isfinite(depth)
+    row, column = np.nonzero(known)
+    seen = ahead[number[known]]
+    weights = barycentric(np.column_stack([low + STEP * np.stack([column, row], 1), depth[known]]), corners[seen])
+    if image is not None and texture is not None:
+        u, v = np.einsum("nc,nci->in", weights, texture[seen])
+        height, width = image.shape[:2]
+        row = np.clip(((1.0 - v) % 1.0 * height).astype(int), 0, height - 1)
+        bright[known] = image[row, np.clip((u % 1.0 * width).astype(int), 0, width - 1), :3].mean(axis=1)
+    elif colours is not None and np.ndim(colours) == 2:
+        full = 1.0 if colours.dtype.kind == "u" else 255.0
+        bright[known] = full * np.einsum("nc,nci->ni", weights, colours[skin[number[known]], :3]).mean(axis=1)
+    return bright, known

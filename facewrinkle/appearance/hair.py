@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
-from ..anatomy.head import BrowHairs
+from ..anatomy.head import BrowHairs, load_head
+from ..anatomy.landmarks import fitted_map, frame_of
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import height_above
+from ..geometry.interpolation import barycentric, height_above
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
@@ -75,6 +77,27 @@ class HairCards:
         places = np.stack([lines.points - aside, lines.points + aside], axis=2)
         normals = np.repeat(lines.up[:, :, None], 2, axis=2)
         return reshaped(self._blank, places.reshape(-1, 3), normals.reshape(-1, 3))
+
+
+def fitted_brows(face: Face) -> BrowHairs:
+    """Return the eyebrows of the built-in head on another face, by the landmarks of both.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> fitted_brows(face).triangles.shape == face.brows.triangles.shape
+    True
+    """
+    head = load_head()
+    places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
+    base = frame_of(head.landmarks)
+    onto_face = fitted_map(head.landmarks, face.landmarks, base, face.frame)
+    found: Any = face.mesh.find_closest_cell(onto_face(places.reshape(-1, 3)), return_closest_point=True)
+    cells, on_skin = found
+    weights = barycentric(on_skin, face.points[face.triangles[cells]])
+    scale = face.frame.pupil_distance / base.pupil_distance
+    return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 
 
 class Hairs:

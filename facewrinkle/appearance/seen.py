@@ -10,12 +10,11 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face, per_face
-from ..anatomy.fitting import fitted_brows
 from ..array_types import Array
 from ..mesh import with_normals
 from .eye import LidMargin, PaintedEye, coarser
 from .furrows import cavity_shading
-from .hair import Brows, HairLines, Lashes
+from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import Mouth
 from .own_parts import has_colours, is_drawn, own_parts
 from .skin_paint import SkinPainter

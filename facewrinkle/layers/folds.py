@@ -146,11 +146,21 @@ class Folds(Entries):
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
     """Columns of one muscle's entries among the points `near`: their numbers, then those of Folds."""
-    inside, envelope, height, blunt, *others = muscle.folded(points[near], BLUNT)
-    if not len(inside):
-        return (inside,)
-    swing = 2.0**muscle.wrinkles.alpha * envelope
-    return near[inside], np.full(len(inside), k), height * envelope, blunt * envelope, swing, *others
+    envelope = muscle.envelope(points[near])
+    inside = envelope > 0.0
+    near, envelope = near[inside], envelope[inside]
+    x, swing = points[near], 2.0**muscle.wrinkles.alpha * envelope
+    return (
+        near,
+        np.full(len(near), k),
+        muscle.height(x) * envelope,
+        muscle.height(x, BLUNT) * envelope,
+        swing,
+        muscle.lean(x),
+        muscle.half_cycles(x),
+        np.stack(muscle.coordinates(x), axis=1),
+        muscle.fold_direction(x),
+    )
 
 
 def _leading(owner: IntArray, size: Array, swing: Array) -> BoolArray:

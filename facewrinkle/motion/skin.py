@@ -206,7 +206,7 @@ class Skin:
             if around is None:
                 force = self._pulled(muscle, whole.points, normals)
             else:
-                near = within(whole.points, *muscle.pull_reach)
+                near = within(whole.points, *muscle.reach)
                 force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
             pull[k] = force * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):

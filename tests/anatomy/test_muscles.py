@@ -693,9 +693,9 @@ def test_the_wrinkling_region_lies_within_reach(muscle):
 def test_nothing_is_pulled_beyond_the_reach_of_the_pull(muscle):
     if isinstance(muscle, SheetMuscle):
         muscle = dataclasses.replace(muscle, recoil=0.5)
-    middle, reach = muscle.pull_reach
+    middle, reach = muscle.reach
     points = middle + 2.0 * reach * np.random.default_rng(9).uniform(-1.0, 1.0, (200_000, 3))
     moved = muscle.force(points).any(axis=1) | (muscle.bunched(points) > 0.0)
     distance = np.linalg.norm(points[moved] - middle, axis=1)
     assert 0.5 * reach < distance.max() <= reach
-    assert Muscle().pull_reach[1] == 0.0, "what neither pulls nor swells has none"
+    assert Muscle().reach[1] == 0.0, "what neither pulls nor swells has none"

@@ -77,7 +77,7 @@ def test_a_fan_moves_with_the_face():
 @pytest.mark.parametrize("ends", [(-10, 10), (-2, 2)], ids=["wider", "narrower"])
 def test_a_fan_with_recoil_pulls_nothing_beyond_its_reach(ends):
     fan = TriangularMuscle(LINES[0], [(x, 0, 0) for x in ends], recoil=0.5)
-    centre, radius = fan.pull_reach
+    centre, radius = fan.reach
     points = centre + 2.0 * radius * np.random.default_rng(2).uniform(-1.0, 1.0, (100_000, 3))
     pulled = np.linalg.norm(points[fan.force(points).any(axis=1)] - centre, axis=1)
     assert 0.5 * radius < pulled.max() <= radius

@@ -9,8 +9,7 @@ from synthetic_faces import skin_with
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
-from facewrinkle.anatomy.fitting import fitted_brows
-from facewrinkle.appearance.hair import Brows, Lashes
+from facewrinkle.appearance.hair import Brows, Lashes, fitted_brows
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.mesh import to_polydata
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -49,23 +48,16 @@ SAME_DIRECTION = 0.4
 """Angle of the turn between them in radians, at most."""
 
 
-@dataclass(frozen=True)
-class _PolarMap:
-    """The template's heights and their weights, both (rings, sectors), about its nose."""
-
-    heights: Array
-    weights: Array
-
-
 @cache
-def _template_map() -> _PolarMap:
+def _template_map() -> tuple[Array, Array]:
+    """The template's heights and their weights, both (rings, sectors), about its nose."""
     face = template()
     points = surface_samples(face.points, face.triangles, TEMPLATE_SAMPLES)
     heights = np.empty((RINGS, SECTORS))
     _polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
     ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
-    return _PolarMap(heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0))
+    return heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0)
 
 
 def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
@@ -123,9 +115,8 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
         return []
     noses = _noses(points, size)
     axes = np.array([_directions(nose, _within(points, nose, 0.8 * size)) for nose in noses])
-    model = _template_map()
     cost, roll = _best_rolls(
-        points, noses, axes, 1.6 * MAP_RADIUS * size, MAP_RADIUS * size, model.heights, model.weights,
+        points, noses, axes, 1.6 * MAP_RADIUS * size, MAP_RADIUS * size, *_template_map(),
         LARGEST_DIFFERENCE, MISSING,
     )  # fmt: skip
     tip = template().landmarks["nose_tip"]
@@ -135,7 +126,7 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
             angle = 2.0 * np.pi * roll[k, a] / SECTORS
             across, over, ahead = axes[k, a]
             left = np.cos(angle) * across + np.sin(angle) * over
-            rolled = np.array([left, _cross(ahead, left), ahead])
+            rolled = np.array([left, np.cross(ahead, left), ahead])
             found.append((float(cost[k, a]), Pose(rolled, nose - size * tip @ rolled, size, np.ones(3))))
     return found
 
@@ -180,15 +171,9 @@ def _tilted_frames() -> Array:
 
 def _frame(ahead: Array) -> Array:
     """A right-handed frame (3, 3) with this last row."""
-    across = _cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
+    across = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
     across /= np.linalg.norm(across)
-    return np.array([across, _cross(ahead, across), ahead])
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """The cross product of two vectors: for single ones, np.cross takes ten times as long."""
-    (x, y, z), (u, v, w) = a.tolist(), b.tolist()
-    return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
+    return np.array([across, np.cross(ahead, across), ahead])
 
 
 def _within(points: Array, place: Array, reach: float) -> Array:

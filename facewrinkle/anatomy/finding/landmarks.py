@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import threadpool_limits
 
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
@@ -104,7 +103,7 @@ def find_landmarks(
     pose = pose_from_landmarks(marks)
     if pose is None:
         check_surface(points, triangles)
-    with _blas().limit(limits=1, user_api="blas"):  # its threads wait for each other longer than they work here
+    with threadpool_limits(1, "blas"):  # its threads wait for each other longer than they work here
         search = searched(points, triangles, pose, progress or bar)
     match = search.matches[0]
     try:
@@ -120,11 +119,6 @@ def find_landmarks(
         match.confidence,
         Pose(pose.axes, pose.origin * diagonal + middle, pose.size * diagonal, pose.stretch),
     )
-
-
-@cache
-def _blas() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 def _regular_surface(mesh: MeshLike) -> tuple[Array, IntArray]:

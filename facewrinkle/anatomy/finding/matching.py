@@ -85,8 +85,7 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
     for channels, steps in STAGES:
         warp = fitted_warp(face[channels], shown, model[channels], base.weight, FINE, warp, steps)
     assert warp is not None
-    square = (warp.shift**2).sum(axis=2, keepdims=True)
-    warp = Warp(FINE, warp.shift * square / (square + UNCERTAIN_SHIFT**2))
+    warp = Warp(FINE, certain(warp.shift))
     field = warp.field()
     weight = base.weight * resampled(shown, FINE, field)
     alike = _correlation(np.array([resampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
@@ -100,6 +99,12 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
         _confidence(alike, weight, surface, base, pose, variant),
         template(variant).mouth_open,
     )
+
+
+def certain(shift: Array) -> Array:
+    """Return shifts (..., 2), the small ones reduced: see :data:`UNCERTAIN_SHIFT`."""
+    square = (shift**2).sum(axis=-1, keepdims=True)
+    return np.asarray(shift * square / (square + UNCERTAIN_SHIFT**2))
 
 
 def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, pose: Pose, variant: int) -> float:

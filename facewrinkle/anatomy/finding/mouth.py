@@ -100,12 +100,11 @@ def _beyond_corners() -> Array:
     return np.asarray(found[0] - expected[:2])
 
 
-def below_furrow(
-    points: Array, triangles: IntArray, pose: Pose, x: float, meeting: float
-) -> tuple[float, float] | None:
-    """Return the heights of the lower lip and of the fold above the chin, by the profile below the furrow of a mouth.
+def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeting: float) -> float | None:
+    """Return the height of the lower lip, by the profile below the furrow of a mouth.
 
-    The border of the lower lip lies between the top of its bulge and the fold. None where either is missing.
+    Its border lies between the top of its bulge, the first below the meeting of the lips, and the first fold below
+    that. None where either is missing.
 
     Parameters
     ----------
@@ -117,22 +116,16 @@ def below_furrow(
     meeting : float
         The height at which the lips meet.
     """
-    found = _bulge_and_fold(_concavity(pose.local(points), triangles, x), meeting)
-    if found is None:
-        return None
-    bulge, fold = found
-    return bulge - LIP_BORDER * (bulge - fold), fold
-
-
-def _bulge_and_fold(concavity: Array, meeting: float) -> tuple[float, float] | None:
-    """Heights of the first bulge below the meeting of the lips, and of the first fold below that."""
+    concavity = _concavity(pose.local(points), triangles, x)
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
     meeting = float(up[np.argmax(np.where(np.abs(up - meeting) < MEETING_ERROR, inner, -np.inf))])
     bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < FLAT) & (up < meeting)]
     if not len(bulges) or meeting - bulges[-1] > LIP_HEIGHT:
         return None
     folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > -FLAT) & (up < bulges[-1])]
-    return (float(bulges[-1]), float(folds[-1])) if len(folds) and bulges[-1] - folds[-1] < LIP_HEIGHT else None
+    if not len(folds) or bulges[-1] - folds[-1] >= LIP_HEIGHT:
+        return None
+    return float(bulges[-1] - LIP_BORDER * (bulges[-1] - folds[-1]))
 
 
 def lower_lip(points: Array, triangles: IntArray, pose: Pose, upper: Array, lower: Array) -> tuple[float, bool]:

@@ -14,7 +14,7 @@ from ..landmarks import NAMES, complete
 from .alignment import FINE
 from .brows_and_chin import chin, rise_of_brows
 from .depth import peak
-from .matching import UNCERTAIN_SHIFT, Match
+from .matching import Match, certain
 from .mouth import MOUTH, below_furrow, furrow, lower_lip
 from .template import AT_REST, UNMEASURED, template
 
@@ -144,19 +144,18 @@ def _close_mouth(
         places["lower_lip_mid"], lip_seen = _lower_lip(points, triangles, match, places)
         return lip_seen, ()
     ends, meeting = found
-    ends = expected[:2] + _certain(ends - expected[:2])
+    ends = expected[:2] + certain(ends - expected[:2])
     left, right = ends[:, 0] - expected[:2, 0]
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
-    raised = _certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
+    raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
     lips = expected[2:] + np.array([sideways, raised])
     places |= dict(zip(MOUTH, _raised(match, np.concatenate([ends, lips]), match.surface.depth), strict=True))
     chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
     places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
-    below = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
-    if below is None:
+    lip = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
+    if lip is None:
         places["lower_lip_mid"], lip_seen = _lower_lip(points, triangles, match, places)
         return lip_seen, MOUTH[:2]
-    lip, _ = below
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
     return True, (*MOUTH[:2], "lower_lip_mid")
 
@@ -177,14 +176,8 @@ def _raise_brows(points: Array, triangles: IntArray, match: Match, places: dict[
     names = [name for name in NAMES if name.startswith("brow_")]
     flat = match.pose.local(np.array([places[name] for name in names]))[:, :2]
     rise = rise_of_brows(points, triangles, match.pose, dict(zip(names, flat, strict=True)))
-    flat[:, 1] += _certain(np.array([[0.0, rise]]))[0, 1]
+    flat[:, 1] += certain(np.array([[0.0, rise]]))[0, 1]
     places |= dict(zip(names, _raised(match, flat, match.surface.depth), strict=True))
-
-
-def _certain(shift: Array) -> Array:
-    """Shifts (k, 2), the small ones reduced: see :data:`UNCERTAIN_SHIFT`."""
-    square = (shift**2).sum(axis=1, keepdims=True)
-    return np.asarray(shift * square / (square + UNCERTAIN_SHIFT**2))
 
 
 def _lower_lip(points: Array, triangles: IntArray, match: Match, places: Landmarks) -> tuple[Array, bool]:

@@ -101,15 +101,12 @@ class Template:
     def depth(self, grid: Grid) -> tuple[Array, Array]:
         """Depth over a grid with the openings closed, and the weight of every place, 0 outside of the face."""
         depth, known = openings_closed(depth_map(self.points, self.triangles, grid), grid, self.mouth_open)
-        return depth, self._weight(grid) * known
-
-    def _weight(self, grid: Grid) -> Array:
-        """1 inside an oval from below the hairline to the chin, falling to 0 at its border."""
+        # 1 inside an oval from below the hairline to the chin, falling to 0 at its border.
         top, bottom = self.landmarks["forehead_mid"][1] + 0.12, self.landmarks["menton"][1] - 0.22
         side = 0.93 * self.landmarks["zygion_l"][0]
         x, y = np.meshgrid(grid.x, grid.y)
         radius = np.hypot(x / side, (y - 0.5 * (top + bottom)) / (0.5 * (top - bottom)))
-        return np.clip((1.0 - radius) / 0.12, 0.0, 1.0)
+        return depth, np.clip((1.0 - radius) / 0.12, 0.0, 1.0) * known
 
 
 @cache

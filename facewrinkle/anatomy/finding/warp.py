@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
 from scipy.interpolate import BSpline
 from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from ...array_types import Array, IntArray
+from ...array_types import Array, BoolArray, IntArray
 from ...geometry.compilation import compiled
 from .depth import Grid
 
@@ -33,46 +32,41 @@ CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
 class Basis:
     """Products of cubic B-splines down a grid and across it, and the stiffness of their shifts.
 
-    Shifts (m, n, 2) are numbered as they lie in memory. A symmetric matrix (2 k, 2 k), k = m n, of narrow band is kept
-    as its lower diagonals: entry (i, j) at (i - j, j).
+    Shifts (m, n, 2) are numbered as they lie in memory. Of a symmetric matrix (2 m n, 2 m n), of narrow band, the lower
+    diagonals are kept: entry (i, j) at (i - j, j).
 
     Attributes
     ----------
     down, across : ndarray, shape (rows, m) and (columns, n)
         The splines.
     pairs : pair of ndarray
-        Products of those splines that overlap: down, of each with itself and those after it, and across.
-    stiffness : sparse array, shape (2 k, 2 k)
-    diagonals : ndarray
-        The lower diagonals of the stiffness.
-    lower : ndarray of int
-        Those of the products, by the sum of the components (3, down, across), that are in the lower half of the matrix.
+        Products of those splines that overlap: down and across, (rows, p) and (columns, q).
+    lower : ndarray of bool, shape (4 p q,)
+        True for those of the products, for x and x, x and y, y and x, y and y, that are on the lower diagonals.
     places : tuple of ndarray of int
         Places among the diagonals to which these add.
+    stiffness : sparse array, shape (2 m n, 2 m n)
+    diagonals : ndarray
+        The lower diagonals of the stiffness.
     """
 
     down: Array
     across: Array
     pairs: tuple[Array, Array]
+    lower: BoolArray
+    places: tuple[IntArray, ...]
     stiffness: sparse.csr_array
     diagonals: Array
-    lower: IntArray
-    places: tuple[IntArray, ...]
 
     def solved(self, metric: Array, right: Array) -> Array:
         """Solve (metric + stiffness) shift = right for the shift (m, n, 2).
 
         The metric (3, rows, columns) is symmetric: entries for x and x, x and y, y and y.
         """
+        products = (self.pairs[0].T @ metric @ self.pairs[1])[[0, 1, 1, 2]]
         diagonals = self.diagonals.copy()
-        diagonals[self.places] += (self.pairs[0].T @ metric @ self.pairs[1]).ravel()[self.lower]
+        diagonals[self.places] += products.ravel()[self.lower]
         return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
-
-
-def _pairs(splines: Array, before: int) -> Array:
-    """Products (points, k n) of each spline with some before it, itself and the 3 after it: others do not overlap."""
-    around = sliding_window_view(np.pad(splines, ((0, 0), (before, 3))), before + 4, axis=1)
-    return (splines[:, :, None] * around).reshape(len(splines), -1)
 
 
 def _splines(low: float, high: float, at: Array) -> Array:
@@ -91,30 +85,26 @@ def basis(grid: Grid) -> Basis:
     across = _splines(grid.low[0] - margin, grid.high[0] + margin, grid.x)
     down = _splines(grid.low[1] - margin, grid.high[1] + margin, grid.y)
     m, n = down.shape[1], across.shape[1]
-    stiffness = _stiffness(m, n)
-    # Rows and columns in the matrix of all pairs of shifts (x, y; m, 4; n, 7); -2 is none.
-    number = 2 * np.arange(m * n).reshape(m, n)
-    around = sliding_window_view(np.pad(number, 3, constant_values=-2), (7, 7)).swapaxes(1, 2)[:, 3:]
-    column = number[:, None, :, None] + np.arange(2)[:, None, None, None, None, None]
-    row, column = np.broadcast_arrays(around + np.arange(2)[:, None, None, None, None], column)
-    lower = np.nonzero(row >= column)
-    i, j = row[lower], column[lower]
-    products = np.ravel_multi_index((lower[0] + lower[1], *lower[2:]), (3, *row.shape[2:]))
+    # Splines overlap with those up to three places away.
+    (i, k), (j, l) = (np.nonzero(np.abs(np.subtract.outer(range(s), range(s))) < 4) for s in (m, n))
+    components = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]).T[:, :, None, None]
+    row, column = (2 * np.array([i[:, None] * n + j, k[:, None] * n + l])[:, None] + components).reshape(2, -1)
+    lower, stiffness = row >= column, _stiffness(m, n)
+    places = (row - column)[lower], column[lower]
+    diagonals = np.zeros((places[0].max() + 1, 2 * m * n))
     entries = sparse.coo_array(sparse.tril(stiffness))
-    diagonals = np.zeros(((i - j).max() + 1, 2 * m * n))
     diagonals[entries.row - entries.col, entries.col] = entries.data
-    pairs = _pairs(down, 0), _pairs(across, 3)
-    return Basis(down, across, pairs, stiffness, diagonals, products, (i - j, j))
+    pairs = down[:, i] * down[:, k], across[:, j] * across[:, l]
+    return Basis(down, across, pairs, lower, places, stiffness, diagonals)
 
 
 def _stiffness(m: int, n: int) -> sparse.csr_array:
     """Resistance of m times n control points to bending, and to differences of left and right."""
-    dx, dy = (sparse.diags_array([np.ones(k - 1), -np.ones(k - 1)], offsets=[0, 1], shape=(k - 1, k)) for k in (n, m))
     one_x, one_y = sparse.identity(n), sparse.identity(m)
     second = [
-        sparse.kron(one_y, _second_differences(dx)),
-        sparse.kron(_second_differences(dy), one_x),
-        np.sqrt(2.0) * sparse.kron(dy, dx),
+        sparse.kron(one_y, np.diff(np.eye(n), 2, axis=0)),
+        sparse.kron(np.diff(np.eye(m), 2, axis=0), one_x),
+        np.sqrt(2.0) * sparse.kron(np.diff(np.eye(m), axis=0), np.diff(np.eye(n), axis=0)),
     ]
     bending = sum(d.T @ d for d in second)
     flip = sparse.kron(one_y, one_x.tocsr()[::-1])
@@ -122,11 +112,6 @@ def _stiffness(m: int, n: int) -> sparse.csr_array:
     asymmetry = sparse.kron(odd_x.T @ odd_x, np.diag([1.0, 0.0])) + sparse.kron(odd_y.T @ odd_y, np.diag([0.0, 1.0]))
     resistance = STIFFNESS * sparse.kron(bending, np.eye(2)) + SYMMETRY * asymmetry
     return sparse.csr_array(resistance + 1e-4 * sparse.identity(2 * m * n))
-
-
-def _second_differences(first: sparse.sparray) -> sparse.sparray:
-    n = first.shape[1]
-    return sparse.diags_array([1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(n - 2, n))
 
 
 @dataclass(frozen=True, eq=False)

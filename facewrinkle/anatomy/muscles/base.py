@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -163,18 +163,13 @@ class Muscle:
 
     @property
     def reach(self) -> tuple[Array, float]:
-        """Centre (3,) and radius of a ball that holds the wrinkling region; infinite if none is known."""
-        folds = type(self).wrinkling_region is not Muscle.wrinkling_region
-        return np.zeros(3), np.inf if folds else 0.0
-
-    @property
-    def pull_reach(self) -> tuple[Array, float]:
-        """Centre (3,) and radius of a ball beyond which :meth:`force` and :meth:`bunched` are 0; infinite if none is
-        known.
+        """Centre (3,) and radius of a ball that holds the wrinkling region, and beyond which :meth:`force` and
+        :meth:`bunched` are 0; infinite if none is known.
         """
-        kind = type(self)
-        pulls = kind.force is not Muscle.force or kind.bunched is not Muscle.bunched
-        return np.zeros(3), np.inf if pulls else 0.0
+        acts = any(
+            getattr(type(self), name) is not getattr(Muscle, name) for name in ("wrinkling_region", "force", "bunched")
+        )
+        return np.zeros(3), np.inf if acts else 0.0
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """The lateral attenuation At of (n, 3) points; exactly 0 outside the wrinkling region."""
@@ -206,26 +201,6 @@ class Muscle:
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions (n, 3) across the folds, along which compression is measured."""
         return np.zeros_like(checked_points(points))
-
-    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[Any], ...]:
-        """Return all that is known of the folds at those of some points (n, 3) where there are any.
-
-        Their numbers (p,), then `envelope`, `height`, the same with `blunt`, `lean`, `half_cycles`, both `coordinates`
-        in columns (p, 2), and `fold_direction`.
-        """
-        envelope = self.envelope(points)
-        inside = np.flatnonzero(envelope > 0.0)
-        x = points[inside]
-        return (
-            inside,
-            envelope[inside],
-            self.height(x),
-            self.height(x, blunt),
-            self.lean(x),
-            self.half_cycles(x),
-            np.stack(self.coordinates(x), axis=1),
-            self.fold_direction(x),
-        )
 
     def force(self, points: npt.ArrayLike) -> Array:
         """Pull (n, 3) at full contraction and strength 1; 0 outside the area of influence."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -148,10 +148,7 @@ class Crease(Muscle):
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda within the span, and within the width and the thickness."""
         x, q, _, away = self._plane(points)
-        return self._inside(x / self._axes[0], q, away)
-
-    def _inside(self, place: Array, q: Array, away: Array) -> BoolArray:
-        across = (q <= 3.0 * self._furrow) & (q >= -self._furrow)
+        place, across = x / self._axes[0], (q <= 3.0 * self._furrow) & (q >= -self._furrow)
         return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
 
     @property
@@ -165,31 +162,8 @@ class Crease(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At: the taper towards both ends."""
-        x, q, _, away = self._plane(points)
-        place = x / self._axes[0]
-        return np.where(self._inside(place, q, away), self._faded(place), 0.0)
-
-    def _faded(self, place: Array) -> Array:
-        return self._tapered((place - self.span[0]) / (self.span[1] - self.span[0]))
-
-    def folded(self, points: Array, blunt: float) -> tuple[npt.NDArray[Any], ...]:
-        """All of them from the place in the plane, which is found once."""
-        x, q, slope, away = self._plane(points)
-        inside = np.flatnonzero(self._inside(x / self._axes[0], q, away))
-        envelope = self._faded(x[inside] / self._axes[0])
-        some = envelope > 0.0
-        inside = inside[some]
-        x, q, slope = x[inside], q[inside], slope[inside]
-        return (
-            inside,
-            envelope[some],
-            self._risen(q),
-            self._risen(q, blunt),
-            self._leant(q),
-            np.full(len(inside), self._furrow),
-            np.stack([x / self._axes[0], q / self.width], axis=1),
-            self._across(q, slope),
-        )
+        place = (self.coordinates(points)[0] - self.span[0]) / (self.span[1] - self.span[0])
+        return np.where(self.wrinkling_region(points), self._tapered(place), 0.0)
 
     def cover(self, points: npt.ArrayLike) -> Array:
         """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the outer borders."""
@@ -198,10 +172,8 @@ class Crease(Muscle):
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side."""
-        return self._risen(self._plane(points)[1], check_range("blunt", blunt, 0.0, 1.0))
-
-    def _risen(self, q: Array, blunt: float = 0.0) -> Array:
-        q, alpha = q / self._furrow, self.wrinkles.alpha
+        check_range("blunt", blunt, 0.0, 1.0)
+        q, alpha = self._plane(points)[1] / self._furrow, self.wrinkles.alpha
         t, beta = np.clip(q / 3.0, 0.0, 1.0), 8.0 / (2.0 + alpha)
         if blunt > 0.0:
             furrow = (_dug(q + blunt, alpha) - _dug(q - blunt, alpha)) / (2.0 * blunt)
@@ -213,10 +185,7 @@ class Crease(Muscle):
         """Slide of the crest over its furrow: ``27 t (1 - t)^2 / 8``, at its top half of the depth, as much as in a
         trochoid. The furrow and the bound skin beyond it stay where they are.
         """
-        return self._leant(self._plane(points)[1])
-
-    def _leant(self, q: Array) -> Array:
-        t = np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
+        t = np.clip(self._plane(points)[1] / (3.0 * self._furrow), 0.0, 1.0)
         return np.asarray(27.0 / 8.0 * t * (1.0 - t) ** 2)
 
     def loose_share(self, points: npt.ArrayLike) -> Array:
@@ -228,9 +197,6 @@ class Crease(Muscle):
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions across the furrow, towards the crest: those of the gradient of q."""
         _, q, slope, _ = self._plane(points)
-        return self._across(q, slope)
-
-    def _across(self, q: Array, slope: Array) -> Array:
         _, along, aside, _ = self._axes
         # q = (y - f) / S with S^2 = 1 + f'^2: S dq/dx = -f' - q f' f'' / S, S dq/dy = 1.
         bend = -2.0 * self._bow

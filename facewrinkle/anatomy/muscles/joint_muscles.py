@@ -8,6 +8,7 @@ from typing import Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
 from ...checks import vector
@@ -59,7 +60,25 @@ class JawMuscle(Muscle):
 
 
 @dataclass(frozen=True, eq=False)
-class LidMuscle(Muscle):
+class _OfEye(Muscle):
+    """A muscle of one eye, which goes with it and its lids wherever these are placed."""
+
+    side: str
+
+    def __post_init__(self) -> None:
+        self._check_common()
+        if self.side not in ("l", "r"):
+            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+
+    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
+        """The same muscle, or that of the other side if `rotation` mirrors."""
+        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
+            return self
+        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
+
+
+@dataclass(frozen=True, eq=False)
+class LidMuscle(_OfEye):
     """The levator of the upper lid, which turns back over the eyeball and opens the eye wide.
 
     Parameters
@@ -79,20 +98,11 @@ class LidMuscle(Muscle):
     -0.5
     """
 
-    side: str
     share: float = 0.25
 
     def __post_init__(self) -> None:
-        self._check_common()
-        if self.side not in ("l", "r"):
-            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+        super().__post_init__()
         check_range("share", self.share, 0.0, 1.0)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The same muscle, or that of the other side if `rotation` mirrors: it goes with the lids."""
-        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
-            return self
-        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
 
 
 TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outwards": (1.0, 0.0)}
@@ -100,7 +110,7 @@ TURNS = {"up": (0.0, 1.0), "down": (0.0, -1.0), "inwards": (-1.0, 0.0), "outward
 
 
 @dataclass(frozen=True, eq=False)
-class EyeMuscle(Muscle):
+class EyeMuscle(_OfEye):
     """A straight muscle of the eye, which turns the eyeball; the lids follow.
 
     Parameters
@@ -119,14 +129,11 @@ class EyeMuscle(Muscle):
     (0.25, 0.0)
     """
 
-    side: str
     turn: str
     angle: float
 
     def __post_init__(self) -> None:
-        self._check_common()
-        if self.side not in ("l", "r"):
-            raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
+        super().__post_init__()
         if self.turn not in TURNS:
             raise unknown_name("turn", self.turn, TURNS)
         check_range("angle", self.angle, 1e-6, 1.0)
@@ -147,12 +154,6 @@ class EyeMuscle(Muscle):
                 f"{np.degrees(rate * self.angle):.3g}. Turn the head instead."
             )
         return min(max(rate, 0.0), 1.0)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The same muscle, or that of the other side if `rotation` mirrors: it goes with the eye."""
-        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
-            return self
-        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,9 +198,5 @@ class JointWeights:
 
 
 def turned(vectors: Array, axis: Array, angles: Array) -> Array:
-    """Change of vectors (k, 3) that turn by angles (k,) about an axis (Rodrigues)."""
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    axial = axis * (vectors @ axis)[:, None]
-    (a, b, c), (x, y, z) = axis, vectors.T
-    across = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=1)  # np.cross takes three times as long
-    return np.asarray((vectors - axial) * (cos - 1.0) + across * sin)
+    """Change of vectors (k, 3) that turn by angles (k,) about a unit axis."""
+    return np.asarray(Rotation.from_rotvec(np.outer(angles, axis)).apply(vectors) - vectors)

@@ -116,13 +116,8 @@ class LinearMuscle(Muscle):
 
     @property
     def reach(self) -> tuple[Array, float]:
-        """About the attachment, up to the farthest corner of the cone."""
-        return self.attachment, self.radius / float(np.cos(self.max_angle))
-
-    @property
-    def pull_reach(self) -> tuple[Array, float]:
-        """As for `reach`, and at least to the end of the belly."""
-        return self.attachment, max(self.reach[1], sum(BELLY) * self.radius)
+        """About the attachment, up to the farthest corner of the cone, and at least to the end of the belly."""
+        return self.attachment, self.radius * max(1.0 / float(np.cos(self.max_angle)), sum(BELLY))
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 11)."""
@@ -269,16 +264,11 @@ class SheetMuscle(Muscle):
 
     @property
     def reach(self) -> tuple[Array, float]:
-        """About the middle of the sheet, up to its corners."""
+        """About the middle of the sheet, up to its corners; with recoil as far behind the attachment line."""
         origin, fibre, _, _ = self._axes
-        half = 0.5 * self.length, 0.5 * self.width, self.thickness
-        return origin + half[0] * fibre, float(np.linalg.norm(half))
-
-    @property
-    def pull_reach(self) -> tuple[Array, float]:
-        """As for `reach`; with recoil as far behind the attachment line."""
-        centre, radius = self.reach
-        return centre, radius + (self.length if self.recoil else 0.0)
+        half = 0.5 * self.length, float(self._half_width(np.array([0.0, self.length])).max()), self.thickness
+        behind = self.length if self.recoil else 0.0
+        return origin + half[0] * fibre, float(np.linalg.norm(half)) + behind
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
@@ -430,11 +420,6 @@ class SphincterMuscle(Muscle):
     def reach(self) -> tuple[Array, float]:
         """About the centre, up to the rims of the cylinder."""
         return self.centre, float(np.hypot(max(self.semi_major, self.semi_minor), self.thickness))
-
-    @property
-    def pull_reach(self) -> tuple[Array, float]:
-        """That of the wrinkling region, which reaches to the border of the area of influence."""
-        return self.reach
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At on the inner and outer band (Eqs. 17-18)."""

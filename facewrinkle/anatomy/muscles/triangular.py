@@ -82,16 +82,8 @@ class TriangularMuscle(SheetMuscle):
 
     @property
     def reach(self) -> tuple[Array, float]:
-        """About the middle of the sheet, up to the corners of its wider end."""
-        origin, fibre, _, _ = self._axes
-        widest = max(self.width, self.width + self._widening * self.length)
-        half = 0.5 * self.length, 0.5 * widest, self.thickness
-        return origin + half[0] * fibre, float(np.linalg.norm(half))
-
-    @property
-    def pull_reach(self) -> tuple[Array, float]:
         """As for a sheet as wide as the wider end; behind the attachment line it may be wider still."""
-        centre, radius = super().pull_reach
+        centre, radius = super().reach
         return centre, radius + (0.5 * abs(self._widening) * self.length if self.recoil else 0.0)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
