@@ -93,15 +93,7 @@ class Attachments:
         `jaw_angle`, radians, the turn of the mandible is measured on the skin; `mandible`,
         a matrix (4, 4), moves it after that turn.
         """
-        moved = self._moved(points, gazes, pose, jaw_angle, np.eye(4) if mandible is None else mandible)
-        for name, own in (given or {}).items():
-            part = moved[name]
-            moved[name] = _with(part, np.where(np.isnan(own), part.points, own), None)
-        return moved
-
-    def _moved(
-        self, points: Array, gazes: Mapping[str, Array], pose: Array | None, jaw_angle: float | None, mandible: Array
-    ) -> dict[str, pv.PolyData]:
+        mandible = np.eye(4) if mandible is None else mandible
         pose = self._still.pose(points, STILL * self._size) if pose is None else pose
         turn, shift = pose[:3, :3], pose[:3, 3]
         eyes = {eye.side: eye for eye in self._eyes}
@@ -122,6 +114,8 @@ class Attachments:
                 own = mandible[:3, :3] @ own
             moved = ((rest - centre) @ own.T + centre + thrust) @ turn.T + shift
             out[name] = _with(part.mesh, moved, normals @ (turn @ own).T)
+        for name, itself in (given or {}).items():
+            out[name] = _with(out[name], np.where(np.isnan(itself), out[name].points, itself), None)
         return out
 
 

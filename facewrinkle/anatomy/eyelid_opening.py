@@ -1,9 +1,11 @@
-"""The opening between the lids of an eye, and the margins of the lids: their front edges, where lashes grow."""
+"""The opening between the lids of an eye; the margins of the lids: their front edges, where lashes grow; and the place
+and size of the ball on which the lids lie.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -12,8 +14,9 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.smoothstep import smoothstep
-from ..geometry.topology import unique_edges
-from .eyeball import Eyeball
+from ..geometry.topology import boundary_loops, unique_edges
+from .eyeball import RADIUS, Eyeball
+from .landmarks import FaceFrame
 
 LidSections = list[tuple[float, Array, tuple[float, float]]]
 """Meridians with a gap between the lids: their place, the skin on them, and the gap's lowest and highest height."""
@@ -82,6 +85,24 @@ LINING_DEPTH = 0.7
 
 EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
 """Points belong to an eye within this width about its middle, and within this many radii of its centre."""
+
+# --- The ball behind the lids ----------------------------------------------------------------------------------
+
+SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
+"""Radii of eyeballs, relative to an adult's."""
+
+LID_ROOM, LID_QUANTILE = 0.975, 0.1
+"""The ball's radius is the first share of its centre's distance from the margins of the lids, whose edges must not cut
+it. The distance is this quantile over the margins' vertices, so that single ones do not count.
+"""
+
+HOLD = np.array([0.5, 0.2, 0.1, 0.25])
+"""Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
+is that of its depth, which the landmarks show least.
+"""
+
+CLOSED_REACH = 0.8
+"""Skin within this many radii of the axis of a closed eye is in front of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +184,16 @@ class EyelidOpening:
     def back_edges(self, points: Array, triangles: IntArray) -> Array:
         """Places (k, 3) where thick lids touch the ball: at most half their thickness behind their front edges."""
         local = (points - self.inner) @ self.axes.T / self.width
-        return np.asarray(self.inner + self.width * _back_edges(local, triangles) @ self.axes)
+        lids = _lid_sections(local[_near(local, triangles)])
+        places = [_front_edge(lids, away) for away in (1.0, -1.0)]
+        for front in places:
+            for place, (_, section, _) in zip(front, lids, strict=True):
+                start, end = section[:, 0], section[:, 1]
+                skin = (start + np.linspace(0.0, 1.0, 9)[:, None, None] * (end - start)).reshape(-1, 2)
+                behind = place[2] - skin[:, 1]
+                edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * LID_THICKNESS) & (behind < 0.5 * LID_THICKNESS)
+                place[2] -= behind[edge].max(initial=0.0)
+        return np.asarray(self.inner + self.width * np.concatenate(places) @ self.axes)
 
 
 def eyelid_opening(
@@ -249,20 +279,6 @@ def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntA
     return upper, lower
 
 
-def _back_edges(local: Array, triangles: IntArray) -> Array:
-    """Places (k, 3) of :meth:`EyelidOpening.back_edges`, in the coordinates above."""
-    lids = _lid_sections(local[_near(local, triangles)])
-    places = [_front_edge(lids, away) for away in (1.0, -1.0)]
-    for front in places:
-        for place, (_, section, _) in zip(front, lids, strict=True):
-            start, end = section[:, 0], section[:, 1]
-            skin = (start + np.linspace(0.0, 1.0, 9)[:, None, None] * (end - start)).reshape(-1, 2)
-            behind = place[2] - skin[:, 1]
-            edge = (np.abs(skin[:, 0] - place[1]) < 0.5 * LID_THICKNESS) & (behind < 0.5 * LID_THICKNESS)
-            place[2] -= behind[edge].max(initial=0.0)
-    return np.concatenate(places)
-
-
 def _near(local: Array, triangles: IntArray) -> IntArray:
     """The triangles around an eye."""
     inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < SURROUNDINGS).all(axis=1))
@@ -345,3 +361,78 @@ def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
     place = local[chain, 0]
     # At its ends the path may turn back from one edge of a thick lid to the other.
     return np.asarray(chain[place <= np.minimum.accumulate(place[::-1])[::-1]])
+
+
+# --- the ball behind them -----------------------------------------------------------------------------------------
+
+
+def place_eyeballs(
+    landmarks: Mapping[str, Array],
+    frame: FaceFrame,
+    points: Array,
+    triangles: IntArray,
+    estimated: Collection[str] = (),
+) -> list[Eyeball]:
+    """Return both eyeballs, at the landmarks of their centres, as large as an adult's unless the lids leave less room.
+
+    The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
+    or no ball of a usual size about it could touch the lids, it is moved to where an adult's does. An eye whose lids
+    are closed is moved back behind the skin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> eyes = place_eyeballs(face.landmarks, face.frame, face.points, face.triangles)
+    >>> [(eye.side, round(eye.radius)) for eye in eyes]
+    [('l', 12), ('r', 12)]
+    """
+    eyes, loops = [], boundary_loops(triangles)
+    for side in "lr":
+        name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
+        eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])
+        opening = eyelid_opening(eye, points, triangles, loops, landmarks)
+        if opening is None:
+            eyes.append(_behind(eye, points))
+            continue
+        margin = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
+        if opening.thick:
+            margin = opening.back_edges(points, triangles)
+        if name in estimated or not SMALLEST_EYE * radius < _room(eye.centre, margin) < LARGEST_EYE * radius:
+            eye = replace(eye, centre=_fitted_centre(margin, eye))
+        room = _room(eye.centre, margin)
+        eyes.append(replace(eye, radius=float(np.clip(room, SMALLEST_EYE * radius, LARGEST_EYE * radius))))
+    return eyes
+
+
+def _room(centre: Array, margin: Array) -> float:
+    """Radius of the ball about a centre for which the margins of the lids leave room."""
+    return float(LID_ROOM * np.quantile(np.linalg.norm(margin - centre, axis=1), LID_QUANTILE))
+
+
+def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
+    """Centre of the ball that fits the margins best, while the weights `HOLD` hold it (Gauss-Newton)."""
+    start = np.append(eye.centre, eye.radius / LID_ROOM)
+    hold = np.zeros((4, 4))
+    hold[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    hold[3, 3] = HOLD[3]
+    n, found = len(margin), start
+    for _ in range(12):
+        offset = found[:3] - margin
+        distance = np.linalg.norm(offset, axis=1)
+        rows = np.vstack([np.column_stack([offset / distance[:, None], np.full(n, -1.0)]) / np.sqrt(n), hold])
+        miss = np.concatenate([(distance - found[3]) / np.sqrt(n), hold @ (found - start)])
+        found = found - np.linalg.lstsq(rows, miss, rcond=None)[0]
+    return np.asarray(found[:3])
+
+
+def _behind(eye: Eyeball, points: Array) -> Eyeball:
+    """The eyeball moved back until it lies behind the skin before it."""
+    offset = points - eye.centre
+    ahead = offset @ eye.gaze
+    aside = np.linalg.norm(offset - np.outer(ahead, eye.gaze), axis=1)
+    before = (aside < CLOSED_REACH * eye.radius) & (ahead > -eye.radius)
+    if not before.any():
+        return eye
+    reach = np.sqrt((eye.radius / LID_ROOM) ** 2 - aside[before] ** 2)
+    return replace(eye, centre=eye.centre - max(float((reach - ahead[before]).max()), 0.0) * eye.gaze)

@@ -21,9 +21,8 @@ from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
 from .cavities import IN_MOUTH, Cavities, Lining
-from .eye_placement import place_eyeballs
 from .eyeball import Eyeball
-from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim
+from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyeballs
 from .eyelids import LidWeights, lid_share, lid_weights
 from .head import BrowHairs
 from .identity import fold_depth

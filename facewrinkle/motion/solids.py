@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ..anatomy.eye_placement import LID_ROOM
+from ..anatomy.eyelid_opening import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET

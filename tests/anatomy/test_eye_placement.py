@@ -9,7 +9,7 @@ from eyelids_of_faces import filled, margins_of
 from synthetic_faces import head_with, ring, skin_with
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eye_placement import place_eyeballs
+from facewrinkle.anatomy.eyelid_opening import place_eyeballs
 from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.appearance.hair import Lashes
 from facewrinkle.plotting import Scene, Style

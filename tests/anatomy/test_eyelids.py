@@ -10,8 +10,7 @@ from eyelids_of_faces import filled, margins_of
 from synthetic_faces import head_with
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eye_placement import place_eyeballs
-from facewrinkle.anatomy.eyelid_opening import eyelid_opening
+from facewrinkle.anatomy.eyelid_opening import eyelid_opening, place_eyeballs
 from facewrinkle.anatomy.eyelids import OVERLAP, lid_weights
 from facewrinkle.geometry.topology import boundary_loops
 

@@ -18,7 +18,7 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eye_placement import place_eyeballs
+from facewrinkle.anatomy.eyelid_opening import place_eyeballs
 from facewrinkle.anatomy.face import per_face
 from facewrinkle.anatomy.jaw import jaw_weights
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle

@@ -28,8 +28,8 @@ from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
 from facewrinkle.anatomy.finding.alignment import FINE, SCALES, aligned, pose_score, surface_map, template_map
 from facewrinkle.anatomy.finding.candidates import thinned
 from facewrinkle.anatomy.finding.depth import Grid, curvature, depth_map, peak
+from facewrinkle.anatomy.finding.features import MOUTH, furrow, lower_lip
 from facewrinkle.anatomy.finding.matching import matched
-from facewrinkle.anatomy.finding.mouth import MOUTH, furrow, lower_lip
 from facewrinkle.anatomy.finding.search import near_pose
 from facewrinkle.anatomy.finding.template import Pose, template
 from facewrinkle.anatomy.finding.warp import Warp, basis, contrast_normalised, fitted_warp, resampled

@@ -3,7 +3,7 @@
 The built-in head is the template (:mod:`.template`). Protruding points are taken for noses, at every size and from all
 sides (:mod:`.candidates`); the best of these poses are aligned with the template (:mod:`.alignment`) on depth maps
 (:mod:`.depth`). A smooth warp (:mod:`.warp`) gives the confidence that a surface is a face (:mod:`.matching`), and the
-places of the template's landmarks (:mod:`.placement`); those of the mouth are found by its furrow (:mod:`.mouth`).
+places of the template's landmarks (:mod:`.placement`); some are measured on the shape (:mod:`.features`).
 """
 
 from .landmarks import Found, find_landmarks

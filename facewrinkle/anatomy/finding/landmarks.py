@@ -104,10 +104,10 @@ def find_landmarks(
     if pose is None:
         check_surface(points, triangles)
     with threadpool_limits(1, "blas"):  # its threads wait for each other longer than they work here
-        search = searched(points, triangles, pose, progress or bar)
-    match = search.matches[0]
+        matches, face = searched(points, triangles, pose, progress or bar)
+    match = matches[0]
     try:
-        landmarks, confidences, estimated = placed_landmarks(points, search.triangles, search.matches)
+        landmarks, confidences, estimated = placed_landmarks(points, face, matches)
     except LandmarkError:  # the template's landmarks fell into disorder
         raise LandmarkError(NO_FACE) from None
     hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < HIDDEN]

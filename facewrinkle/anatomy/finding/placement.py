@@ -12,10 +12,9 @@ from ...array_types import Array, BoolArray, IntArray
 from ...mesh import to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
-from .brows_and_chin import chin, rise_of_brows
 from .depth import peak
+from .features import MOUTH, below_furrow, chin, furrow, lower_lip, rise_of_brows
 from .matching import Match, certain
-from .mouth import MOUTH, below_furrow, furrow, lower_lip
 from .template import AT_REST, UNMEASURED, template
 
 Landmarks = Mapping[str, Array]

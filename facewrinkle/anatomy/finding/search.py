@@ -5,7 +5,8 @@ Where the whole mesh shows no face, its parts are searched, and then what stands
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+from collections.abc import Iterator
+from contextlib import suppress
 from itertools import chain
 
 import numpy as np
@@ -63,8 +64,63 @@ PART_LOSS = 0.1
 """
 
 
-class FaceSearch:
-    """The search of triangles for a face.
+STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
+"""Steps of the search of a mesh or a part of it, at most."""
+
+
+def _search(points: Array, triangles: IntArray, pose: Pose | None) -> Iterator[tuple[list[Match], IntArray]]:
+    """Yield, after each step, the matches with the template's variants so far, and the triangles that are the face.
+
+    The steps are sizes, poses, the best of these, and variants of the template. With a known pose, no other is tried.
+    """
+    poses = [] if pose is None else [(1.0, pose)]
+    for _ in _scored_poses(points, triangles, poses) if pose is None else ():
+        yield [], triangles
+    tried = []
+    for _, start in distinct(poses, REFINED):
+        tried.append(_aligned_match(points, triangles, start))
+        yield [], triangles
+        if tried[-1].confidence > SURE:
+            break
+    best = max(tried, key=lambda match: match.confidence)
+    part = _face_part(points, triangles, best)
+    if len(part) < len(triangles):
+        alone = _aligned_match(points, part, best.pose)
+        if alone.confidence > best.confidence - PART_LOSS:
+            best, triangles = alone, part
+    matches = [best]
+    yield matches, triangles
+    for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
+        pose = best.pose
+        if template(variant).mouth_open:
+            pose = aligned(*near_pose(points, triangles, pose), pose, variant)
+        matches.append(matched(points, triangles, pose, variant))
+        yield matches, triangles
+
+
+def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
+    return matched(points, triangles, aligned(*near_pose(points, triangles, pose), pose))
+
+
+def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, Pose]]) -> Iterator[None]:
+    """Fill in aligned candidates with their scores, the best first, in steps."""
+    starts: list[tuple[float, Pose]] = []
+    for found in candidates(surface_samples(points, triangles, MESH_SAMPLES)):
+        starts += found
+        yield
+    starts.sort(key=lambda pair: pair[0])
+    for _, start in distinct(starts, TRIED):
+        near = near_pose(points, triangles, start)
+        pose = aligned(*near, start)
+        poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
+        yield
+    if not poses:
+        raise LandmarkError(NO_FACE)
+    poses.sort(key=lambda pair: -pair[0])
+
+
+def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> tuple[list[Match], IntArray]:
+    """Search a mesh as a whole, and its parts if that shows no face: beside a large thing a face is small or hidden.
 
     Parameters
     ----------
@@ -72,94 +128,31 @@ class FaceSearch:
     triangles : ndarray of int, shape (m, 3)
     pose : Pose or None
         The pose, if it is known: then no other is tried.
+    progress : Progress
 
-    Attributes
-    ----------
+    Returns
+    -------
     matches : list of Match
-        Matches with the template's variants, the mean face first; filled in by :meth:`steps`.
-    triangles : ndarray of int, shape (m, 3)
+        Matches with the template's variants, the mean face first.
+    triangles : ndarray of int, shape (k, 3)
         Those of the part that is the face.
-    """
-
-    STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
-
-    def __init__(self, points: Array, triangles: IntArray, pose: Pose | None) -> None:
-        self.points, self.triangles, self.pose = points, triangles, pose
-        self.matches: list[Match] = []
-
-    def steps(self) -> Iterator[None]:
-        """Yield after each step of the search: sizes, poses, the best of these, and variants of the template."""
-        if self.pose is None:
-            poses = yield from self._scored_poses()
-        else:
-            poses = [(1.0, self.pose)]
-        matches = []
-        for _, pose in distinct(poses, REFINED):
-            matches.append(self._aligned_match(self.triangles, pose))
-            yield
-            if matches[-1].confidence > SURE:
-                break
-        best = max(matches, key=lambda match: match.confidence)
-        part = _face_part(self.points, self.triangles, best)
-        if len(part) < len(self.triangles):
-            alone = self._aligned_match(part, best.pose)
-            if alone.confidence > best.confidence - PART_LOSS:
-                best, self.triangles = alone, part
-        self.matches.append(best)
-        yield
-        for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
-            pose = best.pose
-            if template(variant).mouth_open:
-                pose = aligned(*near_pose(self.points, self.triangles, pose), pose, variant)
-            self.matches.append(matched(self.points, self.triangles, pose, variant))
-            yield
-
-    def _aligned_match(self, triangles: IntArray, pose: Pose) -> Match:
-        return matched(self.points, triangles, aligned(*near_pose(self.points, triangles, pose), pose))
-
-    def _scored_poses(self) -> Generator[None, None, list[tuple[float, Pose]]]:
-        """Aligned candidates with their scores, the best first."""
-        points, triangles = self.points, self.triangles
-        starts: list[tuple[float, Pose]] = []
-        for found in candidates(surface_samples(points, triangles, MESH_SAMPLES)):
-            starts += found
-            yield
-        starts.sort(key=lambda pair: pair[0])
-        poses: list[tuple[float, Pose]] = []
-        for _, start in distinct(starts, TRIED):
-            near = near_pose(points, triangles, start)
-            pose = aligned(*near, start)
-            poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
-            yield
-        if not poses:
-            raise LandmarkError(NO_FACE)
-        poses.sort(key=lambda pair: -pair[0])
-        return poses
-
-
-def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> FaceSearch:
-    """Search a mesh as a whole, and its parts if that shows no face: beside a large thing a face is small or hidden.
 
     Raises
     ------
     LandmarkError
         If nothing looks like a face at all.
     """
-    found: list[FaceSearch] = []
+    found: list[tuple[list[Match], IntArray]] = []
     others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
     for part in chain([triangles], () if pose is not None else others):
-        search = FaceSearch(points, part, pose)
-        try:
-            for _ in progress(search.steps(), "Finding the face", search.STEPS):
-                pass
-        except LandmarkError:  # nothing looks like a face
-            continue
-        found.append(search)
-        if search.matches[0].confidence > REFUSED:
-            break
+        with suppress(LandmarkError):  # nothing looks like a face
+            *_, (matches, face) = progress(_search(points, part, pose), "Finding the face", STEPS)
+            found.append((matches, face))
+            if matches[0].confidence > REFUSED:
+                break
     if not found:
         raise LandmarkError(NO_FACE)
-    return max(found, key=lambda search: search.matches[0].confidence)
+    return max(found, key=lambda result: result[0][0].confidence)
 
 
 def check_surface(points: Array, triangles: IntArray) -> None:

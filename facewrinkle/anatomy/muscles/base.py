@@ -147,6 +147,11 @@ class Muscle:
         check_range("swell", self.swell, 0.0, 1e6)
         check_range("closing", self.closing, 0.0, 1e6)
 
+    def _set(self, **values: object) -> None:
+        """Replace values that were given by those that were made of them, of a muscle that is frozen otherwise."""
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
     @property
     def fold_pattern(self) -> Muscle:
         """The region on which this muscle's wrinkles are laid: `folds`, or the muscle itself."""

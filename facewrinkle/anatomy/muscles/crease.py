@@ -77,21 +77,17 @@ class Crease(Muscle):
         if path.shape != (3, 3):
             raise ParameterError(f"path must be three points, received an array of shape {path.shape}.")
         path.setflags(write=False)
-        object.__setattr__(self, "path", path)
         crest, chord = vector("crest", self.crest), path[2] - path[0]
-        object.__setattr__(self, "crest", crest)
         length = float(np.linalg.norm(chord))
         if not np.linalg.norm(np.cross(chord, crest)) > 1e-6 * length * np.linalg.norm(crest):
             raise ParameterError("crest must cross the line from the start to the end of the path.")
         if not 0.0 < (path[1] - path[0]) @ chord < length**2:
             raise ParameterError("the second point of the path must lie between the first and the third.")
-        first, last = self._checked_span()
-        object.__setattr__(self, "span", (first, last))
-        object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf))
-        thickness = check_range("thickness", self.thickness, 0.0, np.inf)
-        object.__setattr__(self, "thickness", thickness or 0.3 * length)
-        if not self.width > 0.0:
+        width = check_range("width", self.width, 0.0, np.inf)
+        if not width > 0.0:
             raise ParameterError(f"width must be positive, received {self.width!r}.")
+        thickness = check_range("thickness", self.thickness, 0.0, np.inf) or 0.3 * length
+        self._set(path=path, crest=crest, span=self._checked_span(), width=width, thickness=thickness)
 
     def _checked_span(self) -> tuple[float, float]:
         try:

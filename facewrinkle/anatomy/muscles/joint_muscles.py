@@ -45,8 +45,7 @@ class JawMuscle(Muscle):
 
     def __post_init__(self) -> None:
         self._check_common()
-        object.__setattr__(self, "hinge", vector("hinge", self.hinge))
-        object.__setattr__(self, "axis", unit(vector("axis", self.axis)))
+        self._set(hinge=vector("hinge", self.hinge), axis=unit(vector("axis", self.axis)))
         check_range("angle", self.angle, 0.0, 0.6)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:

@@ -76,8 +76,7 @@ class LinearMuscle(Muscle):
     def __post_init__(self) -> None:
         self._check_common()
         check_range("sliding", self.sliding, 0.0, 1.0)
-        for name in ("attachment", "insertion"):
-            object.__setattr__(self, name, vector(name, getattr(self, name)))
+        self._set(**{name: vector(name, getattr(self, name)) for name in ("attachment", "insertion")})
         if not 0.0 < self.max_angle < 0.5 * np.pi:
             raise ParameterError(f"max_angle must lie in (0, pi/2) radians, received {self.max_angle!r}.")
         if self.length == 0.0:
@@ -221,12 +220,12 @@ class SheetMuscle(Muscle):
             if pair.shape != (2, 3):
                 raise ParameterError(f"{name} must be a pair of points, received an array of shape {pair.shape}.")
             pair.setflags(write=False)
-            object.__setattr__(self, name, pair)
+            self._set(**{name: pair})
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         span, line = float(np.linalg.norm(i.mean(0) - a.mean(0))), float(np.linalg.norm(a[1] - a[0]))
-        object.__setattr__(self, "length", check_range("length", self.length, 0.0, np.inf) or span)
-        object.__setattr__(self, "width", check_range("width", self.width, 0.0, np.inf) or line)
-        object.__setattr__(self, "thickness", float(self.thickness or max(self.length, self.width)))
+        length = check_range("length", self.length, 0.0, np.inf) or span
+        width = check_range("width", self.width, 0.0, np.inf) or line
+        self._set(length=length, width=width, thickness=float(self.thickness or max(length, width)))
         if not np.min([self.length, self.width, self.thickness, span]) > 0.0:  # also for NaN
             raise ParameterError("a sheet muscle needs a positive length, width and thickness, and two distinct lines.")
         if np.linalg.norm(np.cross(a[1] - a[0], i.mean(0) - a.mean(0))) < 1e-6 * line * span or line == 0.0:
@@ -379,14 +378,8 @@ class SphincterMuscle(Muscle):
         vertical = np.cross(normal, lateral)
         if self.vertical is not None and vertical @ vector("vertical", self.vertical) < 0.0:
             vertical = -vertical
-        for name, value in (
-            ("centre", centre),
-            ("normal", normal),
-            ("lateral", lateral),
-            ("vertical", vertical),
-        ):
-            object.__setattr__(self, name, value)
-        object.__setattr__(self, "thickness", float(self.thickness or self.semi_major))
+        thickness = float(self.thickness or self.semi_major)
+        self._set(centre=centre, normal=normal, lateral=lateral, vertical=vertical, thickness=thickness)
         if not np.min([self.semi_major, self.semi_minor, self.thickness]) > 0.0:  # also for NaN
             raise ParameterError("semi_major, semi_minor and thickness must be positive.")
         check_range("inner", self.inner, 0.0, 1.0 - 1e-9)

@@ -57,8 +57,7 @@ class TriangularMuscle(SheetMuscle):
         super().__post_init__()
         ends = np.asarray(self.insertion)
         own = float(np.linalg.norm(ends[1] - ends[0]))
-        width = check_range("insertion_width", self.insertion_width, 0.0, np.inf) or own
-        object.__setattr__(self, "insertion_width", width)
+        self._set(insertion_width=check_range("insertion_width", self.insertion_width, 0.0, np.inf) or own)
         if self.width + self._widening * self.length < 0.0:
             raise ParameterError(
                 f"the fibres meet {self._focus:g} from the attachment line; length must be at most that, received "
