@@ -237,7 +237,7 @@ def record(
 
     with Scenes(face) if scenes is None else nullcontext(scenes) as scenes:
         clip = performance.clip(simulation)
-        recorder.record(clip, lambda frame: scenes.picture(frame, *styles), watch)
+        recorder.record(clip, lambda frame: scenes.begun(frame, *styles), watch)
         (peak,) = peaks
         recorder.save_mesh(peak, face)
         with report.waiting("Drawing"):

@@ -158,7 +158,7 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
             highest[:] = [frame]
 
     with Scenes(face) as scenes:
-        recorder.record(clip, lambda frame: scenes.picture(frame, front), watch)
+        recorder.record(clip, lambda frame: scenes.begun(frame, front), watch)
         (top,) = highest
         recorder.save_mesh(top, face)
         close = replace(front, view=_close(face, top, output.view, simulation.layers))

@@ -267,7 +267,7 @@ def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style],
     moments = DeepestMoments(count)
     recorder.record(
         clip,
-        lambda frame: scenes.picture(frame, *styles),
+        lambda frame: scenes.begun(frame, *styles),
         lambda number, frame: moments.add(float(clip.times[number]), frame),
     )
     return moments.found()

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Self
 
@@ -20,11 +21,25 @@ from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import sidecar_files
 from ..files import output_file, output_target
 from ..plotting import Scene, save_picture, side_by_side
-from ..plotting.views import Style
+from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
 from .options import OutputOptions
 from .report import Report
+
+Drawing = Callable[[], Image]
+"""A picture that is being drawn: waits for it, and returns it."""
+
+SEEN = 1.0 / 256.0
+"""Pixels by which something must move to be drawn again in a movie: an edge between black and white that moves less
+changes a colour by one of its 256 steps. (Where a hair passes a sample, some 20 pixels of a picture change by more.)
+"""
+
+
+def beside(drawings: Iterable[Drawing]) -> Drawing:
+    """Return a function that waits for pictures that are being drawn, and returns them side by side."""
+    begun = list(drawings)
+    return lambda: side_by_side([picture() for picture in begun])
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +94,7 @@ class Recorder:
             output_target(self._path(f".{ending}"))  # nor must any be what was read
 
     def record(
-        self, clip: Clip, draw: Callable[[pv.PolyData], Image], watch: Callable[[int, pv.PolyData], None]
+        self, clip: Clip, draw: Callable[[pv.PolyData], Drawing], watch: Callable[[int, pv.PolyData], None]
     ) -> None:
         """Play a clip; its movie and its time series are written as the frames pass by.
 
@@ -89,7 +104,8 @@ class Recorder:
         ----------
         clip : Clip
         draw : callable
-            Returns the picture of a frame in the movie.
+            Begins the picture of a frame in the movie, and returns a function that waits for it. Meanwhile the frame
+            is written, and the next one made.
         watch : callable
             Called with the number of each frame and the frame, to keep those that pictures are made of.
         """
@@ -115,19 +131,24 @@ class Recorder:
     def _passing(
         self,
         clip: Clip,
-        draw: Callable[[pv.PolyData], Image],
+        draw: Callable[[pv.PolyData], Drawing],
         watch: Callable[[int, pv.PolyData], None],
         append: Callable[[np.ndarray], None] | None,
         animation: AnimationWriter | None,
     ) -> Iterator[pv.PolyData]:
         """Yield the frames of a clip after they were watched and drawn."""
+        drawing: Drawing | None = None
         for number, frame in enumerate(self.report.progress(clip.frames, "Frames", len(clip.times))):
             watch(number, frame)
             if animation is not None:
                 animation.add(frame)
             if append is not None:
-                append(draw(frame))
+                if drawing is not None:
+                    append(drawing())
+                drawing = draw(frame)
             yield frame
+        if append is not None and drawing is not None:
+            append(drawing())
 
     def _open_movie(self, stack: ExitStack) -> Callable[[np.ndarray], None] | None:
         """Return a function that appends a picture to the movie; None, with a warning, without the packages for it."""
@@ -175,10 +196,23 @@ class Scenes:
     def __init__(self, face: Face) -> None:
         self.face = face
         self._scenes: dict[Style, Scene] = {}
+        self._last: tuple[tuple[Style, ...], pv.PolyData, Drawing] | None = None
 
-    def picture(self, frame: pv.PolyData, *styles: Style) -> Image:
-        """Return the pictures of a frame in some styles, side by side."""
-        return side_by_side([self._scene(style).picture(frame) for style in styles])
+    def picture(self, frame: pv.PolyData, style: Style) -> Image:
+        """Return the picture of a frame."""
+        return self._scene(style).picture(frame)
+
+    def begun(self, frame: pv.PolyData, *styles: Style) -> Drawing:
+        """Begin pictures of a frame, and return a function that waits for them and returns them side by side.
+
+        For movies: a frame that nobody could tell from the last one that was drawn is not drawn again.
+        """
+        finest = min(height_of(self.face, style) / style.size[1] for style in styles)
+        if self._last is not None and self._last[0] == styles and _alike(frame, self._last[1], SEEN * finest):
+            return self._last[2]
+        drawing = cache(beside(self._scene(style).begun(frame) for style in styles))
+        self._last = styles, frame.copy(), drawing  # frames may be filled again
+        return drawing
 
     def _scene(self, style: Style) -> Scene:
         if style not in self._scenes:
@@ -191,3 +225,22 @@ class Scenes:
     def __exit__(self, *_: object) -> None:
         for scene in self._scenes.values():
             scene.close()
+
+
+def _alike(frame: pv.PolyData, other: pv.PolyData, distance: float) -> bool:
+    """Return True if nothing of a frame is farther than a distance from where it is in another.
+
+    Where eyes, jaw, head and parts are is in the fields; what turns by an angle moves by no more than the size of the
+    mesh times that.
+    """
+    if frame.n_points != other.n_points or not np.array_equal(frame.faces, other.faces):
+        return False
+    if frame.field_data.keys() != other.field_data.keys():
+        return False
+    pairs = [(np.asarray(values), np.asarray(other.field_data[name])) for name, values in frame.field_data.items()]
+    return np.allclose(frame.points, other.points, rtol=0.0, atol=distance) and all(
+        np.allclose(one, two, rtol=0.0, atol=distance / frame.length, equal_nan=True)
+        if one.shape == two.shape and one.dtype.kind != "U"
+        else np.array_equal(one, two)
+        for one, two in pairs
+    )

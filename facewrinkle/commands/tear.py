@@ -22,7 +22,7 @@ from ..simulation import Refinement, Simulation
 from ..tears.presets import PRESETS, Tear, preset, surfaces
 from .options import FaceOptions, OutputOptions
 from .parsing import Whole, parse_mixture
-from .recorder import Clip, Recorder
+from .recorder import Clip, Drawing, Recorder, beside
 from .report import Report
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
@@ -167,8 +167,8 @@ def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) ->
         quick = [stack.enter_context(TearScene(face, style, not plain)) for style in styles]
         still = [stack.enter_context(TearScene(face, style)) for style in styles] if plain else quick
 
-        def draw(frame: pv.PolyData) -> Image:
-            return side_by_side([scene.picture(frame, crying.now) for scene in quick])
+        def draw(frame: pv.PolyData) -> Drawing:
+            return beside(scene.begun(frame, crying.now) for scene in quick)
 
         def watch(number: int, frame: pv.PolyData) -> None:
             if recorder.output.series and crying.now:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import cache
 from typing import Any, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 
 from ..anatomy.face import Face
 from ..appearance.own_parts import has_colours
@@ -21,12 +20,13 @@ from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS
 from ..mesh.seams import corner_texture
+from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
 from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
-from .window import rendered, window_of
+from .window import begun, composable, render_ahead, window_of
 
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""
@@ -84,15 +84,18 @@ class Scene:
         self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         self._parts: dict[str, pv.PolyData] = {}
+        self._joined: dict[str, Joined] = {}
         self.drawn_parts: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._posed: Array | None = None
+        self._drawing: Callable[[], Image] | None = None
         self._shown: tuple[pv.PolyData, Any] | None = None
         pixel = height_of(face, self.style) / self._window[1]
         self._appearance = appearance = Appearance.of(face)
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
         self._relief = self._relief_at(pixel)
+        self._order = FrontFirst()
         self._colouring: tuple[bool, bool] | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
         self._own_textures = {
@@ -169,12 +172,21 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
+        self._show(frame, ahead=False)
+
+    def _show(self, frame: pv.PolyData, ahead: bool) -> bool:
+        """Show a frame; return True if its skin was drawn ahead of the rest."""
+        self._wait()
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
-            return
+            return False
         seen = self._appearance.at(frame)
         self._show_skin(seen)
+        ahead = ahead and self._posed is not None and composable(self.plotter)
+        if ahead:
+            self._pose(seen.pose)
+            render_ahead(self.plotter, [self._actors["skin"]])
         self._show_mouth(seen)
         self._show_eyes(seen)
         self._show_hair(seen)
@@ -183,6 +195,7 @@ class Scene:
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         self._pose(seen.pose)
         self._shown = frame, now
+        return ahead
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""
@@ -212,18 +225,19 @@ class Scene:
             return
         if textured:
             skin = split_at_seams(skin)
+        drawn = self._order.applied(skin, viewpoint)
         if self._colouring == (textured, paint is None):
-            self._actors["skin"].GetMapper().SetInputData(skin)
+            self._actors["skin"].GetMapper().SetInputData(drawn)
             return
         self._colouring = textured, paint is None
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
+        self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
         if self._relief is not None:
             send_relief(self._actors["skin"])
         mapper = self._actors["skin"].GetMapper()
-        mapper.SetInputData(skin)
+        mapper.SetInputData(drawn)
         mapper.SetScalarVisibility(paint is not None)
         if paint is not None:
             mapper.SetColorModeToDirectScalars()
@@ -264,11 +278,38 @@ class Scene:
 
     def picture(self, frame: pv.PolyData) -> Image:
         """Return the picture of a frame: ndarray of uint8, shape (height, width, 3)."""
-        self.show(frame)
-        return rendered(self.plotter, self._samples)
+        return self.begun(frame)()
+
+    def begun(self, frame: pv.PolyData) -> Callable[[], Image]:
+        """Begin the picture of a frame, and return a function that waits for it and returns it.
+
+        Other things can be done meanwhile; the scene itself waits for it before it shows another frame.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> with Scene(face, Style(size=(60, 80))) as scene:
+        ...     picture = scene.begun(face.mesh)
+        ...     picture().shape
+        (80, 60, 3)
+        """
+        return self._begun(self._show(frame, ahead=True))
+
+    def _begun(self, ahead: bool = False) -> Callable[[], Image]:
+        drawn = [self._actors["skin"]] if ahead else []
+        self._drawing = cache(begun(self.plotter, self._samples, drawn))
+        return self._drawing
+
+    def _wait(self) -> None:
+        """Take the picture that was begun, before anything in the scene changes."""
+        if self._drawing is not None:
+            self._drawing()
+            self._drawing = None
 
     def close(self) -> None:
         """Free the window and all that is drawn in it."""
+        self._wait()
         self.plotter.close()
 
     def __enter__(self) -> Self:
@@ -284,30 +325,29 @@ class Scene:
         material: Material | Literal["hair"] | None = None,
         **options: Any,
     ) -> None:
-        """Show painted parts of one look as one actor: each that is drawn by itself costs a millisecond more."""
+        """Show painted parts of one look as one actor, in place of those that it showed before."""
         self.drawn_parts[name] = frozenset(parts)
-        if parts:
-            several = vtkAppendPolyData()
-            for part in parts.values():
-                several.AddInputData(part)
-            several.Update()
-            self._put(several.GetOutput(), name, material, **options)
+        if not parts:
+            return
+        if (joined := self._joined.get(name)) is None:
+            joined = self._joined[name] = Joined()
+        joined.show(list(parts.values()))
+        if name not in self._actors:
+            self._add(joined.mesh, name, material, scalars="paint", rgb=True, **options)
+            self._actors[name].mapper.SetInputData(joined.mesh)  # PyVista puts a filter before it, in Python
 
-    def _put(
-        self,
-        part: vtkPolyData,
-        name: str,
-        material: Material | Literal["hair"] | None = None,
-        texture: pv.Texture | None = None,
-        **options: Any,
-    ) -> None:
+    def _put(self, part: pv.PolyData, name: str, texture: pv.Texture | None = None, **options: Any) -> None:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
         known = self._parts.get(name)
+        if known is not None and same(part, known):
+            return
         if known is None:
-            self._parts[name] = known = pv.PolyData(part)
+            self._parts[name] = known = part.copy(deep=False)
+            if "Normals" in known.point_data:
+                known.point_data.active_normals_name = "Normals"
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(known, name, material, **colours, **options)
-            self._actors[name].mapper.SetInputData(known)  # PyVista puts a filter before it, in Python
+            self._add(known, name, **colours, **options)
+            self._actors[name].mapper.SetInputData(known)
         else:
             known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
         data = known.GetPointData()

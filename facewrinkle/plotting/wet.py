@@ -7,7 +7,7 @@ its far side.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -119,11 +119,16 @@ class TearScene(Scene):
 
     def picture(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> Image:
         """Return the picture of a frame with tears: ndarray of uint8, shape (height, width, 3)."""
+        return self.begun(frame, tears)()
+
+    def begun(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> Callable[[], Image]:
+        """Begin the picture of a frame with tears; see :meth:`Scene.begun`."""
         self._show_all(frame, tears)
-        return rendered(self.plotter, self._samples)
+        return self._begun()
 
     def _show_all(self, frame: pv.PolyData, tears: Iterable[pv.PolyData]) -> None:
         """Show a frame and tears; with refraction, the frame is rendered before."""
+        self._wait()
         for actor in self._tears:
             self.plotter.renderer.RemoveActor(actor)
         self._tears = []

@@ -6,6 +6,9 @@ drawn behind the face, and both are combined as the pixels are read.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,13 +34,74 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     [[0, 98, 195], [0, 3, 5]]
     >>> plotter.close()
     """
-    renderer, window = plotter.renderer, window_of(plotter)
-    if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
-        window.Render()
-        pixels = np.ascontiguousarray(_pixels(window)[::-1, :, :3])
-        return pixels if factor == 1 else reduced(pixels, factor)
+    return begun(plotter, factor)()
+
+
+def begun(plotter: pv.Plotter, factor: int = 1, drawn: Collection[pv.Actor] = ()) -> Callable[[], Image]:
+    """Begin to render what a plotter shows, and return a function that waits for the picture and returns it.
+
+    The graphics card draws meanwhile, or Mesa's own threads do. Until the picture was taken, the plotter must not
+    render anything else. For the arguments see :func:`rendered`; actors that are `drawn` already, by
+    :func:`render_ahead`, are not drawn again.
+    """
+    renderer = plotter.renderer
+    if not composable(plotter):
+        window_of(plotter).Render()
+        return partial(_without_background, plotter, factor)
     bottom, top = renderer.GetBackground(), renderer.GetBackground2()
-    alpha, swaps = renderer.GetBackgroundAlpha(), window.GetSwapBuffers()
+    renderer.SetPreserveColorBuffer(bool(drawn))
+    renderer.SetPreserveDepthBuffer(bool(drawn))
+    try:
+        with hidden(drawn):
+            _render(plotter)
+    finally:
+        renderer.SetPreserveColorBuffer(False)
+        renderer.SetPreserveDepthBuffer(False)
+    return lambda: composed(_pixels(plotter), bottom, top, factor)
+
+
+def render_ahead(plotter: pv.Plotter, actors: Collection[pv.Actor]) -> None:
+    """Begin to render some actors, while others are still worked out; :func:`begun` renders these.
+
+    What is opaque can be ahead of what is not, but not the other way round.
+
+    Examples
+    --------
+    >>> plotter = pv.Plotter(off_screen=True, window_size=(60, 40))
+    >>> plotter.set_background((0, 0, 0), top=(0, 100, 200))
+    >>> ball, other = (plotter.add_mesh(pv.Sphere(center=(x, 0.0, 0.0))) for x in (0.0, 2.0))
+    >>> whole = rendered(plotter)
+    >>> render_ahead(plotter, [ball])
+    >>> bool((begun(plotter, drawn=[ball])() == whole).all())
+    True
+    >>> plotter.close()
+    """
+    with hidden([actor for actor in plotter.renderer.actors.values() if actor not in actors]):
+        _render(plotter)
+
+
+def composable(plotter: pv.Plotter) -> bool:
+    """Return True if what is behind the face is a gradient, which is added when pixels are read."""
+    return bool(plotter.renderer.GetGradientBackground() and not plotter.renderer.GetTexturedBackground())
+
+
+@contextmanager
+def hidden(actors: Iterable[pv.Actor]) -> Iterator[None]:
+    """Hide actors meanwhile."""
+    visible = [actor for actor in actors if actor.GetVisibility()]
+    for actor in visible:
+        actor.VisibilityOff()
+    try:
+        yield
+    finally:
+        for actor in visible:
+            actor.VisibilityOn()
+
+
+def _render(plotter: pv.Plotter) -> None:
+    """Begin to render, with nothing behind what is drawn."""
+    renderer, window = plotter.renderer, window_of(plotter)
+    bottom, alpha, swaps = renderer.GetBackground(), renderer.GetBackgroundAlpha(), window.GetSwapBuffers()
     renderer.GradientBackgroundOff()
     renderer.SetBackground(0.0, 0.0, 0.0)
     renderer.SetBackgroundAlpha(0.0)
@@ -45,12 +109,17 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     try:
         window.SetAlphaBitPlanes(1)
         window.Render()
-        return composed(_pixels(window), bottom, top, factor)
+        window.ReleaseCurrent()  # sends what OpenGL has only noted down so far
     finally:
         renderer.SetBackground(bottom)
         renderer.SetBackgroundAlpha(alpha)
         renderer.GradientBackgroundOn()
         window.SetSwapBuffers(swaps)
+
+
+def _without_background(plotter: pv.Plotter, factor: int) -> Image:
+    pixels = np.ascontiguousarray(_pixels(plotter)[::-1, :, :3])
+    return pixels if factor == 1 else reduced(pixels, factor)
 
 
 def window_of(plotter: pv.Plotter) -> Any:
@@ -69,8 +138,9 @@ def window_of(plotter: pv.Plotter) -> Any:
     return window
 
 
-def _pixels(window: Any) -> Image:
+def _pixels(plotter: pv.Plotter) -> Image:
     """Red, green, blue and opacity (h, w, 4) of what was rendered last, bottom row first."""
+    window = window_of(plotter)
     width, height = window.GetSize()
     data = vtkUnsignedCharArray()
     window.GetRGBACharPixelData(0, 0, width - 1, height - 1, 0, data, 0)

@@ -16,7 +16,9 @@ from facewrinkle.commands.options import OutputOptions
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
 from facewrinkle.commands.report import Report
 from facewrinkle.errors import MissingPackageError
+from facewrinkle.mesh.arrays import GAZE
 from facewrinkle.plotting import Style, picture
+from facewrinkle.plotting.views import height_of
 
 
 @pytest.fixture
@@ -32,7 +34,8 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
 
     def draw(frame):
         drawn.append(frame.length)
-        return np.full((32, 48, 3), 60 * len(drawn), np.uint8)
+        image = np.full((32, 48, 3), 60 * len(drawn), np.uint8)
+        return lambda: image
 
     made = Recorder(tmp_path / "new", "ball", OutputOptions(series=True), Report(quiet=False))
     made.record(clip, draw, lambda number, frame: numbers.append((number, frame.length)))
@@ -75,6 +78,33 @@ def test_a_scene_that_has_drawn_other_frames_draws_the_same(face, played):
         shown = [scenes.picture(frame, style) for frame in frames for style in styles]
     for image, (frame, style) in zip(shown, [(frame, style) for frame in frames for style in styles], strict=True):
         np.testing.assert_array_equal(image, picture(frame, face, style))
+
+
+def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
+    style = Style((32, 32))
+    pixel = height_of(face, style) / 32
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[]).step()
+
+    def moved(pixels):
+        other = frame.copy()
+        other.points[7] += [pixels * pixel, 0.0, 0.0]
+        return other
+
+    turned = moved(0.0)
+    gaze = next(name for name in frame.field_data if name.startswith(GAZE))
+    turned.field_data[gaze] = -np.asarray(frame.field_data[gaze])
+    split = moved(0.0)
+    split.regular_faces = np.roll(frame.regular_faces, 1, axis=0)
+    with Scenes(face) as scenes:
+        first = scenes.begun(frame, style)
+        assert first() is first() is scenes.begun(moved(0.0), style)()
+        assert scenes.begun(moved(0.003), style) is first
+        for other in (moved(0.005), turned, split, face.mesh):
+            assert scenes.begun(other, style) is not first
+            first = scenes.begun(frame, style)
+        near = scenes.begun(moved(0.003), style), scenes.begun(moved(0.006), style)
+        assert [drawing is first for drawing in near] == [True, False], "steps too small to be seen add up"
+        assert scenes.begun(moved(0.006), style, style) is not near[1], "other views"
 
 
 def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, capsys):
