@@ -35,6 +35,9 @@ from .teeth import behind_lips
 
 T = TypeVar("T")
 
+FOLDS = "known folds"
+"""Name under which a face remembers what is known of its folds."""
+
 REMEMBERED = 4
 """The most things of a name that are remembered with a face."""
 
@@ -157,8 +160,13 @@ class Face:
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a copy, also a pickled one, is made from: what was found from it is found anew."""
-        return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        """Return what a copy, also a pickled one, is made from.
+
+        What was found from it is found anew, but its folds, which take seconds.
+        """
+        state = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        folds = {name: found for name, found in self._remembered.items() if name == FOLDS}
+        return {**state, "_remembered": folds}
 
     def __repr__(self) -> str:
         return f"Face({self.mesh.n_cells} triangles, {len(self.landmarks)} landmarks, {len(self.muscles)} muscles)"

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..array_types import Array
 from .atlas import Atlas
-from .face import Face, per_face
+from .face import FOLDS, Face, per_face
 
 VERSION = 1
 """Another number where skin rests at other places, or lines are found otherwise: what was stored is then found anew."""
@@ -59,7 +59,7 @@ def known_folds(face: Face) -> KnownFolds:
     >>> known_folds(head.with_muscles({})).shapes
     {}
     """
-    return per_face(face, "known folds", None, KnownFolds)
+    return per_face(face, FOLDS, None, KnownFolds)
 
 
 def to_store(face: Face) -> dict[str, npt.NDArray[Any]]:

@@ -147,6 +147,19 @@ def interpolate(values, corners, barycentric, out):
 
 
 @compiled
+def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across, active, bends):
+    """Take over the spacing that a layer needs at each vertex, where it is finer, and where the layer is active."""
+    for v in range(len(spacing)):
+        if own_spacing[v] < spacing[v]:
+            spacing[v] = own_spacing[v]
+            for c in range(3):
+                across[v, c] = own_across[v, c]
+        if own_active[v]:
+            active[v] = True
+            bends[v] |= own_bends
+
+
+@compiled
 def mark_triangles(
     triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
     split, fine, largest,

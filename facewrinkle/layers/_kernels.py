@@ -177,3 +177,19 @@ def level(height, shown, areas, swept):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share
         shown[i] *= share
+
+
+@njit(cache=True)
+def put_gathered(muscle, coordinates, row, spans, values, out):
+    """Compression of the entries (p,) of creases, between values (creases, places) along the `spans` (k, 2) of these.
+
+    `row` (k,) tells which crease a muscle is, -1 for those that are none: their entries stay.
+    """
+    steps = values.shape[1] - 1
+    for p in range(len(muscle)):
+        k = muscle[p]
+        if row[k] >= 0:
+            step = min(max((coordinates[p, 0] - spans[k, 0]) / (spans[k, 1] - spans[k, 0]), 0.0), 1.0) * steps
+            lower = min(np.int64(step), steps - 1)
+            low, high = values[row[k], lower], values[row[k], lower + 1]
+            out[p] = low + (step - lower) * (high - low)

@@ -402,12 +402,5 @@ class Gathered:
 
         Entries are given by their muscles (p,) and their coordinates (p, 2) there: lambda, and one that is not used.
         """
-        some = np.flatnonzero(self._row[muscle] >= 0)
-        if not len(some):
-            return
-        values, row, spans = self.epsilon(strain), self._row[muscle[some]], self._spans[muscle[some]]
-        share = (coordinates[some, 0] - spans[:, 0]) / (spans[:, 1] - spans[:, 0])
-        step = np.clip(share, 0.0, 1.0) * (PLACES - 1)
-        lower = np.minimum(step.astype(np.int64), PLACES - 2)
-        low, high = values[row, lower], values[row, lower + 1]
-        epsilon[some] = low + (step - lower) * (high - low)
+        if len(self._products):
+            kernels.put_gathered(muscle, coordinates, self._row, self._spans, self.epsilon(strain), epsilon)

@@ -289,8 +289,5 @@ def _finest(displacements: Sequence[Displacement], n: int) -> tuple[Array, Array
     spacing, across = np.full(n, np.inf), np.zeros((n, 3))
     active, bends = np.zeros(n, bool), np.zeros(n, bool)
     for own in displacements:
-        finer = own.spacing < spacing
-        spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
-        active |= own.active
-        bends |= own.active & own.bends
+        kernels.take_finest(own.spacing, own.across, own.active, own.bends, spacing, across, active, bends)
     return spacing, across, active, bends

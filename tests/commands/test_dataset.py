@@ -25,7 +25,7 @@ class Grey(SampleMaker):
 
     def pictures(self, index):
         plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
-        facts = {"plan": plan.as_dict(), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
+        facts = {"plan": asdict(plan), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
         facts |= {"furrows": [], "action_units": {}, "size": list(self.spec.size)}
         shape = self.spec.size[::-1]
         return [Sample(index, np.full((*shape, 3), index, np.uint8), {"depth": np.zeros(shape, np.uint16)}, facts)]

@@ -20,6 +20,7 @@ from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField
 from .packets import Packets, Style
+from .recall import Recall
 from .waves import Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
@@ -169,12 +170,13 @@ class WaveFolds:
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."
             )
+        self._recall = Recall(self._field)
         self._waves = Waves.none(0)
         self._resize(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._waves = self._waves.followed(change.kept, self._field.at(created))
+        self._waves = self._waves.followed(change.kept, self._recall.at(created))
         self._resize(len(self._waves.starts) - 1)
 
     def _resize(self, n: int) -> None:
