@@ -29,7 +29,6 @@ from facewrinkle.anatomy.muscles import zones
 from facewrinkle.geometry.interpolation import displaced, interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
-from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.folds import Folds
@@ -39,7 +38,7 @@ MEGABYTE = 2.0**20
 
 
 @lru_cache(maxsize=1)
-def scene(size, compression):
+def scene(size):
     """A face, a layer on a refined mesh of it, and a state of that surface, as a simulation hands it to its layers."""
     face = fw.default_face()
     points, triangles = face.points, face.triangles
@@ -55,7 +54,7 @@ def scene(size, compression):
         points, triangles = interpolated(points, forest.corners, forest.barycentric), forest.triangles
         forest = RedGreenForest(triangles, 0, len(points))
     vertices = SurfacePoints.of_forest(forest, points, vertex_normals(points, triangles))
-    layer = fw.MuscleWrinkles(compression)
+    layer = fw.MuscleWrinkles()
     touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
     own = {name: getattr(face, name) for name in ("unit", "muscles", "fold_depth")}
     face = SimpleNamespace(points=points, triangles=triangles, zones=touched, **own)
@@ -88,7 +87,7 @@ def ours(layer, state, smooth):
 class Reference:
     """The same in numpy and scipy, from the folds of the muscles at each vertex."""
 
-    def __init__(self, face, compression, state):
+    def __init__(self, face, state):
         muscles, n = [muscle.fold_pattern for muscle in face.muscles.values()], len(state.bare)
         metric = StrainField(face.points * face.unit, face.triangles).metric
         self.folds = folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
@@ -98,30 +97,8 @@ class Reference:
         heights = depth[folds.muscle] * folds.height
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
         self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
-        if compression == "edges":
-            self._weigh_edges(folds, state.vertices, state.triangles, entries)
-        else:
-            folding = np.isin(face.triangles, face.triangles[face.zones.any(axis=0)]).any(axis=1)
-            self._share_strain(folds, state.vertices, face.points * face.unit, face.triangles[folding])
-        self.epsilon = self.edge_epsilon if compression == "edges" else self.strain_epsilon
-
-    def _weigh_edges(self, folds, vertices, triangles, entries):
-        """epsilon = 1 - sum of |cos| |x_i - x_j| / L_ij over the sum of |cos|: all but |x_i - x_j| is constant."""
-        rest = vertices.points
-        self.edges = unique_edges(triangles)[0]
-        e = len(self.edges)
-        towards = rest[self.edges[:, 1]] - rest[self.edges[:, 0]]
-        length = np.linalg.norm(towards, axis=1)
-        around = csr_array((np.ones(2 * e), (self.edges.T.ravel(), np.tile(np.arange(e), 2))), shape=(len(rest), e))
-        weights = around[self.owner].tocoo()
-        p, edge = weights.coords
-        cosine = np.abs((towards[edge] * folds.direction[p]).sum(axis=1)) / length[edge]
-        total = np.bincount(p, cosine, minlength=len(entries))
-        self.weights = csr_array((cosine / total[p] / length[edge], (p, edge)), shape=(len(entries), e))
-
-    def edge_epsilon(self, state):
-        d = state.bare[self.edges[:, 1]] - state.bare[self.edges[:, 0]]
-        return 1.0 - self.weights @ np.sqrt(np.einsum("ek,ek->e", d, d))
+        folding = np.isin(face.triangles, face.triangles[face.zones.any(axis=0)]).any(axis=1)
+        self._share_strain(folds, state.vertices, face.points * face.unit, face.triangles[folding])
 
     def _share_strain(self, folds, vertices, points, triangles):
         """The metric of a triangle is linear in the products of its sides, and so is m^T T m in that of the entry."""
@@ -141,7 +118,7 @@ class Reference:
         self.between = csr_array((vertices.barycentric[self.owner].ravel(), (rows, columns)), shape=shape)
         self.squares = folds.products
 
-    def strain_epsilon(self, state):
+    def epsilon(self, state):
         x = state.base[self.sides]
         a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
         now = np.stack([np.einsum("mk,mk->m", *ab) for ab in ((a, a), (b, b), (a, b))], axis=1)
@@ -199,18 +176,15 @@ def mixed(u, v):
 
 
 @pytest.mark.parametrize("size", ROUNDS)
-@pytest.mark.parametrize("compression", ["gradient", "edges"])
-def test_amplitude(versus, compression, size):
-    if (compression, size) == ("edges", "1M dense"):
-        pytest.skip("Eq. 9 knows no base mesh")
-    face, layer, state, smooth = scene(size, compression)
-    reference = Reference(face, compression, state)
+def test_amplitude(versus, size):
+    face, layer, state, smooth = scene(size)
+    reference = Reference(face, state)
     expected = reference.displaced(state, smooth)
     moved = np.abs(expected - state.bare).max()
     assert moved > 0.5, "the wrinkles must show"
     np.testing.assert_allclose(ours(layer, state, smooth), expected, rtol=0.0, atol=1e-10)
     versus(
-        f"amplitudes, {compression}, {size} triangles",
+        f"amplitudes, {size} triangles",
         lambda: ours(layer, state, smooth),
         lambda: reference.displaced(state, smooth),
         4.0,
@@ -234,8 +208,8 @@ def library(tmp_path_factory):
 @pytest.mark.parametrize("size, goal", [("8k", 1.0), ("1M", 1.0 / 0.6)])
 def test_amplitude_in_c(versus, library, size, goal):
     """Plain C in floats, one thread, gcc -O3 -march=native."""
-    face, layer, state, smooth = scene(size, "gradient")
-    reference = Reference(face, "gradient", state)
+    face, layer, state, smooth = scene(size)
+    reference = Reference(face, state)
     plain = PlainC(library, face, state, reference.folds, reference)
     moving = plain.moving(state.base * face.unit, state.bare, smooth)
     np.testing.assert_allclose(plain.displaced(moving), reference.displaced(state, smooth), rtol=0.0, atol=2e-3)
