@@ -45,6 +45,6 @@ def test_table_1_times_frames_that_are_rendered(face, monkeypatch):
             self.plotter.render_window.RemoveObservers("EndEvent")
 
     monkeypatch.setattr(table1, "Scene", Counted)
-    row = table1._measured(face, "fear", 3, 3)
+    row = next(table1.measure(face, iterations=3, drawings=3))
     assert row.Tr > 0.0
     assert len(rendered) >= 3

@@ -316,7 +316,7 @@ def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, comm
         write_landmarks({name: 1e-3 * p for name, p in dressed.landmarks.items()}, tmp_path / "a.json")
         given = [str(animated), "--landmarks", str(tmp_path / "a.json"), "--fps", "8", "--max-level", "1"]
     out = tmp_path / "out"
-    assert main([command, *given, "--size", "48", "--no-movie", "--quiet", "--out", str(out)]) == 0
+    assert main([command, *given, "--size", "48", "--no-movie", "--series", "--quiet", "--out", str(out)]) == 0
     (path,) = (p for p in out.glob("*.vtkhdf") if "_tears" not in p.name)
     frame = pv.read(path)
     listed = list(frame.field_data["parts"])
