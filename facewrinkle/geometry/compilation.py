@@ -26,11 +26,14 @@ def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
 
     Examples
     --------
-    >>> @compiled
-    ... def doubled(number):
-    ...     return 2 * number
-    >>> doubled(4)
-    8
+    Loops of the package are declared so, as the one that gives vectors the length 1:
+
+    >>> import numpy as np
+    >>> from facewrinkle.geometry._mesh_kernels import normalise
+    >>> vectors = np.array([[0.0, 3, 4]])
+    >>> normalise(vectors)
+    >>> vectors.tolist()
+    [[0.0, 0.6, 0.8]]
     """
     if function is None:
         return partial(compiled, **options)
