@@ -72,6 +72,12 @@ def sorted_by_vertex(vertices: Sequence[IntArray], *columns: Sequence[Column], n
         For each column, the rows of each part.
     n : int
         Number of vertices.
+
+    Examples
+    --------
+    >>> starts, height = sorted_by_vertex([np.array([2, 0])], [np.array([0.3, 0.1])], n=3)
+    >>> starts.tolist(), height.tolist()
+    ([0, 1, 1, 2], [0.1, 0.3])
     """
     where = np.concatenate(vertices)
     order = np.argsort(where, kind="stable")

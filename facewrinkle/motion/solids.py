@@ -61,6 +61,16 @@ class Samples:
     allowed : ndarray, shape (k,)
         Distance from what it meets below which a sample is pushed off it.
     stiffness : ndarray, shape (k,)
+
+    Examples
+    --------
+    Samples of the built-in head that the eyeballs keep away, each with weights that add up to 1:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> samples = eyeballs(face, np.ones(len(face.points)))
+    >>> isinstance(samples, Samples), bool(np.allclose(samples.shares.sum(axis=1), 1.0))
+    (True, True)
     """
 
     corners: IntArray
