@@ -44,11 +44,6 @@ def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         return numba.njit(**USUAL, **options)(function)
 
 
-def njit(cache: bool = True, **options: Any) -> Any:
-    """Return :func:`compiled` with options."""
-    return compiled(**options)
-
-
 @cache
 def _tell_not_kept() -> None:
     warn(

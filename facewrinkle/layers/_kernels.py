@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 LEVELLED = 0.8
 """Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
@@ -18,7 +18,7 @@ STEPS = 512
 """Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
 
 
-@njit(cache=True)
+@compiled
 def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
     """Add the change of the metric (n, 6) of each triangle to its vertices, by their shares in the area.
 
@@ -48,7 +48,7 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 5] += s * xy
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def strain_at(i, corners, barycentric, strain):
     """The six components of a strain (n0, 6) of the base mesh, interpolated at point i."""
     a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
@@ -63,7 +63,7 @@ def strain_at(i, corners, barycentric, strain):
     )
 
 
-@njit(cache=True)
+@compiled
 def strain_epsilon(starts, corners, barycentric, strain, products, out):
     """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.
 
@@ -79,7 +79,7 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
                 out[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
 
 
-@njit(cache=True)
+@compiled
 def amplitudes(
     where, starts, muscle, unit, blunt, swing, steep, cycle, direction, epsilon, k0, smallest,
     height, shown, share, spacing, across, active,
@@ -123,7 +123,7 @@ LEANING = 1.125
 """Steepness, at the furrow, of the slide of a crest, over depth and half cycle: that of ``27 t (1 - t)^2 / 8``."""
 
 
-@njit(cache=True)
+@compiled
 def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, share, pinch, out):
     """Slide (n, 3), at rest, of the vertices in `where`: crests lean over their furrows, and never cross them.
 
@@ -145,7 +145,7 @@ def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, sha
                 out[i, c] *= STEEPEST_SLIDE / steepness
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def evened(more, less, swept):
     """Shares of the heights of the side that holds `more`, with what is swept besides, and of the other one."""
     lowered = np.rint((less - swept) / more * STEPS) / STEPS
@@ -157,7 +157,7 @@ def evened(more, less, swept):
     return lowered, raised
 
 
-@njit(cache=True)
+@compiled
 def level(height, shown, areas, swept):
     """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,), with what
     is swept besides; where a fifth is not enough, the other side grows a little.
@@ -179,7 +179,7 @@ def level(height, shown, areas, swept):
         shown[i] *= share
 
 
-@njit(cache=True)
+@compiled
 def put_gathered(muscle, coordinates, row, spans, values, out):
     """Compression of the entries (p,) of creases, between values (creases, places) along the `spans` (k, 2) of these.
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from ..anatomy.teeth import END_RADIUS
 from ..geometry._mesh_kernels import area_vector
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""
 
 
-@njit(cache=True)
+@compiled
 def at_sample(x, corners, shares, s, out):
     """Write the position of sample s to out (3,)."""
     for k in range(3):
@@ -25,7 +25,7 @@ def at_sample(x, corners, shares, s, out):
             out[k] += shares[s, c] * x[corners[s, c], k]
 
 
-@njit(cache=True)
+@compiled
 def solid_gap(p, origin, axes, half, normal):
     """Return the distance of p (3,) from a ball, or from half of an elliptic cylinder; write its gradient (3,).
 
@@ -59,7 +59,7 @@ def solid_gap(p, origin, axes, half, normal):
     return half[1] * (r - 1.0) + 0.5 * beyond * beyond / END_RADIUS
 
 
-@njit(cache=True)
+@compiled
 def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
     """Return the samples that are nearer to their solids than `allowed` (k,) and `reach` together."""
     p, normal = np.empty(3), np.empty(3)
@@ -73,7 +73,7 @@ def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
     return found[:count]
 
 
-@njit(cache=True)
+@compiled
 def solid_rows(x, ahead, still, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
@@ -102,7 +102,7 @@ def solid_rows(x, ahead, still, near, corners, shares, allowed, origins, axes, h
     return first
 
 
-@njit(cache=True)
+@compiled
 def shares_of_area(x, triangles, normals, double_area, out):
     """Write the areas (m,) of triangles as seen along `normals` (m, 3), relative to rest; negative if turned over."""
     for f in range(triangles.shape[0]):
@@ -113,7 +113,7 @@ def shares_of_area(x, triangles, normals, double_area, out):
         out[f] = (signed + (ax * by - ay * bx) * normals[f, 2]) / double_area[f]
 
 
-@njit(cache=True)
+@compiled
 def slopes_of_area(x, i, j, k, normal, scale, out):
     """Write the slopes (3, 3) of the area of a triangle seen along a normal, times `scale`, by its corners' places."""
     for c in range(3):
@@ -125,7 +125,7 @@ def slopes_of_area(x, i, j, k, normal, scale, out):
         out[0, c] = -out[1, c] - out[2, c]
 
 
-@njit(cache=True)
+@compiled
 def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, heights, stiffness, rows, first):
     """Write rows of triangles below the share `least` of their area now or after `ahead`; see `solid_rows`."""
     vertices, slopes, depths, stiff = rows
@@ -147,7 +147,7 @@ def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, h
     return first
 
 
-@njit(cache=True)
+@compiled
 def energy_of(rows, count, grad):
     """Add up half stiffness times depth squared of the first `count` rows; none may be negative. Adds to grad."""
     vertices, slopes, depths, stiff = rows
@@ -161,7 +161,7 @@ def energy_of(rows, count, grad):
     return energy
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def own_compliance(rows, columns):
     """Return the change (m,) of the gap of each row by a unit force at itself."""
     slopes, size, involved, place, slots = rows
@@ -175,7 +175,7 @@ def own_compliance(rows, columns):
     return out
 
 
-@njit(cache=True)
+@compiled
 def compliance(r, rows, columns, known, out):
     """Write the changes (m,) of the gaps of all rows by a unit force at row r to out[r], which is then known.
 
@@ -206,7 +206,7 @@ def compliance(r, rows, columns, known, out):
     known[r] = True
 
 
-@njit(cache=True)
+@compiled
 def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
     """Return the forces f >= 0 (m,) with f = stiffness * max(depths - response (f - start), 0).
 
@@ -264,14 +264,14 @@ def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
     return forces
 
 
-@njit(cache=True)
+@compiled
 def add(factor, vector, out):
     """Add a multiple of a vector (m,) to another."""
     for i in range(len(out)):
         out[i] += factor * vector[i]
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def cholesky_solve(matrix, out):
     """Solve in place (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
     m = out.shape[0]
@@ -293,7 +293,7 @@ def cholesky_solve(matrix, out):
             out[k] -= matrix[i, k] * out[i]
 
 
-@njit(cache=True)
+@compiled
 def added_up(forces, pushed, slots, columns):
     """Return the responses (n, 3) to the forces at the vertices `pushed`; see `compliance`."""
     out = np.zeros(forces.shape)
@@ -307,7 +307,7 @@ def added_up(forces, pushed, slots, columns):
     return out
 
 
-@njit(cache=True)
+@compiled
 def farthest_moved(x, y, vertices):
     """Return the largest distance between points of x (n, 3) and y, of those with the given indices."""
     largest = 0.0
@@ -319,7 +319,7 @@ def farthest_moved(x, y, vertices):
     return np.sqrt(largest)
 
 
-@njit(cache=True)
+@compiled
 def plane_gap(x, corners, shares, triangle, bary, normal):
     """Return the height of a sample above the plane of its triangle, inf if this has no area.
 
@@ -349,7 +349,7 @@ def plane_gap(x, corners, shares, triangle, bary, normal):
     return gap / length
 
 
-@njit(cache=True)
+@compiled
 def firmness(x, triangle, full, slopes):
     """Return the share to which a triangle holds what it faces; write its slopes (3, 3) by the corners' places.
 
@@ -372,7 +372,7 @@ def firmness(x, triangle, full, slopes):
     return share * (2.0 - share)
 
 
-@njit(cache=True)
+@compiled
 def plane_rows(x, ahead, still, corners, shares, allowed, stiffness, triangles, full, rows, first):
     """Write rows of samples that are too near now or after `ahead`; see `solid_rows`.
 

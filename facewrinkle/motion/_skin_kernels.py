@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 TOGETHER = 8
 """Unit vectors that are solved for at once: as many numbers as a line of a processor's cache holds."""
 
 
-@njit(cache=True)
+@compiled
 def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
     """Biphasic edge springs: linear in the strain, stiffer by `stiffening` beyond `threshold`. Adds to grad."""
     energy = 0.0
@@ -40,7 +40,7 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
     return energy
 
 
-@njit(cache=True)
+@compiled
 def inversion_barrier(u, triangles, points, normals, double_area, smallest, stiffness, grad):
     """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
     energy = 0.0
@@ -75,7 +75,7 @@ def inversion_barrier(u, triangles, points, normals, double_area, smallest, stif
     return energy
 
 
-@njit(cache=True)
+@compiled
 def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
     """Bending, and tethers to anchors that moved by `shift`: `across` along the normal, `along` the surface."""
     energy = 0.0
@@ -100,7 +100,7 @@ def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
     return energy
 
 
-@njit(cache=True)
+@compiled
 def inertia(u, target, old, mass, drag, h, grad):
     """Inertia and drag of a step of length h from `old` towards `target`. Adds to grad."""
     energy = 0.0
@@ -113,7 +113,7 @@ def inertia(u, target, old, mass, drag, h, grad):
     return energy
 
 
-@njit(cache=True)
+@compiled
 def two_loop_update(q, step, other, curvature, less):
     """Subtract a multiple of `step` from q, (q . other) / curvature - less; return this factor."""
     x, y, z = 0.0, 0.0, 0.0
@@ -128,7 +128,7 @@ def two_loop_update(q, step, other, curvature, less):
     return share
 
 
-@njit(cache=True)
+@compiled
 def solve(indptr, indices, lower, inverse, row_order, column_order, right, scratch, out):
     """Solve three systems of one pattern at once: factors L (unit lower, (nnz, 3)) and 1 / D (n, 3), side by side."""
     n = inverse.shape[0]
@@ -155,7 +155,7 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
             out[i, k] = scratch[np.uint32(column_order[i]), k]
 
 
-@njit(cache=True)
+@compiled
 def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertices, out):
     """Solve as `solve` does for unit vectors at vertices (k,), into out (k, n, 3): some together, to read factors once.
 
@@ -202,7 +202,7 @@ def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertic
                     out[first + b, i, k] = columns[column_order[i], k, b]
 
 
-@njit(cache=True)
+@compiled
 def add_turns(points, which, centre, axis, angles, sign, out):
     """Add to `out` (n, 3) `sign` times the ways of `which` (k,) of the points, turned by angles (k,) about an axis.
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.closest_point import closest_in_triangle
-from ..geometry.compilation import njit
+from ..geometry.compilation import compiled
 
 
-@njit(cache=True)
+@compiled
 def farthest_behind(drop, skin, triangles, margin):
     """Return how far points (k, 3) must move along the third axis to be `margin` in front of the skin, at least 0."""
     lowest, highest = drop[0].copy(), drop[0].copy()
@@ -40,7 +40,7 @@ def farthest_behind(drop, skin, triangles, margin):
     return out
 
 
-@njit(cache=True)
+@compiled
 def limit_heights(bottom, rest, normals, group, offsets, near, corners, balls, balls_at_rest, least, height):
     """Lower heights so that every vertex stays less than half way to the skin ahead of it, and to other skin near it.
 
@@ -65,7 +65,7 @@ def limit_heights(bottom, rest, normals, group, offsets, near, corners, balls, b
         height[i] = min(height[i], 0.45 * nearest)
 
 
-@njit(cache=True)
+@compiled
 def _met(p, d, corners, least, most):
     """Return the x at which the ray p + x d meets a triangle (3, 3); `most` if it does not."""
     px, py, pz, dx, dy, dz = p[0], p[1], p[2], d[0], d[1], d[2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry.compilation import njit
+from ...geometry.compilation import compiled
 from .._kernels import STEEPEST_SLIDE, strain_at
 
 ONSET, SOFT = 0.025, 0.02
@@ -60,25 +60,25 @@ HARMONIC = (0.406917, -0.017478, -0.0071246, 0.0010962)
 """Of the polynomial in alpha that :func:`facewrinkle.geometry.profile.first_harmonic` is fitted by."""
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def first_harmonic(alpha):
     """Part of cos(pi s) in ``(b - |s| (1 + s^2)^alpha) / 2^alpha``, within 0.0002 for alpha in [0.9, 2.4]."""
     return HARMONIC[0] + alpha * (HARMONIC[1] + alpha * (HARMONIC[2] + alpha * HARMONIC[3]))
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def drawn_in(pinch, steepness):
     """Pinch that is left where slides would be steeper together than they may be."""
     return pinch * STEEPEST_SLIDE / max(steepness, STEEPEST_SLIDE)
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def lowered(pinch, deep, length, alpha):
     """Height by which a fold lies lower for the wider crests that pinch makes."""
     return pinch * 0.5 * np.pi * deep / length * deep * first_harmonic(alpha)
 
 
-@njit(cache=True, inline="always")
+@compiled(inline="always")
 def risen(s, alpha, full):
     """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2, over which it is full.
 
@@ -90,7 +90,7 @@ def risen(s, alpha, full):
     return cycles * full + (part if within >= 0.0 else -part)
 
 
-@njit(cache=True)
+@compiled
 def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, excess, folding):
     """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many.
 
@@ -127,7 +127,7 @@ def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, ex
     return count
 
 
-@njit(cache=True)
+@compiled
 def share_of(p, first, last, excess, wave):
     """The compression that is left to family p when it competes with those that cross it."""
     e = excess[p]
@@ -141,13 +141,13 @@ def share_of(p, first, last, excess, wave):
     return max(e, 0.0)
 
 
-@njit(cache=True)
+@compiled
 def spacing_for(length, depth):
     """Spacing that waves of a depth ask for: edges h of a quarter of it are off by h^2 (2 pi / length)^2 depth / 16."""
     return max(2.0 / np.pi * length * np.sqrt(16.0 * TOLERANCE / depth), NARROWEST * length)
 
 
-@njit(cache=True)
+@compiled
 def heights(
     where, count, starts, theta, strength, length, wave, tangents, epsilon, excess, old, depth, age, pinch,
     height, shown, slide, spacing, across, active, deep, leading,
@@ -223,7 +223,7 @@ FACING = 0.3
 """Packets act on each other, and on points, only where the cosine of their normals is larger than this."""
 
 
-@njit(cache=True)
+@compiled
 def pairs(own, others, order, along, reach):
     """Pairs (p,) and (p,) of points (m, 3) and others (n, 3) that are less than the reach (m,) of the first apart.
 
@@ -241,7 +241,7 @@ def pairs(own, others, order, along, reach):
     return np.array(owner), np.array(second)
 
 
-@njit(cache=True)
+@compiled
 def thinned(first, second, order):
     """Mark the points (p,) of a greedy choice in a given order: none that is paired with one taken before."""
     taken = np.zeros(len(order), np.bool_)
@@ -253,7 +253,7 @@ def thinned(first, second, order):
     return taken
 
 
-@njit(cache=True)
+@compiled
 def align(phase, first, second, weight, turn, flip, sweeps):
     """Gauss-Seidel sweeps, to and fro, that lower ``sum w |psi_j - psi_i exp(i omega_ij)|^2`` over unit psi."""
     m = len(phase)
@@ -277,7 +277,7 @@ def align(phase, first, second, weight, turn, flip, sweeps):
         phase[j] = np.arctan2(im[j], re[j])
 
 
-@njit(cache=True)
+@compiled
 def waves_at(places, normals, x, n, d, k, share, sigma, phase, support, first, second, theta, strength, wave):
     """Phase, strength and wave vector of the sum of all packets that are paired with each place; 0 without any.
 
