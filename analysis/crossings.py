@@ -2,7 +2,7 @@
 
     python -m analysis.crossings [--faces head-0 --faces ict-0] [--minutes 30] [--alone]
 
-Every pose is held until the skin rests, and folded at ages 0 and 1, with and without pinch. Counted are triangles that
+Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that
 folds turn over, and pairs of triangles that run through each other with folds, farther than a millimetre from where
 bare skin does. Results are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come
 in a random order, so that those of a run that was stopped are a sample.
@@ -36,8 +36,7 @@ Array = npt.NDArray[np.float64]
 Record = dict[str, Any]
 
 OUTPUT = Path("output/crossings")
-AGES, PINCHES = (0.0, 1.0), (0.0, 1.0)
-LOOKS = tuple((age, pinch) for pinch in PINCHES for age in AGES)
+AGES = (0.0, 1.0)
 FACES = ("head-0", "ict-0", "makehuman")
 
 GAZE = ("AU61", "AU62", "AU63", "AU64")
@@ -81,15 +80,12 @@ class Held:
 
 
 class Folded:
-    """A face that is folded at several ages, with and without pinch, all on one skin."""
+    """A face that is folded at several ages, all on one skin."""
 
     def __init__(self, face: fw.Face) -> None:
         self.face, self.skin = face, fw.Skin(face)
         held = Held(self.skin)
-        self.sims = {
-            (age, pinch): fw.Simulation(face, layers=fold_layers(face, "wave", age=age, pinch=pinch), motion=held)
-            for age, pinch in LOOKS
-        }
+        self.sims = {age: fw.Simulation(face, layers=fold_layers(face, "wave", age=age), motion=held) for age in AGES}
 
     def pose(self, names: tuple[str, ...]) -> None:
         """Hold a pose until the skin rests."""
@@ -101,9 +97,9 @@ class Folded:
                 break
             before = now
 
-    def measured(self, age: float, pinch: float) -> Record:
+    def measured(self, age: float) -> Record:
         """Count what folds turn over, and what runs through each other, in the pose that is held."""
-        sim = self.sims[age, pinch]
+        sim = self.sims[age]
         frame = sim.settle()
         triangles, points = np.asarray(sim.forest.triangles), np.asarray(frame.points) * self.face.unit
         bare = interpolated(sim.motion.step(), sim.vertices.corners, sim.vertices.barycentric)
@@ -148,8 +144,8 @@ def played(name: str, alone: bool, done: set[str]) -> Iterator[Record]:
         if "+".join(pose) in done:
             continue
         folded.pose(pose)
-        for age, pinch in LOOKS:
-            yield {"pose": "+".join(pose), "age": age, "pinch": pinch, **folded.measured(age, pinch)}
+        for age in AGES:
+            yield {"pose": "+".join(pose), "age": age, **folded.measured(age)}
 
 
 def main() -> None:
@@ -163,7 +159,7 @@ def main() -> None:
     for name in options.faces or [name for name in FACES if name in subjects.names()]:
         path = OUTPUT / f"{name}-{code()}.jsonl"
         known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-        done = {record["pose"] for record in known if (record["age"], record["pinch"]) == LOOKS[-1]}
+        done = {record["pose"] for record in known if record["age"] == AGES[-1]}
         end = time.monotonic() + 60.0 * options.minutes
         with path.open("a") as file, warnings.catch_warnings():
             warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
@@ -171,7 +167,7 @@ def main() -> None:
                 known.append(record)
                 file.write(json.dumps(record) + "\n")
                 file.flush()
-                if time.monotonic() > end and (record["age"], record["pinch"]) == LOOKS[-1]:
+                if time.monotonic() > end and record["age"] == AGES[-1]:
                     break
         _tell(name, known)
 
@@ -183,11 +179,11 @@ def _net(records: list[Record]) -> float:
 
 
 def _tell(name: str, records: list[Record]) -> None:
-    for age, pinch in LOOKS:
-        own = [record for record in records if (record["age"], record["pinch"]) == (age, pinch)]
+    for age in AGES:
+        own = [record for record in records if record["age"] == age]
         turned, crossed = ([r for r in own if r[what]] for what in ("turned", "crossing"))
         print(
-            f"{name}, age {age:g}, pinch {pinch:g}: {len(own)} poses; {len(turned)} with triangles turned over, "
+            f"{name}, age {age:g}: {len(own)} poses; {len(turned)} with triangles turned over, "
             f"{len(crossed)} crossing; net volume {_net(own):.2%} of what is displaced"
         )
         for record in sorted(crossed, key=lambda record: -record["crossing"])[:10]:

@@ -99,7 +99,7 @@ def expected(section: Section, sim: fw.Simulation, surface: WrinkledSurface) -> 
     """Return the closed form at the points of a section: W = k0 H At A, summed over the muscles (Eq. 3), bounded by the
     folds that skin of fixed length allows; the compression is that of the simulation.
     """
-    layer = next(layer for layer in surface.layers if isinstance(layer, MuscleWrinkles))
+    layers = [layer for layer in surface.layers if isinstance(layer, MuscleWrinkles)]
     unit = sim.face.unit
     total, asked = np.zeros(len(section.along)), np.zeros(len(section.along))
     for k, name in enumerate(sim.muscles):
@@ -108,6 +108,7 @@ def expected(section: Section, sim: fw.Simulation, surface: WrinkledSurface) -> 
         envelope = muscle.envelope(x)
         if rate == 0.0 or not envelope.any():
             continue
+        layer = next(layer for layer in layers if layer.draws(muscle))
         epsilon = _epsilon_at(layer.fields_of(k, rate), section, surface)
         k0 = layer.depth * muscle.wrinkles.depth * rate * anisotropy(epsilon)
         total += k0 * muscle.unit_amplitude(x)

@@ -14,7 +14,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle
 from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.normals import detail_normals, vertex_normals
-from facewrinkle.geometry.orientation import unfolded_shares, unfolded_slides
+from facewrinkle.geometry.orientation import unfolded_shares
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
@@ -39,8 +39,6 @@ class WrinkledSurface:
     rest_normals : ndarray, shape (n, 3)
     height : ndarray, shape (n,)
         W.
-    slide : ndarray, shape (n, 3)
-        Displacement along the surface.
     triangles : ndarray of int32, shape (m, 3)
     layers, displacements : lists of Layer and Displacement
         As evaluated on this mesh.
@@ -52,7 +50,6 @@ class WrinkledSurface:
     normals: Array
     rest_normals: Array
     height: Array
-    slide: Array
     triangles: IntArray
     layers: list[Layer]
     displacements: list[Displacement]
@@ -66,7 +63,7 @@ class WrinkledSurface:
     def shading(self) -> Array:
         """Shading normals (n, 3) as a frame has them, of heights averaged over the distance of the vertices."""
         offset = sum(d.shading_offset for d in self.displacements if d.shading_offset is not None)
-        shown = displaced(self.bare, self.height + offset, self.normals) + self.slide
+        shown = displaced(self.bare, self.height + offset, self.normals)
         return detail_normals(self.bare, shown, self.triangles, self.normals)
 
 
@@ -89,7 +86,7 @@ def wrinkled_surface(
     moved = SurfacePoints.of_forest(forest, base, vertex_normals(base, face.triangles))
     bare, normals = moved.points, moved.normals
     field = StrainField(face.points * face.unit, face.triangles)
-    state = SurfaceState(sim.motion.rates, vertices, forest.triangles, base, bare, sim.time, lambda: field, normals)
+    state = SurfaceState(sim.motion.rates, vertices, forest.triangles, base, bare, sim.time, lambda: field)
     own = [copy(layer) for layer in (sim.layers if layers is None else layers)]
     for layer in own:
         layer.attach(face)
@@ -98,14 +95,9 @@ def wrinkled_surface(
     height = np.sum([np.zeros(len(bare)), *(d.height for d in displacements)], axis=0)
     if (shares := unfolded_shares(bare, height, normals, forest.triangles)) is not None:
         height *= shares
-    lifted, slide = displaced(bare, height, normals), np.zeros_like(bare)
-    for d in displacements:
-        if d.slide is not None:
-            slide += d.slide if shares is None else d.slide * shares[:, None]
-    slide = unfolded_slides(bare, lifted, slide, forest.triangles)
     return WrinkledSurface(
-        vertices.points * face.unit, bare, lifted + slide, normals, vertices.normals, height, slide, forest.triangles,
-        own, displacements,
+        vertices.points * face.unit, bare, displaced(bare, height, normals), normals, vertices.normals, height,
+        forest.triangles, own, displacements,
     )  # fmt: skip
 
 

@@ -36,6 +36,7 @@ from .commands.compile import compile_ahead as compile_ahead
 from .errors import FaceWrinkleError as FaceWrinkleError
 from .errors import FaceWrinkleWarning as FaceWrinkleWarning
 from .export import write_mesh as write_mesh
+from .layers.creases import Creases as Creases
 from .layers.muscle_wrinkles import MuscleWrinkles as MuscleWrinkles
 from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
 from .layers.patterns_on_skin.region import Region as Region

@@ -45,29 +45,6 @@ layer = fw.Simulation(face, layers=[fw.WaveFolds()]).layers[0]
 print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in layer.lines.items()))
 
 # %%
-# Heights alone make open furrows. With ``pinch`` skin slides into them as well: crests become round and wide, furrows
-# narrow, with walls that draw together (:ref:`folds_in_contact`). Without it above, with all of it below.
-
-near = {"surprise": forehead, "happiness": Style((330, 300), "left_eye"), "anger": Style((330, 300), "glabella")}
-frames = {
-    pinch: {
-        name: played(name, layers=[fw.MuscleWrinkles(anatomical=True, pinch=pinch), fw.WaveFolds(pinch=pinch)])
-        for name in near
-    }
-    for pinch in (0.0, 1.0)
-}
-rows = [[picture(own[name], face, style) for name, style in near.items()] for own in frames.values()]
-figure(stacked([side_by_side(row) for row in rows]))
-
-# %%
-# The displacement along the skin is the array "slide" of the frame, in mm.
-
-pinched = frames[1.0]["surprise"]
-pinched["slide size"] = np.linalg.norm(pinched["slide"], axis=1)
-print(f"up to {pinched['slide size'].max():.2f} mm, where folds are {np.ptp(pinched['W']):.1f} mm deep")
-figure(picture(pinched, face, Style((420, 380), "forehead", scalars="slide size")))
-
-# %%
 # Another seed is another person's lines; `density`, `depth`, `irregularity` and `symmetry` are what an artist would
 # change next.
 

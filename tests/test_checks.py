@@ -77,8 +77,8 @@ WRONG = {
     ),
     "an array as a flag": (lambda face: fw.Simulation(face).settle(afresh=np.zeros(3)), "afresh must be True or False"),
     "text as a flag": (
-        lambda face: fw.MuscleWrinkles(anatomical="no"),
-        "anatomical must be True or False, received 'no'",
+        lambda face: fw.MuscleWrinkles(waves="no"),
+        "waves must be True or False, received 'no'",
     ),
     "the class of a layer": (lambda face: fw.Simulation(face, layers=[fw.MuscleWrinkles]), r"such as \[MuscleWrinkles"),
     "a mesh as a recording": (lambda face: fw.Recorded(face.mesh, np.zeros(3)), r"Recorded\.of_positions"),

@@ -102,8 +102,6 @@ class FoldOptions:
         Another whole number is another person's lines, for waves.
     age
         Lines that stay at rest, from 0 (none) to 1, for waves.
-    pinch
-        How far skin slides into the furrows, from 0 to 1, for waves: round crests and narrow furrows.
     no_limit
         Let folds become deeper than skin of fixed length can fold.
     """
@@ -114,7 +112,6 @@ class FoldOptions:
     length: float = 1.0
     seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
-    pinch: float = 0.0
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
     def face(self, face: Face) -> Face:
@@ -126,7 +123,7 @@ class FoldOptions:
 
         `iterations` are those in which wrinkles as printed are made.
         """
-        names = ("density", "length", "seed", "age", "pinch")
+        names = ("density", "length", "seed", "age")
         waves = {name: getattr(self, name) for name in names}
         if self.folds != "wave":
             usual = FoldOptions()
@@ -139,9 +136,7 @@ class FoldOptions:
             if self.depth != usual.depth or self.no_limit:
                 raise ParameterError("wrinkles as printed have no --depth and no limit: leave them out.")
             return [PrintedWrinkles(iterations)]
-        if self.folds == "paper":
-            return [MuscleWrinkles(self.depth, inextensible=not self.no_limit)] if face.muscles else []
-        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
+        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves if self.folds == "wave" else {})
 
     def limited_share(self, layers: Iterable[Layer]) -> float:
         """Return the share of the folds in the last frame that are not as deep as --depth asks for."""

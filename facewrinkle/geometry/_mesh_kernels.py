@@ -46,43 +46,6 @@ def double_areas(points, triangles, out):
 
 
 @compiled
-def slid_double_areas(points, slide, heights, directions, triangles, out):
-    """Turn :func:`double_areas` into those after a slide (n, 3); return six times the volume that slide and heights
-    sweep, less the sum of heights times areas.
-
-    Where a surface bends, a slide leaves it, and heights are not the volume over their area.
-    """
-    rest, moves = 0.0, np.zeros(len(points), np.bool_)
-    slid, half, full = np.empty_like(points), np.empty_like(points), np.empty_like(points)
-    for v in range(len(points)):
-        for c in range(3):
-            moved = slide[v, c] + heights[v] * directions[v, c]
-            moves[v] |= moved != 0.0
-            slid[v, c] = points[v, c] + slide[v, c]
-            half[v, c], full[v, c] = points[v, c] + 0.5 * moved, points[v, c] + moved
-    for f in range(triangles.shape[0]):
-        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        if not (moves[i] or moves[j] or moves[k]):
-            continue
-        nx, ny, nz = area_vector(slid, i, j, k)
-        ax, ay, az = area_vector(points, i, j, k)
-        bx, by, bz = area_vector(half, i, j, k)
-        cx, cy, cz = area_vector(full, i, j, k)
-        area = np.sqrt(nx * nx + ny * ny + nz * nz)
-        more = area - np.sqrt(ax * ax + ay * ay + az * az)
-        out[i] += more
-        out[j] += more
-        out[k] += more
-        x = full[i, 0] + full[j, 0] + full[k, 0] - points[i, 0] - points[j, 0] - points[k, 0]
-        y = full[i, 1] + full[j, 1] + full[k, 1] - points[i, 1] - points[j, 1] - points[k, 1]
-        z = full[i, 2] + full[j, 2] + full[k, 2] - points[i, 2] - points[j, 2] - points[k, 2]
-        # Simpson's rule, exact for a quadratic function
-        rest += (x * (ax + 4.0 * bx + cx) + y * (ay + 4.0 * by + cy) + z * (az + 4.0 * bz + cz)) / 6.0
-        rest -= area * (heights[i] + heights[j] + heights[k])
-    return rest
-
-
-@compiled
 def normalise(vectors):
     """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):

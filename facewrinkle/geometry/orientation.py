@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ._mesh_kernels import area_vector, around
+from ._mesh_kernels import area_vector
 from .compilation import compiled
 
 LEAST = 0.05
@@ -54,58 +54,24 @@ def unfolded_shares(points: Array, heights: Array, directions: Array, triangles:
     for k in range(ROUNDS):
         # What lowers one triangle tilts the next: each round aims at the full share, and demands less of it.
         demanded = LEAST * (1.0 - k / ROUNDS)
-        if not _limit(points, points, ways, triangles, demanded, LEAST, factors):
+        if not _limit(points, ways, triangles, demanded, factors):
             return shares if k else None
         shares *= factors
         ways *= factors[:, None]
         factors[:] = 1.0
-    while _limit(points, points, ways, triangles, 0.0, LEAST, factors):
+    while _limit(points, ways, triangles, 0.0, factors):
         ways[factors < 1.0], shares[factors < 1.0] = 0.0, 0.0
         factors[:] = 1.0
     return shares
 
 
-def unfolded_slides(points: Array, lifted: Array, slides: Array, triangles: npt.NDArray[np.int32]) -> Array:
-    """Return slides (n, 3) of a lifted surface, shorter where they would turn a triangle over.
-
-    Parameters
-    ----------
-    points, lifted : ndarray, shape (n, 3)
-        The bare surface, and the surface with heights that turn none of its triangles over.
-    slides : ndarray, shape (n, 3)
-        Further displacement, along the surface.
-    triangles : ndarray of int32, shape (m, 3)
-
-    Examples
-    --------
-    A corner that would slide beyond the opposite side keeps a twentieth of its distance:
-
-    >>> flat, slides = np.array([[0.0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0.0, 0, 0], [0, 0, 0], [0, -2, 0]])
-    >>> unfolded_slides(flat, flat, slides, np.array([[0, 1, 2]], np.int32))[2].round(9).tolist()
-    [0.0, -0.95, 0.0]
-    """
-    slides, factors, near = np.array(slides, np.float64), np.ones(len(slides)), triangles
-    for k in range(ROUNDS):
-        demanded = LEAST * (1.0 - k / ROUNDS)
-        if not _limit(points, lifted, slides, near, demanded, LEAST, factors):
-            return slides
-        slides *= factors[:, None]
-        near = around(triangles, (factors < 1.0).astype(np.uint8))  # no others changed
-        factors[:] = 1.0
-    while _limit(points, lifted, slides, near, 0.0, LEAST, factors):
-        slides[factors < 1.0] = 0.0
-        near = around(triangles, (factors < 1.0).astype(np.uint8))
-        factors[:] = 1.0
-    return slides
-
-
 @compiled
-def _limit(points, lifted, ways, triangles, demanded, aim, factors):
-    """Lower `factors` of the ways (n, 3), from a lifted surface, at the corners of triangles of which less than the
-    share `demanded` would be left of the bare area, seen along the bare normal.
+def _limit(points, ways, triangles, demanded, factors):
+    """Lower `factors` of the ways (n, 3) at the corners of triangles of which less than the share `demanded` would be
+    left of the bare area, seen along the bare normal.
 
     The area vector of a triangle is a quadratic function of a factor of all its ways; `factors` get the one for which
-    its component along the bare normal is the share `aim`, at least `demanded`. Returns the number of triangles that
+    its component along the bare normal is the share `LEAST`, at least `demanded`. Returns the number of triangles that
     are lowered.
     """
     found, moves = 0, np.zeros(len(ways), np.bool_)
@@ -116,18 +82,17 @@ def _limit(points, lifted, ways, triangles, demanded, aim, factors):
         if not (moves[i] or moves[j] or moves[k]):
             continue
         nx, ny, nz = area_vector(points, i, j, k)
-        ax, ay, az = lifted[j, 0] - lifted[i, 0], lifted[j, 1] - lifted[i, 1], lifted[j, 2] - lifted[i, 2]
-        bx, by, bz = lifted[k, 0] - lifted[i, 0], lifted[k, 1] - lifted[i, 1], lifted[k, 2] - lifted[i, 2]
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
         ux, uy, uz = ways[j, 0] - ways[i, 0], ways[j, 1] - ways[i, 1], ways[j, 2] - ways[i, 2]
         vx, vy, vz = ways[k, 0] - ways[i, 0], ways[k, 1] - ways[i, 1], ways[k, 2] - ways[i, 2]
         area = nx * nx + ny * ny + nz * nz
-        before = nx * (ay * bz - az * by) + ny * (az * bx - ax * bz) + nz * (ax * by - ay * bx)
         linear = nx * (ay * vz - az * vy + uy * bz - uz * by) + ny * (az * vx - ax * vz + uz * bx - ux * bz)
         linear += nz * (ax * vy - ay * vx + ux * by - uy * bx)
         square = nx * (uy * vz - uz * vy) + ny * (uz * vx - ux * vz) + nz * (ux * vy - uy * vx)
-        if before + linear + square >= demanded * area:
+        if area + linear + square >= demanded * area:
             continue
-        factor, spare = 0.0, before - aim * area
+        factor, spare = 0.0, (1.0 - LEAST) * area
         if spare > 0.0:  # from positive to negative the parabola has one root, unless only rounding makes it negative
             divisor = np.sqrt(linear * linear - 4.0 * square * spare) - linear
             factor = min(2.0 * spare / divisor, 1.0) if divisor > 0.0 else 1.0

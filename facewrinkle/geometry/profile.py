@@ -138,25 +138,6 @@ def zero_crossing(alpha: float) -> float:
     return high
 
 
-def first_harmonic(alpha: float) -> float:
-    """The part of ``cos(pi s)`` in the cross-section H of a wrinkle whose furrow lies 1 below its bulge.
-
-    Skin that slides along a wave by ``kappa sin(pi s) / k`` widens its bulges; the wave then holds ``kappa / 2`` times
-    this more volume per area than H alone.
-
-    Examples
-    --------
-    A triangle wave has 4 / pi^2, sharp furrows less:
-
-    >>> round(first_harmonic(0.0) * np.pi**2, 9), bool(first_harmonic(2.0) < first_harmonic(1.0))
-    (4.0, True)
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(64)
-    s = 0.5 * (nodes + 1.0)
-    below = s * (1.0 + s * s) ** _check_alpha(alpha) / 2.0**alpha
-    return float(-(weights * below * np.cos(np.pi * s)).sum())
-
-
 def half_cycle(length: float, lambda_w: float, n: int) -> float:
     """Half cycle u of n wrinkles in the wrinkling region (Eq. 5): ``u = (1 - lambda_w) length / (2 n)``.
 

@@ -114,53 +114,22 @@ def amplitudes(
             across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
 
 
-STEEPEST_SLIDE = 0.75
-"""Greatest steepness of the slide of all folds of a layer together: at 1 the walls of a furrow touch, beyond it they
-cross. The rest is for the bends of the skin below, and for triangles.
-"""
-
-LEANING = 1.125
-"""Steepness, at the furrow, of the slide of a crest, over depth and half cycle: that of ``27 t (1 - t)^2 / 8``."""
-
-
-@compiled
-def leans(where, starts, muscle, swing, lean, cycle, direction, epsilon, k0, share, pinch, out):
-    """Slide (n, 3), at rest, of the vertices in `where`: crests lean over their furrows, and never cross them.
-
-    `cycle` (p,) is in mm; `share` (n,) is what the length of the skin leaves of the depth.
-    """
-    for w in range(len(where)):
-        i = where[w]
-        out[i, 0], out[i, 1], out[i, 2] = 0.0, 0.0, 0.0
-        steepness = 0.0
-        for p in range(starts[i], starts[i + 1]):
-            if lean[p] > 0.0 and epsilon[p] > 0.0 and k0[muscle[p]] > 0.0:
-                e = min(epsilon[p], 1.0)
-                deep = pinch * share[i] * k0[muscle[p]] * np.sin(0.5 * np.pi * e) * swing[p]
-                steepness += LEANING * deep / cycle[p]
-                for c in range(3):
-                    out[i, c] -= deep * lean[p] * direction[p, c]
-        if steepness > STEEPEST_SLIDE:
-            for c in range(3):
-                out[i, c] *= STEEPEST_SLIDE / steepness
-
-
 @compiled(inline="always")
-def evened(more, less, swept):
-    """Shares of the heights of the side that holds `more`, with what is swept besides, and of the other one."""
-    lowered = np.rint((less - swept) / more * STEPS) / STEPS
+def evened(more, less):
+    """Shares of the heights of the side that holds `more`, and of the other one."""
+    lowered = np.rint(less / more * STEPS) / STEPS
     raised = 1.0
     if lowered < LEVELLED:
         lowered = LEVELLED
         if less > 0.0:
-            raised = min(np.rint((lowered * more + swept) / less * STEPS) / STEPS, RAISED)
+            raised = min(np.rint(lowered * more / less * STEPS) / STEPS, RAISED)
     return lowered, raised
 
 
 @compiled
-def level(height, shown, areas, swept):
-    """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,), with what
-    is swept besides; where a fifth is not enough, the other side grows a little.
+def level(height, shown, areas):
+    """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,); where a
+    fifth is not enough, the other side grows a little.
     """
     above, below = 0.0, 0.0
     for i in range(len(height)):
@@ -169,10 +138,10 @@ def level(height, shown, areas, swept):
         else:
             below -= areas[i] * height[i]
     bulges = furrows = 1.0
-    if above > 0.0 and above + swept > below:
-        bulges, furrows = evened(above, below, swept)
-    elif below > 0.0 and above + swept < below:
-        furrows, bulges = evened(below, above, -swept)
+    if above > below:
+        bulges, furrows = evened(above, below)
+    elif below > above:
+        furrows, bulges = evened(below, above)
     for i in range(len(height)):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share

@@ -17,9 +17,6 @@ from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change, RedGreenForest, frozen
 from .compression import StrainField, compression_along, principal_compression
 
-PINCH_RANGE = "At 0 folds are heights alone."
-"""Of the error for a pinch outside its range."""
-
 
 @dataclass(frozen=True, eq=False)
 class SurfacePoints:
@@ -90,8 +87,6 @@ class SurfaceState:
         Positions of the base mesh and of the refined one, mm.
     time : float
         Seconds since the start.
-    directions : ndarray, shape (n, 3), optional
-        Unit normals of the bare surface, along which heights displace it.
     strain_field : callable, optional
         Returns the :class:`facewrinkle.layers.compression.StrainField` of the base mesh.
 
@@ -119,46 +114,11 @@ class SurfaceState:
     bare: Array
     time: float = 0.0
     strain_field: Callable[[], StrainField] | None = None
-    directions: Array | None = None
 
     @cached_property
     def strain(self) -> Array:
         """Change of the metric (n0, 6) at the base vertices: xx, yy, zz, yz, xz, xy; exactly 0 at rest."""
         return self._field().strain(self.base)
-
-    def carried(self, vectors: Array) -> Array:
-        """Return tangents (n, 3) of the surface at rest as the motion has turned and stretched them: ``F m``.
-
-        Examples
-        --------
-        A sheet that is turned by a right angle, and compressed by a fifth along what was x:
-
-        >>> sheet, triangles = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
-        >>> corners, up = np.repeat(triangles, 3, axis=0), np.tile([0.0, 0, 1], (3, 1))
-        >>> vertices = SurfacePoints(sheet, up, corners, np.eye(3), np.zeros(3, np.int32))
-        >>> field, moved = StrainField(sheet, triangles), sheet @ [[0.0, 0.8, 0], [-1, 0, 0], [0, 0, 1]]
-        >>> state = SurfaceState(np.empty(0), vertices, triangles, moved, moved, 0.0, lambda: field, up)
-        >>> state.carried(np.tile([1.0, 0, 0], (3, 1)))[0].round(9).tolist()
-        [0.0, 0.8, 0.0]
-        """
-        out, some = np.zeros_like(vectors), np.flatnonzero(vectors.any(axis=1))
-        where, up = (self.vertices.corners[some], self.vertices.barycentric[some]), self.upright[some]
-        gradient = interpolated(self._gradient.reshape(-1, 9), *where).reshape(-1, 3, 3)
-        moved = np.einsum("nrk,nk->nr", gradient, vectors[some])
-        out[some] = moved - (moved * up).sum(axis=1, keepdims=True) * up
-        return out
-
-    @cached_property
-    def _gradient(self) -> Array:
-        """The deformation gradient (n0, 3, 3) of the base mesh at its vertices, along the surface."""
-        return self._field().gradient(self.base)
-
-    @property
-    def upright(self) -> Array:
-        """:attr:`directions`; an error where there are none."""
-        if self.directions is None:
-            raise ParameterError("a SurfaceState carries tangents only with directions; it was made without.")
-        return self.directions
 
     @cached_property
     def areas(self) -> Array:
@@ -166,18 +126,6 @@ class SurfaceState:
         out = np.empty(len(self.bare))
         kernels.double_areas(self.bare, self.triangles, out)
         return out
-
-    def swept(self, slide: Array | None, heights: Array) -> tuple[Array, float]:
-        """Return :attr:`areas` after a slide (n, 3) along the surface, mm, and what slide and heights (n,) sweep beyond
-        the products of heights and areas.
-
-        That volume, six times that in mm^3, is in the unit of the products. Without a slide it is not looked for.
-        """
-        if slide is None:
-            return self.areas, 0.0
-        out = self.areas.copy()
-        more = kernels.slid_double_areas(self.bare, slide, heights, self.upright, self.triangles, out)
-        return out, float(more)
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
@@ -220,11 +168,11 @@ class Displacement:
         Added to `height`, mm, only for the shading normals: those that a frame is drawn with. The points do not move.
         A layer whose details are sharper than the mesh gives the difference to its heights averaged over the distance
         of the vertices (prefiltered); the normals of the heights themselves would be uneven along a sharp furrow.
-    slide : ndarray, shape (n, 3), optional
-        Added along the bare surface, mm: a height alone makes no steep walls. Vertices that slide past each other would
-        turn triangles over; where that would happen, the simulation shortens the slide.
     bends : bool
         True if triangles are to be split where the surface bends, too (Eq. 19); False if `spacing` is all that counts.
+    undeformed : bool
+        True for heights along the normals of the undeformed surface that no bound lowers, as printed (Section 4.3). It
+        holds if all layers say so.
 
     Examples
     --------
@@ -242,14 +190,15 @@ class Displacement:
     active: BoolArray
     shading_offset: Array | None = None
     bends: bool = True
-    slide: Array | None = None
+    undeformed: bool = False
 
 
 class Layer(Protocol):
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
     A layer whose heights depend on the vertices and the present state alone may say so, ``stateless = True``: where a
-    face begins at rest again it need not be attached anew.
+    face begins at rest again it need not be attached anew. One that makes its heights in a number of time steps may
+    have this number as `iterations`: a face that settles takes as many, and its triangles stay where they are.
 
     Examples
     --------

@@ -5,11 +5,12 @@ Both measure the deformed but unwrinkled surface; otherwise the wrinkles would f
 
 from __future__ import annotations
 
+from typing import Self
+
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import closest_point as closest
@@ -144,6 +145,11 @@ class StrainField:
             p, t, np.zeros_like(self._products), self._dual_a, self._dual_b, self._share, self.metric
         )
 
+    @classmethod
+    def of(cls, face: Face) -> Self:
+        """Return the field of the base mesh of a face, in mm."""
+        return per_face(face, "strain", None, lambda: cls(face.points * face.unit, face.triangles))
+
     def strain(self, deformed: Array) -> Array:
         """Return the change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""
         out = np.zeros_like(self.metric)
@@ -151,25 +157,6 @@ class StrainField:
             deformed, self._triangles, self._products, self._dual_a, self._dual_b, self._share, out
         )
         return out
-
-    def gradient(self, deformed: Array) -> Array:
-        """Return the deformation gradient (n, 3, 3) along the surface, at the vertices of the deformed mesh (n, 3).
-
-        It is the mean of those of the triangles around a vertex, by area; each sends normals to 0.
-
-        Examples
-        --------
-        >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-        >>> StrainField(p, [[0, 1, 2]]).gradient(p * [0.8, 1.0, 1.0])[0].round(9).tolist()
-        [[0.8, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]
-        """
-        corners = deformed[self._triangles]
-        sides, duals = corners[:, 1:] - corners[:, :1], np.stack([self._dual_a, self._dual_b], axis=1)
-        own = np.repeat(np.einsum("msr,msc->mrc", sides, duals).reshape(-1, 9), 3, axis=0)
-        share = csr_array(
-            (self._share.ravel(), (self._triangles.ravel(), np.arange(len(own)))), (len(deformed), len(own))
-        )
-        return np.asarray(share @ own).reshape(-1, 3, 3)
 
 
 def along(tensors: Array, directions: Array) -> Array:

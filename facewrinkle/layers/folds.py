@@ -38,8 +38,6 @@ class Folds(Entries):
         The same with H averaged for the shading normals, see `BLUNT`.
     swing : ndarray, shape (p,)
         2^alpha At: from bulge to furrow at k0 = 1.
-    lean : ndarray, shape (p,)
-        Slide towards the furrow, relative to the depth from bulge to furrow.
     steep : ndarray, shape (p,)
         `swing` relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
     cycle : ndarray, shape (p,)
@@ -71,7 +69,6 @@ class Folds(Entries):
     height: Array
     blunt: Array
     swing: Array
-    lean: Array
     steep: Array
     cycle: Array
     coordinates: Array
@@ -118,7 +115,7 @@ class Folds(Entries):
         parts = [part for part in found if len(part[0])]
         if not parts:
             return cls.none(len(vertices.points))
-        starts, where, muscle_of, height, blunt, swing, lean, cycle, coordinates, direction = sorted_by_vertex(
+        starts, where, muscle_of, height, blunt, swing, cycle, coordinates, direction = sorted_by_vertex(
             [part[0] for part in parts], *zip(*parts, strict=True), n=len(vertices.points)
         )
         if shares is not None:
@@ -132,7 +129,7 @@ class Folds(Entries):
         leads = _leading(where, np.abs(height), swing)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
         return cls(
-            starts, muscle_of.astype(np.int32), height, blunt, swing, lean, steep, cycle, coordinates, direction,
+            starts, muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction,
             squares, leads,
         )  # fmt: skip
 
@@ -141,7 +138,7 @@ class Folds(Entries):
         """Return no entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
-        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, e, coordinates, direction, squares, np.empty(0, bool))
+        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, coordinates, direction, squares, np.empty(0, bool))
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
@@ -156,7 +153,6 @@ def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Arra
         muscle.height(x) * envelope,
         muscle.height(x, BLUNT) * envelope,
         swing,
-        muscle.lean(x),
         muscle.half_cycles(x),
         np.stack(muscle.coordinates(x), axis=1),
         muscle.fold_direction(x),

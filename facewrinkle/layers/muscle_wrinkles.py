@@ -6,15 +6,16 @@ import numpy as np
 
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
+from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray
-from ..errors import ParameterError, check_flag, check_range
+from ..errors import check_flag, check_range
 from ..geometry.normals import vertex_normals
 from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
 from . import _kernels as kernels
 from .activation import Activation
-from .base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
-from .compression import Gathered, StrainField
+from .base import Displacement, SurfacePoints, SurfaceState
+from .compression import StrainField
 from .folds import Folds
 
 SMALLEST = 0.5
@@ -28,7 +29,10 @@ LABELS = ("lambda", "gamma", "muscle")
 
 
 class MuscleWrinkles:
-    """The layer of muscle-driven wrinkles.
+    """The layer of the paper's wrinkles, mended where they fail as printed (:class:`facewrinkle.PrintedWrinkles`).
+
+    They lie on the skin that is seen: the lining of the mouth and of the sockets has none. Muscles whose folds are a
+    :class:`facewrinkle.Crease` have none either: :class:`facewrinkle.Creases` draws these.
 
     Parameters
     ----------
@@ -38,15 +42,8 @@ class MuscleWrinkles:
         If True, wrinkles stay within what skin of fixed length can fold: 2 L sqrt(epsilon) / pi from bulge to furrow
         for a wavelength L, for all muscles over a vertex together (:func:`facewrinkle.geometry.profile.deepest`). If
         False, the amplitude is the paper's, which has no bound.
-    anatomical : bool
-        If True, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas). The
-        folds that all people have at the same places stay: beside the nose, around the mouth, and between the brows.
-        They lie on the skin that is seen: the lining of the mouth and of the sockets has none. A crease is as deep as
-        the skin of its whole width is compressed. All together hold no net volume: their bulges, or their furrows, are
-        lowered by up to a fifth, and where that is not enough the others get up to 7 % higher.
-    pinch : float
-        In [0, 1]: how far crests of anatomical folds lean over their furrows; see :class:`facewrinkle.WaveFolds`. At 0
-        all folds are heights.
+    waves : bool
+        If False, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas).
 
     Attributes
     ----------
@@ -63,42 +60,31 @@ class MuscleWrinkles:
     True
     """
 
-    def __init__(
-        self,
-        depth: float = 1.0,
-        inextensible: bool = True,
-        anatomical: bool = False,
-        pinch: float = 0.0,
-    ) -> None:
+    stateless = True
+    """See :class:`facewrinkle.layers.base.Layer`."""
+
+    def __init__(self, depth: float = 1.0, inextensible: bool = True, waves: bool = True) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.inextensible = check_flag("inextensible", inextensible)
-        self.anatomical = check_flag("anatomical", anatomical)
-        self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
-        if self.pinch > 0.0 and not self.anatomical:
-            raise ParameterError("pinch belongs to anatomical folds: add anatomical=True.")
+        self.waves = check_flag("waves", waves)
 
-    # --- the layer protocol ----------------------------------------------------------------------
+    def draws(self, pattern: Muscle) -> bool:
+        """Tell whether this layer draws the folds of a muscle, given by its fold pattern."""
+        return not isinstance(pattern, Crease) and (self.waves or not pattern.wrinkles.waves)
 
-    stateless = True
+    # --- Eq. 3: W = H A At, with H At computed once, where a new vertex rests --------------------------
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._face, self._unit = face, face.unit
         self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
+        self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
-        drawn = np.array([not (self.anatomical and muscle.wrinkles.waves) for muscle in self._muscles], bool)
-        self._outer = outer_skin(face) if self.anatomical else None
-        self._zones = face.zones & drawn[:, None]
-        if self._outer is not None:
-            self._zones &= self._outer[face.triangles].any(axis=1)
+        self._outer = outer_skin(face)
+        self._zones = face.zones & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
-        self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
-        # The strain at a vertex is that of the triangles around it: those of the zones and their neighbours.
-        needed = np.isin(face.triangles, np.concatenate([*self._zone_vertices, np.empty(0, int)])).any(axis=1)
-        self._strain = StrainField(face.points * face.unit, face.triangles[needed])
-        taken = self._zones & self.anatomical
-        self._gathered = Gathered(face, self._muscles, taken, self._strain.metric)
+        self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
         self._missed, self._asking_vertices = np.empty(0, int), np.empty(0, int)
@@ -108,7 +94,7 @@ class MuscleWrinkles:
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        new = Folds.at(created, self._muscles, self._zones, self._strain.metric, self._unit, self._outer)
+        new = Folds.at(created, self._muscles, self._zones, self._metric, self._unit, self._outer)
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
@@ -120,17 +106,14 @@ class MuscleWrinkles:
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
         self._buffers = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         self._asking_vertices = np.empty(0, int)
-        met = np.zeros(len(self._zones), bool)
-        met[self._folds.muscle] = True
-        self._missed = np.flatnonzero(self._folding & ~met)
+        met = np.isin(np.arange(len(self._zones)), self._folds.muscle)
+        self._missed = np.flatnonzero(self._zones.any(axis=1) & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         folds = self._folds
-        # Waves on the same face need the strain of the whole of it, and share it.
-        strain = state.strain if self.anatomical and state.strain_field else self._strain.strain(state.base)
-        self._epsilon = self._compressed(state, strain)
-        self.rates = state.rates if len(state.rates) else self._activated(strain)
+        self._epsilon = self._compressed(state)
+        self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0 = self._k0 * self.rates
         height, blunt, spacing, across, active = self._buffers
         spacing[self._asking_vertices], active[self._asking_vertices] = np.inf, False
@@ -139,11 +122,38 @@ class MuscleWrinkles:
             folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
         )  # fmt: skip
         self._ask(k0, state.vertices, spacing, across, active)
-        slide = self._leaning(k0, state) if self.pinch > 0.0 else None
-        if self.anatomical:
-            kernels.level(height, blunt, *state.swept(slide, height))
         self._height = height
-        return Displacement(height, spacing, across, active, blunt - height, slide=slide)
+        return Displacement(height, spacing, across, active, blunt - height)
+
+    def _ask(self, k0: Array, vertices: SurfacePoints, spacing: Array, across: Array, active: BoolArray) -> None:
+        """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
+        asking = self._missed[k0[self._missed] > 0.0]
+        self._asking_vertices = (
+            np.concatenate([self._zone_vertices[k] for k in asking]) if len(asking) else np.empty(0, int)
+        )
+        for k in asking:
+            where, muscle = self._zone_vertices[k], self._muscles[k]
+            spacing[where] = np.minimum(spacing[where], muscle.half_cycles(vertices.points[where]))
+            across[where] = muscle.fold_direction(vertices.points[where])
+            active[where] = True
+
+    # --- epsilon, from the deformation gradient: in place of Eqs. 8 and 9 ------------------------------
+
+    def _compressed(self, state: SurfaceState) -> Array:
+        """Epsilon of all entries."""
+        folds, vertices = self._folds, state.vertices
+        kernels.strain_epsilon(
+            folds.starts, vertices.corners, vertices.barycentric, state.strain, folds.products, self._epsilon
+        )
+        return self._epsilon
+
+    def _activated(self, strain: Array) -> Array:
+        """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""
+        if self._activation is None:
+            self._activation = Activation(self._face, self._muscles, self._zones, StrainField.of(self._face))
+        return self._activation.at(strain)
+
+    # --- what a frame tells -----------------------------------------------------------------------------
 
     def limited_share(self) -> float:
         """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
@@ -196,46 +206,6 @@ class MuscleWrinkles:
                 "lambda": float(folds.coordinates[entry, 0]), "gamma": float(folds.coordinates[entry, 1]),
             })  # fmt: skip
         return sorted(found, key=lambda entry: -abs(entry["W"]))
-
-    # --- compression -----------------------------------------------------------------------------
-
-    def _compressed(self, state: SurfaceState, strain: Array) -> Array:
-        """Epsilon of all entries, at a strain (n0, 6) of the base mesh."""
-        folds, vertices = self._folds, state.vertices
-        kernels.strain_epsilon(
-            folds.starts, vertices.corners, vertices.barycentric, strain, folds.products, self._epsilon
-        )
-        self._gathered.put(strain, folds.muscle, folds.coordinates, self._epsilon)
-        return self._epsilon
-
-    def _activated(self, strain: Array) -> Array:
-        """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""
-        if self._activation is None:
-            self._activation = Activation(self._face, self._muscles, self._zones, self._strain)
-        return self._activation.at(strain)
-
-    # --- heights ---------------------------------------------------------------------------------
-
-    def _ask(self, k0: Array, vertices: SurfacePoints, spacing: Array, across: Array, active: BoolArray) -> None:
-        """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
-        asking = self._missed[k0[self._missed] > 0.0]
-        self._asking_vertices = (
-            np.concatenate([self._zone_vertices[k] for k in asking]) if len(asking) else np.empty(0, int)
-        )
-        for k in asking:
-            where, muscle = self._zone_vertices[k], self._muscles[k]
-            spacing[where] = np.minimum(spacing[where], muscle.half_cycles(vertices.points[where]))
-            across[where] = muscle.fold_direction(vertices.points[where])
-            active[where] = True
-
-    def _leaning(self, k0: Array, state: SurfaceState) -> Array:
-        """Return the slides (n, 3) along the bare surface of crests that lean over their furrows."""
-        folds, slide = self._folds, np.zeros((len(self._height), 3))
-        kernels.leans(
-            self._folded, folds.starts, folds.muscle, folds.swing, folds.lean, self._unit * folds.cycle,
-            folds.direction, self._epsilon, k0, self._share, self.pinch, slide,
-        )  # fmt: skip
-        return state.carried(slide)
 
 
 def outer_skin(face: Face) -> Array:

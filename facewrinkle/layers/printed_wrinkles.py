@@ -98,7 +98,7 @@ class PrintedWrinkles:
         n = len(self._height)
         active = np.zeros(n, bool)
         active[self._vertex[state.rates[self._muscle] > 0.0]] = True
-        return Displacement(self._height, np.full(n, np.inf), np.zeros((n, 3)), active)
+        return Displacement(self._height, np.full(n, np.inf), np.zeros((n, 3)), active, undeformed=True)
 
     # --- Eqs. 8 and 9: the compression epsilon, by the edges around a vertex --------------------------
 

@@ -15,7 +15,7 @@ from ..errors import LARGEST, ParameterError, type_of
 from ..mesh.arrays import ARRAYS
 from .base import Displacement, Layer, SurfaceState
 
-VECTORS = ("Normals", "rest", "slide")
+VECTORS = ("Normals", "rest")
 """Arrays of a frame with three numbers for each vertex; all others of its own have one."""
 
 KINDS = tuple(np.dtype(kind) for kind in ("?", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"))
@@ -25,7 +25,7 @@ KINDS = tuple(np.dtype(kind) for kind in ("?", "i1", "i2", "i4", "i8", "u1", "u2
 def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
     """Return the displacement by a layer; raise a ParameterError that names it for arrays of another shape or type.
 
-    Heights, shading offsets, slides and directions must be finite, spacings greater than 0.
+    Heights, shading offsets and directions must be finite, spacings greater than 0.
 
     Examples
     --------
@@ -45,9 +45,9 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
             f"{type_of(found)}. Return Displacement(height, spacing, across, active) of facewrinkle.layers.base."
         )
     changed: dict[str, Any] = {}
-    for name, shape in {"height": (n,), "across": (n, 3), "shading_offset": (n,), "slide": (n, 3)}.items():
+    for name, shape in {"height": (n,), "across": (n, 3), "shading_offset": (n,)}.items():
         values = getattr(found, name)
-        if values is None and name in ("shading_offset", "slide"):
+        if values is None and name == "shading_offset":
             continue
         checked = plain_and_finite(_called(name, layer), values)
         if checked is not values:
@@ -146,3 +146,22 @@ def _bends(given: object, layer: Layer) -> bool:
     if not isinstance(given, np.bool_):
         raise ParameterError(f"{_called('bends', layer)} must be True or False, received {type_of(given)}.")
     return bool(given)
+
+
+def over(below: Mapping[str, npt.NDArray[Any]], fields: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the point data of a layer, with that of the layers below where it has none itself: no muscle, no strain.
+
+    Examples
+    --------
+    >>> below = {"muscle": np.array([3, -1]), "lambda": np.array([0.5, 0.0])}
+    >>> found = over(below, {"muscle": np.array([-1, 4]), "lambda": np.array([0.0, 0.2])})
+    >>> found["muscle"].tolist(), found["lambda"].tolist()
+    ([3, 4], [0.5, 0.2])
+    """
+    of_muscle = fields["muscle"] >= 0 if "muscle" in fields and "muscle" in below else None
+    out = dict(fields)
+    for name in ("lambda", "gamma", "epsilon", "muscle"):
+        if name in fields and name in below:
+            own = fields[name] != 0 if of_muscle is None else of_muscle
+            out[name] = np.where(own, fields[name], below[name])
+    return out

@@ -59,8 +59,10 @@ OwnName = Annotated[str, Meta(pattern=r"^\w[\w' -]{0,39}$")]
 Items = Annotated[dict[Name, T], Meta(max_length=32)]
 
 
-class Folds(Struct, frozen=True, forbid_unknown_fields=True):
-    """Numbers of folds: factors of their depth, by side, and what waves are made of."""
+class Folds(Struct, frozen=True):
+    """Numbers of folds: factors of their depth, by side, and what waves are made of. Those that are not known, as in
+    sessions of earlier versions, are left out.
+    """
 
     depth: Factor = 1.0
     left: Factor = 1.0
@@ -70,7 +72,6 @@ class Folds(Struct, frozen=True, forbid_unknown_fields=True):
     irregularity: Annotated[float, Meta(ge=0.0, le=3.0)] = 1.0
     seed: Annotated[int, Meta(ge=0, le=2**31)] = 0
     age: Unit = 0.0
-    pinch: Unit = 0.0
 
 
 class Pattern(Struct, frozen=True, forbid_unknown_fields=True):

@@ -23,7 +23,6 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "theta": "phase of the waves of folds, 0 on a bulge and pi in a furrow",
         "family": "number of the family of waves, -1 for none",
         "W": "height of the wrinkles (mm)",
-        "slide": "displacement of folds along the skin (mm)",
         "split_gamma": "largest split criterion over the vertex's edges",
         "muscle": "index of the dominant muscle, -1 for none",
         "level": "level of refinement",

@@ -205,8 +205,6 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
     for frame in frames:
         unit = float(frame.field_data[UNIT][0])
         shown = np.asarray(frame.points, dtype=np.float64)[:n]
-        if "slide" in frame.point_data:
-            shown = shown - np.asarray(frame["slide"])[:n] / unit
         height = np.asarray(frame["W"])[:n, None] / unit
         bare = shown
         for _ in range(ITERATIONS if height.any() else 0):

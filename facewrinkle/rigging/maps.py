@@ -142,11 +142,6 @@ def bake_maps(
     bare = Simulation(face, Refinement(max_level=0), layers=[], motion=wrinkled.motion)
     wrinkled.express(expression, intensity)
     fine, smooth, rest = wrinkled.settle(), _held(bare, wrinkled), face.mesh.copy()
-    if "slide" in fine.point_data and np.any(fine["slide"]):
-        warn(
-            "pinched folds slide along the skin, which a map of heights cannot hold: displacement by it lacks up to "
-            f"{float(np.linalg.norm(fine['slide'], axis=1).max()):.1f} mm, normals do not. Without pinch they agree."
-        )
     folds = FoldMaps(face, fine, smooth, size)
     height, normal = folds.of(fine, smooth)
     smooth = charted(smooth, face)

@@ -8,6 +8,7 @@ from ..anatomy.atlas import load_atlas, printed_atlas
 from ..anatomy.face import Face
 from ..errors import unknown_name
 from ..layers.base import Layer
+from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
@@ -30,25 +31,23 @@ def with_printed_muscles(face: Face) -> Face:
     return face.with_atlas(printed_atlas()) if face.muscles and face.atlas is load_atlas() else face
 
 
-def fold_layers(
-    face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, pinch: float = 0.0, **waves: Any
-) -> list[Layer]:
+def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:
     """Return the layers of folds of a face; none on a surface without muscles.
 
     Parameters
     ----------
     face : Face
-    folds : {"wave", "paper"}
-        "wave": :class:`facewrinkle.WaveFolds` with the anatomical folds, which all people have at the same places, by
-        formula. "paper": all lines by the formula of Zhang, Sim and Tan, mended where it fails as printed,
-        :class:`facewrinkle.MuscleWrinkles`. "printed": as printed, :class:`facewrinkle.PrintedWrinkles`; the face
-        should have the muscles of :func:`facewrinkle.anatomy.atlas.printed_atlas`.
+    folds : {"wave", "paper", "printed"}
+        "paper": lines by the formula of Zhang, Sim and Tan, mended where it fails as printed
+        (:class:`facewrinkle.MuscleWrinkles`), and the folds that all people have at the same places
+        (:class:`facewrinkle.Creases`). "wave": the same creases, and lines that differ from person to person as waves
+        (:class:`facewrinkle.WaveFolds`). "printed": the paper's formula as printed
+        (:class:`facewrinkle.PrintedWrinkles`); the face should have the muscles of
+        :func:`facewrinkle.anatomy.atlas.printed_atlas`.
     depth : float
         Multiplies the depth of all folds.
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is.
-    pinch : float
-        In [0, 1]: how far skin slides into the furrows of waves and of anatomical folds; the papers' have none.
     **waves
         Further parameters of :class:`facewrinkle.WaveFolds`.
 
@@ -56,14 +55,12 @@ def fold_layers(
     ------
     UnknownNameError
         For folds of another name.
-    ParameterError
-        For a pinch of the papers' folds, which a face without landmarks has, too.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> [type(layer).__name__ for layer in fold_layers(fw.default_face(), "wave")]
-    ['MuscleWrinkles', 'WaveFolds']
+    ['MuscleWrinkles', 'Creases', 'WaveFolds']
     """
     if folds not in FOLDS:
         raise unknown_name("kind of folds", folds, FOLDS)
@@ -71,7 +68,7 @@ def fold_layers(
         return []
     if folds == "printed":
         return [PrintedWrinkles()]
+    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
-        return [MuscleWrinkles(depth=depth, inextensible=inextensible, pinch=pinch)]
-    common: dict[str, Any] = {"depth": depth, "inextensible": inextensible, "pinch": pinch}
-    return [MuscleWrinkles(**common, anatomical=True), WaveFolds(**common, **waves)]
+        return [MuscleWrinkles(**common), Creases(**common)]
+    return [MuscleWrinkles(**common, waves=False), Creases(**common), WaveFolds(**common, **waves)]

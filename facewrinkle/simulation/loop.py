@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -23,14 +22,13 @@ from ..errors import ParameterError, check_flag, check_range, check_whole, type_
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
-from ..geometry.orientation import unfolded_shares, unfolded_slides
+from ..geometry.orientation import unfolded_shares
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
 from ..layers.muscle_wrinkles import MuscleWrinkles
-from ..layers.printed_wrinkles import PrintedWrinkles
-from ..layers.results import displacement_of, fields_of
+from ..layers.results import displacement_of, fields_of, over
 from ..layers.wave_folds import WaveFolds
 from ..mesh import MeshLike
 from ..mesh.arrays import AGE
@@ -55,8 +53,8 @@ from .refinement import (
     typical_edges,
 )
 
-Shape = tuple[Array, Array, Array, Array, Array | None]
-"""Points, normals, heights, split criterion and slides of the vertices."""
+Shape = tuple[Array, Array, Array, Array]
+"""Points, normals, heights and split criterion of the vertices."""
 
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
@@ -221,11 +219,6 @@ class Simulation:
     def muscles(self) -> tuple[str, ...]:
         """Names of the face's muscles, in the order of their indices."""
         return tuple(self.face.muscles)
-
-    @property
-    def _printed(self) -> bool:
-        """True if all folds are as printed."""
-        return bool(self.layers) and all(isinstance(layer, PrintedWrinkles) for layer in self.layers)
 
     @property
     def skin(self) -> Skin:
@@ -466,9 +459,10 @@ class Simulation:
             self.motion.reset()
             self._attach_anew()
         start, target = self.motion.rates.copy(), self._asked
-        if self._printed:
-            for number in range(max(layer.iterations for layer in self.layers if isinstance(layer, PrintedWrinkles))):
-                frame = self._stepped(_ramped(start, target, (number + 1) / RAMP))
+        iterations = max((getattr(layer, "iterations", 0) for layer in self.layers), default=0)
+        for number in range(iterations):
+            frame = self._stepped(_ramped(start, target, (number + 1) / RAMP))
+        if iterations:
             return frame
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
@@ -490,7 +484,7 @@ class Simulation:
 
     def _may_unsplit(self) -> bool:
         """Tell whether triangles may be found anew: vertices need not keep their numbers, nor layers their heights."""
-        return self.refinement.coarsen and not any(isinstance(own, PrintedWrinkles) for own in self.layers)
+        return self.refinement.coarsen and not any(hasattr(layer, "iterations") for layer in self.layers)
 
     def _attach_anew(self) -> None:
         """Let layers forget what came before, those that remember any of it."""
@@ -567,26 +561,22 @@ class Simulation:
             bare = interpolated(base, vertices.corners, vertices.barycentric)
             smooth = interpolated(vertex_normals(base, self.face.triangles), vertices.corners, vertices.barycentric)
             kernels.normalise(smooth)
-            if self._printed:  # along the normals of the undeformed surface, and with no bound (Section 4.3)
-                smooth = vertices.normals
             state = SurfaceState(
-                self.motion.rates, vertices, triangles, base, bare, self.time, lambda: self._strain_field, smooth
+                self.motion.rates, vertices, triangles, base, bare, self.time, lambda: StrainField.of(self.face)
             )
             added = [displacement_of(layer, state) for layer in self.layers]
+            undeformed = bool(added) and all(own.undeformed for own in added)
+            if undeformed:
+                smooth = vertices.normals
             height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
             offsets = [own.shading_offset for own in added if own.shading_offset is not None]
             offset = sum(offsets[1:], offsets[0]) if offsets else None
-            shares = None if self._printed else unfolded_shares(bare, height, smooth, triangles)
+            shares = None if undeformed else unfolded_shares(bare, height, smooth, triangles)
             if shares is not None:
                 height = height * shares
                 offset = None if offset is None else offset * shares
             moved = displaced(bare, height, smooth)
             blunt = [] if offset is None else [displaced(bare, height + offset, smooth)]
-            slides = [own.slide for own in added if own.slide is not None]
-            slide = sum(slides[1:], slides[0]) if slides else None
-            if slide is not None:
-                slide = unfolded_slides(bare, moved, slide if shares is None else slide * shares[:, None], triangles)
-                moved, blunt = moved + slide, [points + slide for points in blunt]
             normals, *others = details_normals(bare, [moved, *blunt], triangles, smooth)
             shown = others[0] if others else normals
         with self._timed("refinement"):
@@ -594,24 +584,13 @@ class Simulation:
                 self.refinement, self.forest, self._levels, vertices, normals, added
             )
             self._marks = split, self._restless.may_go(self.forest, fine, active)
-            return moved, shown, height, split_gamma, slide
+            return moved, shown, height, split_gamma
 
-    @cached_property
-    def _strain_field(self) -> StrainField:
-        return StrainField(self.face.points * self.face.unit, self.face.triangles)
-
-    def _frame(
-        self, points: Array, normals: Array, height: Array, split_gamma: Array, slide: Array | None
-    ) -> pv.PolyData:
+    def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
         data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
         for layer in self.layers:
-            fields = fields_of(layer, len(points))
-            if "epsilon" in fields and "epsilon" in data:
-                fields["epsilon"] = np.where(fields["epsilon"] != 0.0, fields["epsilon"], data["epsilon"])
-            data.update(fields)
+            data.update(over(data, fields_of(layer, len(points))))
         data["W"] = height  # of all layers together
-        if slide is not None:
-            data["slide"] = slide
         return self._frames.frame(points, data, self.vertices, self.forest)
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
@@ -626,14 +605,12 @@ class Simulation:
             raise unknown_name("muscle", muscle, self.muscles)
         index = self.muscles.index(muscle)
         for layer in self.layers:
-            if isinstance(layer, MuscleWrinkles):
-                if layer.anatomical and self.face.muscles[muscle].fold_pattern.wrinkles.waves:
-                    raise ParameterError(
-                        f"the lines over {muscle} are drawn as waves, which belong to no muscle. Make the simulation "
-                        "with folds='paper'."
-                    )
+            if isinstance(layer, MuscleWrinkles) and layer.draws(self.face.muscles[muscle].fold_pattern):
                 return layer.fields_of(index, float(layer.rates[index]))
-        raise ParameterError("this simulation has no layer of muscle wrinkles; add a MuscleWrinkles() to its layers.")
+        raise ParameterError(
+            f"no layer of this simulation draws the folds over {muscle}, unless as waves, which belong to no muscle. "
+            "Make it with folds='paper', or add a MuscleWrinkles() to its layers."
+        )
 
     @contextmanager
     def _timed(self, what: str) -> Iterator[None]:

@@ -109,8 +109,6 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
         (["--folds=paper", "--seed=3"], "--seed belongs to folds that are waves: add --folds wave, or leave it out."),
         (["--seed=1.5"], "seed must be a whole number, received 1.5."),
         (["--age=2"], "age must lie in [0, 1], received 2. 0 has no lines at rest."),
-        (["--pinch=2"], "pinch must lie in [0, 1], received 2. At 0 folds are heights alone."),
-        (["--folds=paper", "--pinch=1"], "--pinch belongs to folds that are waves: add --folds wave, or leave it out."),
         (["--density=9"], "density must lie in [0.25, 4], received 9. 1 is as on people."),
     ],
 )
@@ -123,10 +121,10 @@ def test_express_refuses_options_of_other_folds(options, message, tmp_path, caps
 def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
     seen: list[Performance] = []
     monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append(given[0]))
-    assert main(["express", "AU4", "--seed=5", "--age=0.5", "--depth=2", "--pinch=0.8", "--out", str(tmp_path)]) == 0
-    formula, waves = seen[0].layers
-    assert (formula.anatomical, formula.depth, formula.pinch) == (True, 2.0, 0.8)
-    assert (waves.style.seed, waves.age, waves.depth, waves.pinch) == (5, 0.5, 2.0, 0.8)
+    assert main(["express", "AU4", "--seed=5", "--age=0.5", "--depth=2", "--out", str(tmp_path)]) == 0
+    formula, creases, waves = seen[0].layers
+    assert (formula.waves, formula.depth, creases.depth) == (False, 2.0, 2.0)
+    assert (waves.style.seed, waves.age, waves.depth) == (5, 0.5, 2.0)
 
 
 def test_express_on_another_mesh(tmp_path, capsys):

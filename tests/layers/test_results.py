@@ -70,8 +70,6 @@ BROKEN = [
     ("active", lambda v: None, "must hold True where .*received a NoneType"),
     ("shading_offset", lambda v: "deep", "must be numbers"),
     ("shading_offset", lambda v: np.zeros(3), r"must have the shape \(\d+,\), received \(3,\)"),
-    ("slide", lambda v: np.zeros(5), r"must have the shape \(\d+, 3\), received \(5,\)"),
-    ("slide", lambda v: np.full((2321, 3), np.inf), r"must be finite; entry \[0, 0\] is inf"),
     ("bends", lambda v: "yes", "must be True or False, received a str"),
 ]
 

@@ -24,7 +24,7 @@ def happy(face):
         patch.setattr(wave_layer, "level", lambda *_: None)
         patch.setattr(muscle_wrinkles.kernels, "level", lambda *_: None)
         dimple = fw.PatternLayer("dimple", [38.8, -30.8, 95.0], name="mine", size=12.0, depth=2.0)
-        layers = [fw.MuscleWrinkles(anatomical=True), fw.WaveFolds(), dimple]
+        layers = [fw.Creases(), fw.WaveFolds(), dimple]
         sim = fw.Simulation(face, layers=layers)
         sim.express({"happiness": 1.0, "AU4": 0.5})
         yield sim, sim.settle()

@@ -61,7 +61,7 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     even = studio.frame()["W"][:n]
     studio.change(folds={**studio.document["folds"], "left": 0.0})
     bare = studio.frame()["W"][:n]
-    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(anatomical=True)])
+    sim = fw.Simulation(face, layers=[fw.Creases()])
     sim.express({"AU6": 1.0, "AU12": 1.0})
     creases = sim.settle()["W"][:n]
     right = face.points[:, 0] < -10.0

@@ -14,7 +14,6 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.errors import MeshError
 from facewrinkle.export import write_series
-from facewrinkle.simulation.fold_layers import fold_layers
 
 TIMES = [0.1, 0.3, 0.4, 0.9]
 
@@ -72,13 +71,6 @@ def test_a_refined_series_is_played_without_its_wrinkles(face, tmp_path, unit):
     np.testing.assert_array_equal(mesh.cell_data["Texture Corners"], corners.reshape(-1, 6))
     np.testing.assert_array_equal(mesh["Colors"], own.mesh["Colors"])
     assert not {"W", "rest", "level", "epsilon"} & set(mesh.point_data)
-
-
-def test_slides_of_pinched_folds_are_taken_off_too(face, tmp_path):
-    bare, _ = refined(face, tmp_path / "pinched.vtkhdf", layers=fold_layers(face, "wave", pinch=1.0))
-    mesh, recorded = fw.read_animation(tmp_path / "pinched.vtkhdf")
-    np.testing.assert_allclose(recorded.track.values, bare, rtol=0, atol=1e-9)
-    assert "slide" not in mesh.point_data
 
 
 def test_refined_series_that_do_not_tell_the_face_are_refused(face, tmp_path):

@@ -28,10 +28,13 @@ from facewrinkle.simulation.fold_shapes import find_folds, fold_shapes, relaxed_
 
 
 def test_the_kinds_of_folds(face):
-    (paper,) = fold_layers(face, "paper", depth=2.0)
-    assert (paper.depth, paper.anatomical) == (2.0, False)
-    formula, waves = fold_layers(face, "wave", depth=2.0, seed=4)
-    assert (formula.depth, formula.anatomical, waves.depth, waves.style.seed) == (2.0, True, 2.0, 4)
+    paper = fold_layers(face, "paper", depth=2.0)
+    assert [(type(layer), layer.depth) for layer in paper] == [(fw.MuscleWrinkles, 2.0), (fw.Creases, 2.0)]
+    formula, creases, waves = fold_layers(face, "wave", depth=2.0, seed=4)
+    assert (formula.waves, creases.depth, waves.depth, waves.style.seed) == (False, 2.0, 2.0, 4)
+    drawn = [muscle.fold_pattern for muscle in face.muscles.values() if np.isfinite(muscle.fold_pattern.half_wavelength)]
+    assert all(sum(layer.draws(pattern) for layer in paper) == 1 for pattern in drawn)
+    assert all(formula.draws(pattern) + creases.draws(pattern) + pattern.wrinkles.waves == 1 for pattern in drawn)
     with pytest.raises(UnknownNameError, match=r"unknown kind of folds 'waves'. Did you mean 'wave'"):
         fw.Simulation(face, folds="waves")
 
@@ -40,7 +43,7 @@ def test_surfaces_without_landmarks_have_the_folds_of_their_muscles_or_none(face
     cloth = fw.surface(face.mesh)
     assert fold_layers(cloth, "wave") == []
     plate = cloth.with_muscles({"muscle": SheetMuscle([(-9, 9, 0), (9, 9, 0)], [(-9, -9, 0), (9, -9, 0)])})
-    assert [layer.anatomical for layer in fold_layers(plate, "wave")] == [False]
+    assert [type(layer) for layer in fold_layers(plate, "wave")] == [fw.MuscleWrinkles, fw.Creases]
 
 
 def test_shapes_of_a_recording_are_grouped_by_their_names(face):

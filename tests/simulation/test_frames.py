@@ -37,7 +37,6 @@ def test_frames_carry_what_they_promise(face, played, name):
         "rest",
         "theta",
         "family",
-        "slide",
     }
     for array in ("lambda", "gamma", "epsilon", "W", "split_gamma"):
         assert frame[array].shape == (n,)

@@ -193,12 +193,6 @@ class Muscle:
         """H at k0 = 1, periodic along the muscle; `blunt` as in :func:`facewrinkle.geometry.profile.shape`."""
         return np.zeros(len(checked_points(points)))
 
-    def lean(self, points: npt.ArrayLike) -> Array:
-        """Slide of the skin towards the furrow, against :meth:`fold_direction`, where it lies 1 below its bulge, for
-        (n, 3) points; 0 for folds that are heights alone.
-        """
-        return np.zeros(len(checked_points(points)))
-
     def half_cycles(self, points: npt.ArrayLike) -> Array:
         """Half cycle u at (n, 3) points, as a length."""
         return np.full(len(checked_points(points)), self.half_wavelength)

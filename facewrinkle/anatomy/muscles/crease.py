@@ -177,13 +177,6 @@ class Crease(Muscle):
             furrow = np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (1.0 + alpha)
         return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
-    def lean(self, points: npt.ArrayLike) -> Array:
-        """Slide of the crest over its furrow: ``27 t (1 - t)^2 / 8``, at its top half of the depth, as much as in a
-        trochoid. The furrow and the bound skin beyond it stay where they are.
-        """
-        t = np.clip(self._plane(points)[1] / (3.0 * self._furrow), 0.0, 1.0)
-        return np.asarray(27.0 / 8.0 * t * (1.0 - t) ** 2)
-
     def loose_share(self, points: npt.ArrayLike) -> Array:
         """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to three eighths of the
         width before the furrow, 1 from an eighth of it beyond.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.compilation import compiled
-from .._kernels import STEEPEST_SLIDE, strain_at
+from .._kernels import strain_at
 
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
@@ -32,9 +32,6 @@ BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 LONGER = 1.4
 """Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
 
-LONGER_PINCHED = 0.7
-"""Share by which it gets longer as skin slides into the furrows, over the steepness of the slide."""
-
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
 
@@ -55,27 +52,6 @@ TOLERANCE = 0.1
 
 NARROWEST = 0.6
 """Least spacing asked for, in wavelengths."""
-
-HARMONIC = (0.406917, -0.017478, -0.0071246, 0.0010962)
-"""Of the polynomial in alpha that :func:`facewrinkle.geometry.profile.first_harmonic` is fitted by."""
-
-
-@compiled(inline="always")
-def first_harmonic(alpha):
-    """Part of cos(pi s) in ``(b - |s| (1 + s^2)^alpha) / 2^alpha``, within 0.0002 for alpha in [0.9, 2.4]."""
-    return HARMONIC[0] + alpha * (HARMONIC[1] + alpha * (HARMONIC[2] + alpha * HARMONIC[3]))
-
-
-@compiled(inline="always")
-def drawn_in(pinch, steepness):
-    """Pinch that is left where slides would be steeper together than they may be."""
-    return pinch * STEEPEST_SLIDE / max(steepness, STEEPEST_SLIDE)
-
-
-@compiled(inline="always")
-def lowered(pinch, deep, length, alpha):
-    """Height by which a fold lies lower for the wider crests that pinch makes."""
-    return pinch * 0.5 * np.pi * deep / length * deep * first_harmonic(alpha)
 
 
 @compiled(inline="always")
@@ -112,10 +88,10 @@ def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, ex
             excess[p] = 0.0
             if epsilon[p] > ONSET - SOFT:
                 x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
-                slide = x * sx + y * sy + z * sz
+                shear = x * sx + y * sy + z * sz
                 change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
                 pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(slide) - ONSET
+                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
                 if e > SOFT:
                     excess[p] = window[p] * e
                 elif e > -SOFT:
@@ -149,37 +125,30 @@ def spacing_for(length, depth):
 
 @compiled
 def heights(
-    where, count, starts, theta, strength, length, wave, tangents, epsilon, excess, old, depth, age, pinch,
-    height, shown, slide, spacing, across, active, deep, leading,
+    where, count, starts, theta, strength, length, wave, epsilon, excess, old, depth, age,
+    height, shown, spacing, across, active, deep, leading,
 ):  # fmt: skip
     """Heights at the first `count` vertices of `where`, the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
-    are no longer than the skin that the compression frees. With `pinch`, skin slides towards the furrows as in a
-    trochoid, ``pinch D sin(theta) / 2`` at rest (`slide`), and all lies lower by what the wider crests hold more.
+    are no longer than the skin that the compression frees.
     """
     for t in range(count):
         i = np.uint32(where[t])
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        asked, furrowed, steepness = 0.0, 0.0, 0.0
+        asked, furrowed = 0.0, 0.0
         for p in range(first, last):
             furrowed += old[p]
             e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
-                slope = np.pi * deep[p] / length[p]
-                longer = LONGER * (1.0 + LONGER_PINCHED * min(pinch * slope, STEEPEST_SLIDE))
-                asked += longer * (0.5 * slope) ** 2 / epsilon[p]
-                steepness += pinch * slope
+                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
         leading[i] = first
         for p in range(first + 1, last):
             if deep[p] > deep[leading[i]]:
                 leading[i] = p
         allowed = 1.0 / np.sqrt(max(asked, 1.0))
-        drawn = drawn_in(pinch, allowed * steepness)
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
-        if pinch > 0.0:
-            slide[i, 0], slide[i, 1], slide[i, 2] = 0.0, 0.0, 0.0
         for p in range(first, last):
             big, rest = allowed * deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
@@ -196,12 +165,6 @@ def heights(
                 total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
                 mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
                 mild += big * (bulge - mean) / top
-                if pinch > 0.0:
-                    lower = lowered(drawn, big, length[p], alpha)
-                    total -= lower
-                    mild -= lower
-                    for c in range(3):
-                        slide[i, c] += drawn * 0.5 * big * np.sin(theta[p]) * tangents[p, c]
             if rest > 0.0:
                 w = 0.5 * (1.0 - abs(s)) / FINE
                 cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))

@@ -10,11 +10,9 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
-from ...geometry.interpolation import displaced
-from ...geometry.orientation import unfolded_shares, unfolded_slides
 from ...geometry.refinement import Change
-from .._kernels import STEEPEST_SLIDE, level
-from ..base import PINCH_RANGE, Displacement, SurfacePoints, SurfaceState
+from .._kernels import level
+from ..base import Displacement, SurfacePoints, SurfaceState
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -64,9 +62,6 @@ class WaveFolds:
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is. If False, a `depth` above 1
         exaggerates the folds beyond that.
-    pinch : float
-        In [0, 1]. 0: folds are heights over the skin. 1: skin slides into the furrows as well, as in a trochoid, so
-        that crests are round and wide, and furrows narrow, with steep walls that do not cross on open skin.
 
     Examples
     --------
@@ -102,7 +97,6 @@ class WaveFolds:
         families: Motions | None = None,
         inextensible: bool = True,
         length: float = 1.0,
-        pinch: float = 0.0,
     ) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.density = check_range("density", density, 0.25, 4.0, "1 is as on people.")
@@ -121,7 +115,6 @@ class WaveFolds:
             )
         self.families = families
         self.inextensible = check_flag("inextensible", inextensible)
-        self.pinch = check_range("pinch", pinch, 0.0, 1.0, PINCH_RANGE)
 
     def lacks_shapes(self, face: Face) -> bool:
         """Tell whether there are no shapes, or those that a simulation found for another face."""
@@ -184,7 +177,6 @@ class WaveFolds:
         self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
         self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
         self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
-        self._slide = np.zeros((n if self.pinch > 0.0 else 0, 3))
         self._folding, self._count = np.zeros(n, np.int64), 0
         starts = self._waves.starts
         self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
@@ -196,8 +188,6 @@ class WaveFolds:
         before = self._folding[: self._count]
         self._height[before], self._shown[before] = 0.0, 0.0
         self._spacing[before], self._active[before] = np.inf, False
-        if self.pinch > 0.0:
-            self._slide[before] = 0.0
         self._deep[:] = 0.0
         self._count = kernels.excesses(
             waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
@@ -210,41 +200,25 @@ class WaveFolds:
         depth = self._depth / beyond
         kernels.heights(
             self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            waves.tangents, self._epsilon, self._excess, waves.old, depth, self._age, beyond * self.pinch,
-            self._height, self._shown, self._slide, self._spacing, self._across, self._active, self._deep,
-            self._leading,
+            self._epsilon, self._excess, waves.old, depth, self._age,
+            self._height, self._shown, self._spacing, self._across, self._active, self._deep, self._leading,
         )  # fmt: skip
         spacing = self._spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             self._height, self._shown = (beyond * height for height in (self._height, self._shown))
             spacing = spacing / np.sqrt(beyond)
-        slide = self._unfolded(state.carried(self._slide), state) if self.pinch > 0.0 else None
-        level(self._height, self._shown, *state.swept(slide, self._height))
-        offset = self._shown - self._height
-        return Displacement(self._height, spacing, self._across, self._active, offset, False, slide)
-
-    def _unfolded(self, slide: Array, state: SurfaceState) -> Array:
-        """Lower heights, and return a shorter slide (n, 3), where they would turn triangles over: to do that after the
-        heights are levelled would take or bring volume.
-        """
-        bare, triangles, directions = state.bare, state.triangles, state.upright
-        if (shares := unfolded_shares(bare, self._height, directions, triangles)) is not None:
-            self._height, self._shown = self._height * shares, self._shown * shares
-            slide = slide * shares[:, None]
-        return unfolded_slides(bare, displaced(bare, self._height, directions), slide, triangles)
+        level(self._height, self._shown, state.areas)
+        return Displacement(self._height, spacing, self._across, self._active, self._shown - self._height, bends=False)
 
     @property
     def _beyond(self) -> float:
         """Depth of the folds over that which skin of fixed length can fold."""
         return 1.0 if self.inextensible else max(self._depth, 1.0)
 
-    def _asked(self, deep: Array, length: Array, epsilon: Array) -> tuple[Array, Array]:
-        """Return the share (p,) of the freed length that folds ask for, and the steepness of their slides."""
-        slope = np.pi * deep / length
-        steepness = self._beyond * self.pinch * slope
-        longer = kernels.LONGER * (1.0 + kernels.LONGER_PINCHED * np.minimum(steepness, STEEPEST_SLIDE))
-        share = np.divide(longer * np.square(0.5 * slope), epsilon, out=np.zeros_like(deep), where=deep > 0.0)
-        return share, steepness
+    def _asked(self, deep: Array, length: Array, epsilon: Array) -> Array:
+        """Return the share (p,) of the freed length that folds ask for."""
+        longer = kernels.LONGER * np.square(0.5 * np.pi * deep / length)
+        return np.divide(longer, epsilon, out=np.zeros_like(deep), where=deep > 0.0)
 
     @property
     def age_shown(self) -> float:
@@ -256,7 +230,7 @@ class WaveFolds:
         waves, deep = self._waves, self._deep
         if not (self.inextensible and (deep > 0.0).any()):
             return 0.0
-        asked, _ = self._asked(deep, waves.length, self._epsilon)
+        asked = self._asked(deep, waves.length, self._epsilon)
         owner = np.repeat(np.arange(len(waves.starts) - 1), np.diff(waves.starts))
         full = np.bincount(owner, asked, len(waves.starts) - 1)[owner] > 1.0
         steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
@@ -268,16 +242,15 @@ class WaveFolds:
 
         A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
         compression that is left to the family, S: its strength), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
-        high at the phase theta = pi s, where b keeps the volume; with pinch all lies lower by what the wider crests
-        hold more, "lower". `share` is what the length of the skin leaves to all families together. Without the lines
-        of old skin, and before heights are levelled. Lengths are in mm, "family" is a number.
+        high at the phase theta = pi s, where b keeps the volume. `share` is what the length of the skin leaves to all
+        families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
+        is a number.
         """
         waves, found = self._waves, []
         first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
         here, beyond = slice(first, last), self._beyond
-        asked, steepness = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
+        asked = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
         share = 1.0 / max(float(asked.sum()), 1.0) ** 0.5
-        pinch = kernels.drawn_in(beyond * self.pinch, share * float(steepness.sum()))
         for p in range(first, last):
             length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
             own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
@@ -286,12 +259,10 @@ class WaveFolds:
             alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
             bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
             height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
-            lower = kernels.lowered(pinch, depth, length, alpha)
             found.append({
-                "family": int(waves.family[p]), "W": beyond * (height - lower), "D": beyond * depth,
+                "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
                 "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
                 "epsilon": float(self._epsilon[p]), "alpha": alpha, "share": share,
-                **({"lower": beyond * lower} if self.pinch else {}),
             })  # fmt: skip
         return sorted(found, key=lambda entry: -entry["D"])
 

@@ -91,10 +91,9 @@ export class Panels {
       right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
       length: ["Length", "Factor of the length of the lines"],
       irregularity: ["Irregularity", "From even lines to wild ones"], age: ["Age", "Lines that stay at rest"],
-      pinch: ["Pinch", "Round crests and narrow furrows"],
     };
     const rows = Object.entries(names).map(([name, [title, about]]) => {
-      const made = this.numberRow(title, ["folds", name], folds[name], 2, ["age", "pinch"].includes(name) ? 0 : 1, about);
+      const made = this.numberRow(title, ["folds", name], folds[name], 2, name === "age" ? 0 : 1, about);
       this.updates.push((data) => made.set(data.folds[name]));
       return made.line;
     });
