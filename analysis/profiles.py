@@ -1,7 +1,7 @@
 """Cross-sections of simulated wrinkles against the closed form: ``python -m analysis.profiles``.
 
-On an evenly compressed plate everything is known: :mod:`facewrinkle.geometry.profile` gives the heights in closed form,
-and all differences come from the mesh. On the head the compression is that of the simulated skin.
+On an evenly compressed plate everything is known: :mod:`facewrinkle.geometry.equations` gives the heights in closed
+form, and all differences come from the mesh. On the head the compression is that of the simulated skin.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 import facewrinkle as fw
 from facewrinkle import plotting
 from facewrinkle.anatomy.muscles import Muscle, Wrinkles
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
 from .sections import Section, cut, expected, measure
@@ -56,9 +56,9 @@ def folded(muscle: fw.SheetMuscle, level: int) -> WrinkledSurface:
 def closed_form(muscle: fw.SheetMuscle, along: Array) -> Array:
     """Return the height on the central fibre of the compressed plate (Eqs. 3-7 and 10)."""
     style, u = muscle.wrinkles, muscle.half_wavelength
-    w = profile.phase(along, style.start * muscle.length, u, style.alpha, style.ends)
-    k0 = style.depth * float(profile.anisotropy(EPSILON))
-    return profile.shape(w, u, k0, style.alpha)
+    w = equations.phase(along, style.start * muscle.length, u, style.alpha, style.ends)
+    k0 = style.depth * float(equations.anisotropy(EPSILON))
+    return equations.shape(w, u, k0, style.alpha)
 
 
 def closed_narrow(alpha: float) -> float:
@@ -102,7 +102,7 @@ def shapes(level: int) -> list[dict[str, float]]:
     for alpha, depth in [(a, 0.5) for a in (0.5, 1.0, 2.0, 4.0)] + [(2.0, k) for k in (0.1, 0.25, 1.0)]:
         muscle = sheet(alpha=alpha, depth=depth)
         section = cut(folded(muscle, level), muscle)
-        found, share = measure(section.distance, section.height), float(profile.anisotropy(EPSILON))
+        found, share = measure(section.distance, section.height), float(equations.anisotropy(EPSILON))
         out.append(
             {
                 "alpha": alpha, "k0": depth,
@@ -119,14 +119,14 @@ def measured_size(section: Section) -> float:
     return float(np.sqrt((section.resampled().height ** 2).mean()))
 
 
-def attenuated(level: int, falloff: profile.Falloff = "paper") -> list[tuple[float, float, float]]:
+def attenuated(level: int, falloff: equations.Falloff = "paper") -> list[tuple[float, float, float]]:
     """Return places across the fibres, the measured share of the central amplitude there, and At (Eq. 13)."""
     muscle = sheet(falloff=falloff)
     surface, out = folded(muscle, level), []
     full = measured_size(cut(surface, muscle, across=0.1))
     for across in (0.1, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95):
         share = measured_size(cut(surface, muscle, across=across)) / full
-        at = profile.attenuation(profile.band(across, muscle.wrinkles.core, 1.0), falloff)
+        at = equations.attenuation(equations.band(across, muscle.wrinkles.core, 1.0), falloff)
         out.append((across, share, float(at)))
     return out
 
@@ -254,8 +254,8 @@ def _shapes_plot(level: int) -> Plot:
         ax.set(xlim=(10, 25), xlabel="l (mm)", ylabel="height (mm)")
         ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     across = np.linspace(-1.05, 1.05, 801)
-    for falloff, colour in zip(profile.FALLOFFS, COLOURS, strict=False):
-        at = profile.attenuation(profile.band(np.abs(across), 0.5, 1.0), falloff)
+    for falloff, colour in zip(equations.FALLOFFS, COLOURS, strict=False):
+        at = equations.attenuation(equations.band(np.abs(across), 0.5, 1.0), falloff)
         axes[2].plot(across, at, color=colour, linewidth=1, label=f"At, {falloff}")
         rows = np.array(attenuated(level, falloff))
         axes[2].plot(rows[:, 0], rows[:, 1], "o", color=colour, markersize=4)

@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
+from facewrinkle.geometry.equations import anisotropy, deepest
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.profile import anisotropy, deepest
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 

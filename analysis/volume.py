@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle, Wrinkles
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
@@ -44,12 +44,12 @@ def quadrature(alphas: npt.ArrayLike, u: float = 5.0, k0: float = 0.7) -> list[t
     nodes, weights = np.polynomial.legendre.leggauss(60)
     out = []
     for alpha in np.atleast_1d(np.asarray(alphas, dtype=np.float64)):
-        zero = u * (1.0 - profile.zero_crossing(float(alpha)))
+        zero = u * (1.0 - equations.zero_crossing(float(alpha)))
         ends = np.array([0.0, zero, u, 2.0 * u - zero, 2.0 * u])
         pieces = []
         for a, b in pairwise(ends):
             w = 0.5 * (a + b) + 0.5 * (b - a) * nodes
-            pieces.append(0.5 * (b - a) * float(weights @ profile.shape(w, u, k0, float(alpha))))
+            pieces.append(0.5 * (b - a) * float(weights @ equations.shape(w, u, k0, float(alpha))))
         out.append((float(alpha), float(np.sum(pieces)), float(np.abs(pieces).sum())))
     return out
 
@@ -127,9 +127,9 @@ def displaced_exactly(muscle: fw.SheetMuscle) -> float:
     _, _, size = quadrature(style.alpha, muscle.half_wavelength, style.depth)[0]
     nodes, weights = np.polynomial.legendre.leggauss(40)
     across = style.core + (1.0 - style.core) * (0.5 + 0.5 * nodes)
-    fade = profile.attenuation(profile.band(across, style.core, 1.0), style.falloff)
+    fade = equations.attenuation(equations.band(across, style.core, 1.0), style.falloff)
     width = muscle.width * (style.core + (1.0 - style.core) * 0.5 * float(weights @ fade))
-    return float(style.count * size * width * profile.anisotropy(EPSILON) * (1.0 - EPSILON))
+    return float(style.count * size * width * equations.anisotropy(EPSILON) * (1.0 - EPSILON))
 
 
 def ladder(sim: fw.Simulation, level: int) -> dict[str, float]:

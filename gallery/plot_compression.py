@@ -14,9 +14,9 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.geometry.profile import anisotropy, deepest
+from facewrinkle.geometry.equations import anisotropy, deepest, edge_compression
 from facewrinkle.geometry.topology import vertex_rings
-from facewrinkle.layers.compression import StrainField, compression_along, edge_compression
+from facewrinkle.layers.compression import StrainField, compression_along
 from facewrinkle.plotting import Style, figure, picture, side_by_side
 
 # %%

@@ -11,7 +11,7 @@ compression, height, the split criterion, the level of refinement, and the domin
 import numpy as np
 
 import facewrinkle as fw
-from facewrinkle.geometry.profile import anisotropy
+from facewrinkle.geometry.equations import anisotropy
 from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side, stacked
 

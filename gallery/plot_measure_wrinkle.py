@@ -13,8 +13,8 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.geometry.equations import bulge_height, phase, shape
 from facewrinkle.geometry.interpolation import displaced
-from facewrinkle.geometry.profile import bulge_height, phase, shape
 
 # %%
 # A single muscle on a flat sheet, with wrinkles at full compression: the closed form is known here. The heights are

@@ -12,7 +12,7 @@ that H integrates to zero over a wrinkle (Eq. 7).
 import matplotlib.pyplot as plt
 import numpy as np
 
-from facewrinkle.geometry.profile import attenuation, bulge_height, phase, shape, zero_crossing
+from facewrinkle.geometry.equations import attenuation, bulge_height, phase, shape, zero_crossing
 
 # %%
 # The exponent alpha makes furrows sharp and bulges round. At 0 both are straight.

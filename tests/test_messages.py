@@ -13,7 +13,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle, Wrinkles
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 from facewrinkle.geometry.least_squares import moving_least_squares
 from facewrinkle.layers import patterns
 
@@ -46,11 +46,11 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
     (lambda: Wrinkles(taper=-0.5), "taper", "in [0, 2]", "-0.5"),
     (lambda: Wrinkles(alpha=-0.5), "alpha", "in [0, 100]", "-0.5"),
     (lambda: Wrinkles(alpha=100.5), "alpha", "in [0, 100]", "100.5"),
-    (lambda: profile.bulge_height(1.0, -1.5), "alpha", "in [-1, 100]", "-1.5"),
+    (lambda: equations.bulge_height(1.0, -1.5), "alpha", "in [-1, 100]", "-1.5"),
     (lambda: Wrinkles(ends="loose"), "ends", "one of continuous, paper,", "'loose'"),
     (lambda: Wrinkles(falloff="hard"), "falloff", "one of paper, smoothstep,", "'hard'"),
     (lambda: Wrinkles(fronts="bent"), "fronts", "one of straight, round,", "'bent'"),
-    (lambda: profile.shape(0.0, -2.0), "the half cycle u", "positive", "-2.0"),
+    (lambda: equations.shape(0.0, -2.0), "the half cycle u", "positive", "-2.0"),
     (lambda: linear(strength=-1.0), "strength", "in [0, 1e+06]", "-1"),
     (lambda: linear(strength=1e6 + 0.5), "strength", "in [0, 1e+06]", "1e+06"),
     (lambda: linear(normal_share=1.5), "normal_share", UNIT, "1.5"),
@@ -168,7 +168,7 @@ def test_an_odd_number_of_fans_is_answered_with_an_even_one_nearby(gamma):
 
 
 def test_the_ends_of_the_ranges_are_allowed():
-    assert profile.half_cycle(2e9, 0.0, 10**9) == 1.0
+    assert equations.half_cycle(2e9, 0.0, 10**9) == 1.0
     style = Wrinkles(count=1, start=0.0, depth=1e6, alpha=0.0, core=1.0, taper=1.0)
     assert Wrinkles(depth=0.0, core=0.0, taper=0.0, alpha=100.0).depth == 0.0
     muscle = linear(radius=5.0, strength=1e6, normal_share=0.0, wrinkles=style)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .compilation import compiled
+from .equations import split_criterion
 
 
 @compiled(inline="always")
@@ -154,7 +155,7 @@ def mark_triangles(
             rest = rest_normals[i, 0] * rest_normals[j, 0]
             rest += rest_normals[i, 1] * rest_normals[j, 1] + rest_normals[i, 2] * rest_normals[j, 2]
             now = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
-            gamma = (rest - now) / max(abs(rest), 0.1)
+            gamma = split_criterion(rest, now)
             largest[i] = max(largest[i], gamma)
             largest[j] = max(largest[j], gamma)
             # Where one end counts bends and the other is active without, the bend is of a layer that does not count it.

@@ -1,6 +1,6 @@
-"""Compression of the skin along its muscles (epsilon), by Eqs. 8-9 and from the deformation gradient.
+"""Compression of the skin along its muscles (epsilon), from the deformation gradient.
 
-Both measure the deformed but unwrinkled surface; otherwise the wrinkles would feed back on themselves.
+It measures the deformed but unwrinkled surface; otherwise the wrinkles would feed back on themselves.
 """
 
 from __future__ import annotations
@@ -12,94 +12,11 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Crease, Muscle
-from ..array_types import Array, BoolArray, IntArray
+from ..array_types import Array, BoolArray
 from ..geometry import closest_point as closest
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import frozen
 from . import _kernels as kernels
-
-
-def edge_compression(
-    rest: npt.ArrayLike,
-    deformed: npt.ArrayLike,
-    rings: tuple[IntArray, IntArray],
-    directions: npt.ArrayLike,
-) -> Array:
-    """Return the compression along a direction, from the shortening of the edges around each vertex (Eqs. 8-9).
-
-    ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``. The
-    absolute value is not printed in the paper but needed: with the signed cosine the denominator vanishes on every
-    symmetric ring.
-
-    Parameters
-    ----------
-    rest, deformed : array_like, shape (n, 3)
-    rings : tuple of ndarray
-        Neighbours of each vertex, as (indptr, indices); see :func:`facewrinkle.geometry.topology.vertex_rings`.
-    directions : array_like, shape (n, 3)
-        Unit directions at rest.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
-        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
-
-    Examples
-    --------
-    >>> from facewrinkle.geometry.topology import vertex_rings
-    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> rings = vertex_rings([[0, 1, 2]], 3)
-    >>> edge_compression(square, 0.9 * square, rings, np.tile([1.0, 0, 0], (3, 1))).round(12).tolist()
-    [0.1, 0.1, 0.1]
-    """
-    x0, x1, m = (np.asarray(each, dtype=np.float64) for each in (rest, deformed, directions))
-    return EdgeWeights(x0, rings, np.arange(len(x0)), m).epsilon(x1)
-
-
-class EdgeWeights:
-    """The edges around some vertices of a mesh at rest, with their weights along a direction each (Eqs. 8-9).
-
-    Parameters
-    ----------
-    rest : ndarray, shape (n, 3)
-    rings : tuple of ndarray
-        Neighbours of each vertex, as (indptr, indices).
-    vertices : ndarray of int, shape (p,)
-        Those at which compression is measured; one may come several times.
-    directions : ndarray, shape (p, 3)
-        Unit directions at rest.
-
-    Examples
-    --------
-    One direction at the first vertex, two at the second; the sheet is compressed by a fifth along x:
-
-    >>> from facewrinkle.geometry.topology import vertex_rings
-    >>> sheet = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> directions = np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), np.array([0, 1, 1]), directions)
-    >>> weights.epsilon(sheet * [0.8, 1, 1]).round(3)
-    array([0.2  , 0.156, 0.094])
-    """
-
-    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray, directions: Array) -> None:
-        offsets, neighbours = rings
-        counts = np.diff(offsets)[vertices]
-        self._owner = np.repeat(np.arange(len(vertices)), counts)
-        place = np.arange(len(self._owner)) - np.repeat(np.cumsum(counts) - counts, counts)
-        self._i = vertices[self._owner]
-        self._j = neighbours[offsets[self._i] + place]
-        edge = rest[self._j] - rest[self._i]
-        self._length = np.linalg.norm(edge, axis=1)
-        cosine = np.abs((edge * directions[self._owner]).sum(axis=1)) / self._length
-        total = np.bincount(self._owner, cosine, len(vertices))
-        self._weight = cosine / np.where(total > 0.0, total, 1.0)[self._owner]
-        self._n = len(vertices)
-
-    def epsilon(self, deformed: Array) -> Array:
-        """Return the compression (p,) in the deformed mesh (n, 3)."""
-        shrinkage = 1.0 - np.linalg.norm(deformed[self._j] - deformed[self._i], axis=1) / self._length
-        return np.asarray(np.bincount(self._owner, self._weight * shrinkage, self._n), np.float64)
 
 
 class StrainField:

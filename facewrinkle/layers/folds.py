@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.profile import deepest
+from ..geometry.equations import deepest
 from .base import SurfacePoints
 from .compression import along, products
 from .entries import Entries, sorted_by_vertex

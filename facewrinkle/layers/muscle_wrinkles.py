@@ -9,8 +9,8 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray
 from ..errors import check_flag, check_range
+from ..geometry.equations import anisotropy
 from ..geometry.normals import vertex_normals
-from ..geometry.profile import anisotropy
 from ..geometry.refinement import Change
 from . import _kernels as kernels
 from .activation import Activation
@@ -40,7 +40,7 @@ class MuscleWrinkles:
         Multiplies the depth of all wrinkles.
     inextensible : bool
         If True, wrinkles stay within what skin of fixed length can fold: 2 L sqrt(epsilon) / pi from bulge to furrow
-        for a wavelength L, for all muscles over a vertex together (:func:`facewrinkle.geometry.profile.deepest`). If
+        for a wavelength L, for all muscles over a vertex together (:func:`facewrinkle.geometry.equations.deepest`). If
         False, the amplitude is the paper's, which has no bound.
     waves : bool
         If False, lines that :class:`facewrinkle.WaveFolds` draws are left out (``waves = true`` in the atlas).

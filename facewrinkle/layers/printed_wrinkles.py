@@ -11,11 +11,10 @@ import numpy as np
 from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import check_whole
-from ..geometry.profile import anisotropy
+from ..geometry.equations import EdgeWeights, anisotropy
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
 from .base import Displacement, SurfacePoints, SurfaceState
-from .compression import EdgeWeights
 
 ITERATIONS = 250
 """Iterations of an expression: the seconds in Table 1 of the paper times its frames per second give 230 to 260."""

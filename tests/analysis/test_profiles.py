@@ -9,7 +9,7 @@ import facewrinkle as fw
 from analysis.profiles import EPSILON, closed_form, closed_narrow, folded, sheet
 from analysis.sections import cut, expected, measure
 from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 
 
 def test_a_surface_on_its_own_mesh_is_the_frame(face):
@@ -38,7 +38,7 @@ def test_a_known_wave_is_measured():
     assert found.narrow == pytest.approx(0.5, abs=1e-3)
     for alpha in (0.5, 2.0, 4.0):
         w = np.mod(x, 6.0)
-        found = measure(x, profile.shape(w, 3.0, 0.5, alpha))
+        found = measure(x, equations.shape(w, 3.0, 0.5, alpha))
         assert found.amplitude == pytest.approx(0.5 * 2.0**alpha, rel=1e-2)
         assert found.narrow == pytest.approx(closed_narrow(alpha), abs=5e-3)
 

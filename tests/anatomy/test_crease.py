@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry.profile import deepest
+from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers._kernels import LEANING, STEEPEST_SLIDE
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"

@@ -32,7 +32,7 @@ from facewrinkle.anatomy.muscles import (
 )
 from facewrinkle.anatomy.muscles.skin_muscles import BELLY
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 
 STYLE = Wrinkles(count=3, start=0.25, depth=0.9, alpha=2.0, core=0.4)
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
@@ -131,7 +131,7 @@ def plain_amplitude(muscle, x):
     if not inside:
         return 0.0
     d = (2.0 ** (style.alpha + 1) - 1) / (2 * (style.alpha + 1))
-    shift = 0.0 if style.ends == "paper" else u * (1.0 - profile.zero_crossing(style.alpha))
+    shift = 0.0 if style.ends == "paper" else u * (1.0 - equations.zero_crossing(style.alpha))
     w = along - start + shift
     w -= 2 * u * math.floor(w / (2 * u))
     s = (w - u) / u
@@ -264,7 +264,7 @@ def test_furrows_along_the_muscle_are_counted_and_its_ends_are_flat(muscle, coun
     muscle = muscle.replaced(count=count)
     x = fibre_points(muscle)
     height = muscle.unit_amplitude(x)
-    bottom = float(profile.bulge_height(1.0, 2.0)) - 4.0
+    bottom = float(equations.bulge_height(1.0, 2.0)) - 4.0
     deep = height < 0.8 * bottom
     assert int(deep[0]) + int((np.diff(deep.astype(int)) == 1).sum()) == count
     assert abs(height[[0, -1]]).max() < 1e-10

@@ -17,6 +17,7 @@ import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
+from facewrinkle.geometry.equations import edge_compression
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers._kernels import strain_epsilon
@@ -24,7 +25,6 @@ from facewrinkle.layers.compression import (
     StrainField,
     along,
     compression_along,
-    edge_compression,
     mixed,
     principal_compression,
     products,

@@ -20,7 +20,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry.profile import deepest
+from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 

@@ -19,8 +19,8 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas, printed_atlas
 from facewrinkle.errors import ParameterError
+from facewrinkle.geometry.equations import EdgeWeights, edge_compression
 from facewrinkle.geometry.topology import vertex_rings
-from facewrinkle.layers.compression import EdgeWeights, edge_compression
 
 UNREFINED = fw.Refinement(max_level=0)
 

@@ -32,7 +32,9 @@ def test_the_kinds_of_folds(face):
     assert [(type(layer), layer.depth) for layer in paper] == [(fw.MuscleWrinkles, 2.0), (fw.Creases, 2.0)]
     formula, creases, waves = fold_layers(face, "wave", depth=2.0, seed=4)
     assert (formula.waves, creases.depth, waves.depth, waves.style.seed) == (False, 2.0, 2.0, 4)
-    drawn = [muscle.fold_pattern for muscle in face.muscles.values() if np.isfinite(muscle.fold_pattern.half_wavelength)]
+    drawn = [
+        muscle.fold_pattern for muscle in face.muscles.values() if np.isfinite(muscle.fold_pattern.half_wavelength)
+    ]
     assert all(sum(layer.draws(pattern) for layer in paper) == 1 for pattern in drawn)
     assert all(formula.draws(pattern) + creases.draws(pattern) + pattern.wrinkles.waves == 1 for pattern in drawn)
     with pytest.raises(UnknownNameError, match=r"unknown kind of folds 'waves'. Did you mean 'wave'"):

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, unknown_name
-from ...geometry import profile
+from ...geometry import equations
 from ...geometry.smoothstep import smoothstep
 
 Fronts = Literal["straight", "round"]
@@ -59,9 +59,9 @@ class Wrinkles:
     core : float
         In [0, 1]: share of the half width (or of half the ring, for a sphincter) without lateral attenuation.
     ends : {"continuous", "paper"}
-        See :func:`facewrinkle.geometry.profile.phase`.
+        See :func:`facewrinkle.geometry.equations.phase`.
     falloff : {"paper", "smoothstep"}
-        See :func:`facewrinkle.geometry.profile.attenuation`.
+        See :func:`facewrinkle.geometry.equations.attenuation`.
     fronts : {"straight", "round"}
         The furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about its
         attachment, everywhere at right angles to the measured compression.
@@ -82,16 +82,16 @@ class Wrinkles:
     depth: float = 0.6
     alpha: float = 2.0
     core: float = 0.5
-    ends: profile.Ends = "continuous"
-    falloff: profile.Falloff = "paper"
+    ends: equations.Ends = "continuous"
+    falloff: equations.Falloff = "paper"
     fronts: Fronts = "straight"
     taper: float | tuple[float, float] = 0.0
     waves: bool = False
 
     def __post_init__(self) -> None:
-        profile.half_cycle(1.0, self.start, self.count)
-        profile.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
-        profile.attenuation(0.0, self.falloff)
+        equations.half_cycle(1.0, self.start, self.count)
+        equations.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
+        equations.attenuation(0.0, self.falloff)
         check_range("depth", self.depth, 0.0, 1e6)
         check_range("core", self.core, 0.0, 1.0)
         for taper in self.tapers:
@@ -190,7 +190,7 @@ class Muscle:
         return np.where(fade > 0.0, self.height(points) * fade, 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
-        """H at k0 = 1, periodic along the muscle; `blunt` as in :func:`facewrinkle.geometry.profile.shape`."""
+        """H at k0 = 1, periodic along the muscle; `blunt` as in :func:`facewrinkle.geometry.equations.shape`."""
         return np.zeros(len(checked_points(points)))
 
     def half_cycles(self, points: npt.ArrayLike) -> Array:
@@ -248,8 +248,8 @@ class Muscle:
     def _profile(self, distance: Array, start: float, u: float, blunt: float) -> Array:
         """H at k0 = 1 of points at `distance` along the muscle."""
         style = self.wrinkles
-        w = profile.phase(distance, start, u, style.alpha, style.ends)
-        return profile.shape(w, u, 1.0, style.alpha, blunt)
+        w = equations.phase(distance, start, u, style.alpha, style.ends)
+        return equations.shape(w, u, 1.0, style.alpha, blunt)
 
 
 def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_range
-from ...geometry import profile
+from ...geometry import equations
 from .base import Muscle, checked_points, unit
 from .crease import Crease
 
@@ -103,7 +103,7 @@ class LinearMuscle(Muscle):
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / R and gamma = phi_i / phi (Eq. 2) of (n, 3) points."""
         along, angle, _ = self._polar(points)
-        return along / self.radius, angle / self.max_angle
+        return equations.linear_coordinates(along, angle, self.radius, self.max_angle)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda_w <= lambda <= 1 and gamma <= 1, in front of the attachment; where furrows are round, with r / R for
@@ -122,7 +122,7 @@ class LinearMuscle(Muscle):
         """At (Eq. 11)."""
         along, angle, offset = self._polar(points)
         style, lam = self.wrinkles, self._towards_folds(along, offset) / self.radius
-        fade = profile.attenuation(profile.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
+        fade = equations.attenuation(equations.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
         fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
@@ -158,7 +158,7 @@ class LinearMuscle(Muscle):
     @property
     def half_wavelength(self) -> float:
         """Half cycle u (Eq. 5)."""
-        return profile.half_cycle(self.radius, self.wrinkles.start, self.wrinkles.count)
+        return equations.half_cycle(self.radius, self.wrinkles.start, self.wrinkles.count)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The muscle after ``x -> scale * rotation @ x + translation``."""
@@ -249,7 +249,7 @@ class SheetMuscle(Muscle):
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
         along, across, _ = self._plane(points)
-        return along / self.length, across / self._half_width(along)
+        return equations.sheet_coordinates(along, across, self.length, 2.0 * self._half_width(along))
 
     def _half_width(self, along: Array) -> Array:
         """Ws / 2 at each distance from the attachment line."""
@@ -272,7 +272,7 @@ class SheetMuscle(Muscle):
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
         style, (lam, gamma) = self.wrinkles, self.coordinates(points)
-        fade = profile.attenuation(profile.band(gamma, style.core, 1.0), style.falloff)
+        fade = equations.attenuation(equations.band(gamma, style.core, 1.0), style.falloff)
         fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
@@ -300,7 +300,7 @@ class SheetMuscle(Muscle):
     @property
     def half_wavelength(self) -> float:
         """Half cycle u (Eq. 5 with Ls for R)."""
-        return profile.half_cycle(self.length, self.wrinkles.start, self.wrinkles.count)
+        return equations.half_cycle(self.length, self.wrinkles.start, self.wrinkles.count)
 
     def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
         """The muscle after ``x -> scale * rotation @ x + translation``."""
@@ -401,7 +401,7 @@ class SphincterMuscle(Muscle):
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """The relative radius r (Eq. 14) and the signed angle psi of (n, 3) points."""
         s, t, _ = self._local(points)
-        return np.hypot(s / self.semi_major, t / self.semi_minor), np.arctan2(t, s)
+        return equations.sphincter_coordinates(s, t, self.semi_major, self.semi_minor)
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """-beta1 <= psi <= beta2 and rw <= r <= 1, within the muscle's thickness."""
@@ -418,16 +418,14 @@ class SphincterMuscle(Muscle):
         """At on the inner and outer band (Eqs. 17-18)."""
         r, psi = self.coordinates(points)
         style = self.wrinkles
-        width = 0.5 * (1.0 - style.core) * (1.0 - self.inner)
-        fade = profile.attenuation(profile.band(-r, -self.inner - width, -self.inner), style.falloff)
-        fade = fade * profile.attenuation(profile.band(r, 1.0 - width, 1.0), style.falloff)
+        fade = equations.ring_attenuation(r, self.inner, style.core, style.falloff)
         fade = fade * self._tapered((psi + self.beta1) / (self.beta1 + self.beta2))
         return np.where(self.wrinkling_region(points), fade, 0.0)
 
     @property
     def _half_angle(self) -> float:
         """Half cycle u (Eq. 16), an angle."""
-        return profile.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
+        return equations.half_cycle(self.beta1 + self.beta2, 0.0, self.wrinkles.count)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 15-16)."""

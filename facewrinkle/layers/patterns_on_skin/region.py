@@ -15,9 +15,9 @@ from ...checks import vector
 from ...errors import MeshError, ParameterError, check_positive, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
+from ...geometry.equations import attenuation, band
 from ...geometry.interpolation import interpolated
 from ...geometry.morton import morton_order
-from ...geometry.profile import attenuation, band
 from ...geometry.topology import vertex_rings
 from ..base import SurfacePoints
 

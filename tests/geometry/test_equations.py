@@ -1,4 +1,4 @@
-"""The cross-section of a wrinkle.
+"""The equations of the paper.
 
 what                        checked against
 d (closed form of Eq. 7)    the integral of H in 40 digits; the values of the equations page; series at alpha = -1
@@ -8,6 +8,7 @@ s0                          the values of the equations page; H = 0 there
 u, w (Eqs. 5, 6, 16)        furrows counted along the region; floor by hand; periodicity
 At (Eqs. 11, 13, 17)        1 - (s + s^3)/2 and Hermite's cubic by their values and slopes
 A (Eq. 10)                  sin(pi epsilon / 2) point by point
+gamma (Eq. 19)              the printed quotient of normals, where its denominator is not small
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from hypothesis import strategies as st
 from numpy.polynomial.legendre import leggauss
 
 from facewrinkle.errors import FaceWrinkleError, ParameterError
-from facewrinkle.geometry import profile
+from facewrinkle.geometry import equations
 
 ALPHAS = [0.0, 0.25, 0.5, 1.0, 1.3, 2.0, 3.0, 4.0, 7.5, 12.0, 20.0]
 LN2 = math.log(2.0)
@@ -51,7 +52,7 @@ def gauss(f, a, b, parts=4):
     ("alpha", "d"), [(0.0, 0.5), (0.5, 0.60947570824873), (1.0, 0.75), (2.0, 1.1666666666666667), (4.0, 3.1)]
 )
 def test_bulge_height_has_the_published_values(alpha, d):
-    assert profile.bulge_height(1.0, alpha) == pytest.approx(d, abs=1e-12)
+    assert equations.bulge_height(1.0, alpha) == pytest.approx(d, abs=1e-12)
 
 
 @pytest.mark.parametrize("alpha", np.linspace(0.0, 20.0, 81))
@@ -62,21 +63,23 @@ def test_bulge_height_makes_the_integral_of_h_vanish(alpha):
         # Both halves of a cycle, of length u each: |integral| <= 1e-13 k0 u in exact arithmetic ...
         assert abs(2 * side) < 1e-13
         # ... and the double that is computed is that d.
-        assert abs(profile.bulge_height(1.0, float(alpha)) - d) < 4e-16 * d
+        assert abs(equations.bulge_height(1.0, float(alpha)) - d) < 4e-16 * d
 
 
 @pytest.mark.parametrize("alpha", [-1.0, -1.0 + 1e-15, -1.0 + 1e-9, -1.0 + 1e-4, -0.75, -0.5000001, -0.4999999, -0.1])
 def test_bulge_height_is_smooth_down_to_minus_one(alpha):
     with mpmath.workdps(40):
         d = exact_bulge(alpha) if alpha > -1.0 else mpmath.log(2) / 2
-        assert abs(profile.bulge_height(1.0, alpha) - d) < 1e-15
-    assert profile.bulge_height(1.0, -1.0) == pytest.approx(LN2 / 2.0, abs=1e-16)
+        assert abs(equations.bulge_height(1.0, alpha) - d) < 1e-15
+    assert equations.bulge_height(1.0, -1.0) == pytest.approx(LN2 / 2.0, abs=1e-16)
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 20.0))
 def test_bulge_height_is_proportional_to_k0(k0, alpha):
-    assert profile.bulge_height(k0, alpha) == pytest.approx(k0 * profile.bulge_height(1.0, alpha), rel=1e-15)
-    assert np.allclose(profile.bulge_height(np.array([k0, 1.0]), alpha)[0], profile.bulge_height(k0, alpha), rtol=1e-15)
+    assert equations.bulge_height(k0, alpha) == pytest.approx(k0 * equations.bulge_height(1.0, alpha), rel=1e-15)
+    assert np.allclose(
+        equations.bulge_height(np.array([k0, 1.0]), alpha)[0], equations.bulge_height(k0, alpha), rtol=1e-15
+    )
 
 
 # --- H ------------------------------------------------------------------------------------------
@@ -85,8 +88,8 @@ def test_bulge_height_is_proportional_to_k0(k0, alpha):
 @pytest.mark.parametrize("alpha", ALPHAS)
 @pytest.mark.parametrize(("u", "k0"), [(1.0, 1.0), (2.7, 0.6), (0.031, 1.9)])
 def test_shape_keeps_the_volume(alpha, u, k0):
-    largest = np.abs(profile.shape([0.0, u], u, k0, alpha)).max()
-    integral = sum(gauss(lambda w: profile.shape(w, u, k0, alpha), *span) for span in ((0.0, u), (u, 2.0 * u)))
+    largest = np.abs(equations.shape([0.0, u], u, k0, alpha)).max()
+    integral = sum(gauss(lambda w: equations.shape(w, u, k0, alpha), *span) for span in ((0.0, u), (u, 2.0 * u)))
     assert abs(integral) < 1e-13 * u * max(largest, k0)
     if alpha <= 4.0:
         assert abs(integral) < 1e-13 * u * k0 * 10.0
@@ -94,22 +97,22 @@ def test_shape_keeps_the_volume(alpha, u, k0):
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_shape_at_bulge_and_furrows(alpha):
-    d = profile.bulge_height(0.7, alpha)
-    low, high, end = profile.shape([0.0, 2.5, 5.0], 2.5, 0.7, alpha)
+    d = equations.bulge_height(0.7, alpha)
+    low, high, end = equations.shape([0.0, 2.5, 5.0], 2.5, 0.7, alpha)
     assert high == d
     assert low == end
     assert low == pytest.approx(d - 0.7 * 2.0**alpha, rel=1e-14)
     w = np.linspace(0.0, 2.5, 401)
-    rising = profile.shape(w, 2.5, 0.7, alpha)
+    rising = equations.shape(w, 2.5, 0.7, alpha)
     assert (np.diff(rising) > 0.0).all()
-    np.testing.assert_allclose(profile.shape(5.0 - w, 2.5, 0.7, alpha), rising, rtol=0, atol=1e-13 * 2.0**alpha)
+    np.testing.assert_allclose(equations.shape(5.0 - w, 2.5, 0.7, alpha), rising, rtol=0, atol=1e-13 * 2.0**alpha)
 
 
 def test_shape_at_alpha_one_is_the_polynomial_of_eq_11():
     w, u, k0 = np.linspace(0.0, 6.0, 101), 3.0, 0.8
     s = (w - u) / u
     np.testing.assert_allclose(
-        profile.shape(w, u, k0, 1.0), 0.75 * k0 - k0 * (abs(s) + abs(s) ** 3), rtol=0, atol=1e-15
+        equations.shape(w, u, k0, 1.0), 0.75 * k0 - k0 * (abs(s) + abs(s) ** 3), rtol=0, atol=1e-15
     )
 
 
@@ -117,10 +120,10 @@ def test_shape_at_alpha_one_is_the_polynomial_of_eq_11():
 def test_furrows_are_steeper_than_bulges_by_a_known_ratio(alpha):
     # One-sided differences of second order; H has kinks in both places.
     h, u = 1e-5, 1.0
-    furrow = (-3 * profile.shape(0.0, u, 1.0, alpha) + 4 * profile.shape(h, u, 1.0, alpha)) / (2 * h)
-    furrow -= profile.shape(2 * h, u, 1.0, alpha) / (2 * h)
-    bulge = (3 * profile.shape(u, u, 1.0, alpha) - 4 * profile.shape(u - h, u, 1.0, alpha)) / (2 * h)
-    bulge += profile.shape(u - 2 * h, u, 1.0, alpha) / (2 * h)
+    furrow = (-3 * equations.shape(0.0, u, 1.0, alpha) + 4 * equations.shape(h, u, 1.0, alpha)) / (2 * h)
+    furrow -= equations.shape(2 * h, u, 1.0, alpha) / (2 * h)
+    bulge = (3 * equations.shape(u, u, 1.0, alpha) - 4 * equations.shape(u - h, u, 1.0, alpha)) / (2 * h)
+    bulge += equations.shape(u - 2 * h, u, 1.0, alpha) / (2 * h)
     assert furrow / bulge == pytest.approx(2.0**alpha * (1.0 + alpha), rel=1e-6)
 
 
@@ -131,26 +134,26 @@ def test_furrows_are_steeper_than_bulges_by_a_known_ratio(alpha):
     ("alpha", "s0"), [(0.0, 0.5), (1.0, 0.567364226680923), (2.0, 0.614616206437267), (4.0, 0.679373650999583)]
 )
 def test_zero_crossing_has_the_published_values(alpha, s0):
-    assert profile.zero_crossing(alpha) == pytest.approx(s0, abs=1e-12)
+    assert equations.zero_crossing(alpha) == pytest.approx(s0, abs=1e-12)
 
 
 @pytest.mark.parametrize("alpha", ALPHAS)
 def test_shape_is_zero_at_the_zero_crossing(alpha):
-    s0 = profile.zero_crossing(alpha)
+    s0 = equations.zero_crossing(alpha)
     assert 0.0 < s0 < 1.0
-    assert abs(profile.shape([1.0 - s0, 1.0 + s0], 1.0, 1.0, alpha)).max() < 4e-15 * 2.0**alpha * (1.0 + alpha)
+    assert abs(equations.shape([1.0 - s0, 1.0 + s0], 1.0, 1.0, alpha)).max() < 4e-15 * 2.0**alpha * (1.0 + alpha)
 
 
 @pytest.mark.parametrize("alpha", [0.5, 1.0, 2.0, 4.0])
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 16])
 @pytest.mark.parametrize(("length", "start"), [(40.0, 0.25), (57.3, 0.0), (1.4, 0.61)])
 def test_continuous_ends_vanish_and_all_furrows_remain(alpha, count, length, start):
-    u = profile.half_cycle(length, start, count)
+    u = equations.half_cycle(length, start, count)
     l = np.linspace(start * length, length, 400 * count + 1)
-    height = profile.shape(profile.phase(l, start * length, u, alpha), u, 1.0, alpha)
+    height = equations.shape(equations.phase(l, start * length, u, alpha), u, 1.0, alpha)
     tiny = 1e-12 * 2.0**alpha * (1 + alpha)
     assert abs(height[[0, -1]]).max() < tiny
-    bottom = profile.shape(0.0, u, 1.0, alpha)
+    bottom = equations.shape(0.0, u, 1.0, alpha)
     # From zero it falls into a furrow or climbs onto a bulge; each furrow lies between two samples at most.
     deep = height < 0.9 * bottom
     runs = int(deep[0]) + int((np.diff(deep.astype(int)) == 1).sum())
@@ -160,43 +163,43 @@ def test_continuous_ends_vanish_and_all_furrows_remain(alpha, count, length, sta
 
 def gauss_of_region(start, end, u, alpha):
     """The integral of H over a region, split at its furrows and bulges."""
-    shift = u * (1.0 - profile.zero_crossing(alpha))
+    shift = u * (1.0 - equations.zero_crossing(alpha))
     count = round((end - start) / (2 * u))
     kinks = start - shift + u * np.arange(1, 2 * count + 2)
     bounds = np.concatenate([[start], kinks[(kinks > start) & (kinks < end)], [end]])
     return sum(
-        gauss(lambda l: profile.shape(profile.phase(l, start, u, alpha), u, 1.0, alpha), a, b, 2)
+        gauss(lambda l: equations.shape(equations.phase(l, start, u, alpha), u, 1.0, alpha), a, b, 2)
         for a, b in pairwise(bounds)
     )
 
 
 @pytest.mark.parametrize("alpha", [0.0, 1.0, 2.0])
 def test_ends_of_the_paper_jump_to_the_bottom_of_a_furrow(alpha):
-    u = profile.half_cycle(40.0, 0.25, 3)
-    w = profile.phase([10.0, 40.0 - 1e-12], 10.0, u, alpha, ends="paper")
-    bottom = profile.shape(0.0, u, 1.0, alpha)
-    np.testing.assert_allclose(profile.shape(w, u, 1.0, alpha), bottom, rtol=1e-10)
+    u = equations.half_cycle(40.0, 0.25, 3)
+    w = equations.phase([10.0, 40.0 - 1e-12], 10.0, u, alpha, ends="paper")
+    bottom = equations.shape(0.0, u, 1.0, alpha)
+    np.testing.assert_allclose(equations.shape(w, u, 1.0, alpha), bottom, rtol=1e-10)
 
 
 def test_half_cycle_is_eq_5():
-    assert profile.half_cycle(40.0, 0.25, 3) == (1 - 0.25) * 40.0 / (2 * 3)
-    assert profile.half_cycle(0.7 + 0.9, 0.0, 4) == pytest.approx(1.6 / 8.0, rel=1e-15)
+    assert equations.half_cycle(40.0, 0.25, 3) == (1 - 0.25) * 40.0 / (2 * 3)
+    assert equations.half_cycle(0.7 + 0.9, 0.0, 4) == pytest.approx(1.6 / 8.0, rel=1e-15)
 
 
-@given(st.floats(-500.0, 500.0), st.floats(0.05, 30.0), st.sampled_from(ALPHAS), st.sampled_from(profile.ENDS))
+@given(st.floats(-500.0, 500.0), st.floats(0.05, 30.0), st.sampled_from(ALPHAS), st.sampled_from(equations.ENDS))
 def test_phase_is_floored_and_periodic(l, u, alpha, ends):
-    shift = u * (1.0 - profile.zero_crossing(alpha)) if ends == "continuous" else 0.0
-    w = float(profile.phase(l, 3.0, u, alpha, ends))
+    shift = u * (1.0 - equations.zero_crossing(alpha)) if ends == "continuous" else 0.0
+    w = float(equations.phase(l, 3.0, u, alpha, ends))
     assert 0.0 <= w <= 2.0 * u
     turns = (l - 3.0 + shift - w) / (2.0 * u)
     assert turns == pytest.approx(round(turns), abs=1e-9)
-    again = profile.shape(profile.phase([l, l + 6.0 * u], 3.0, u, alpha, ends), u, 1.0, 1.0)
+    again = equations.shape(equations.phase([l, l + 6.0 * u], 3.0, u, alpha, ends), u, 1.0, 1.0)
     assert again[0] == pytest.approx(again[1], abs=1e-9)
 
 
 def test_phase_before_the_start_is_not_truncated():
     # -1 mod 4 is 3, where truncation would give -1.
-    assert profile.phase([-1.0], 0.0, 2.0, 2.0, ends="paper").tolist() == [3.0]
+    assert equations.phase([-1.0], 0.0, 2.0, 2.0, ends="paper").tolist() == [3.0]
 
 
 # --- At, A --------------------------------------------------------------------------------------
@@ -204,11 +207,11 @@ def test_phase_before_the_start_is_not_truncated():
 
 def test_attenuation_of_the_paper():
     s = np.linspace(0.0, 1.0, 101)
-    np.testing.assert_allclose(profile.attenuation(s), 1 - (s + s**3) / 2, rtol=0, atol=1e-15)
-    assert profile.attenuation([-3.0, 0.0, 1.0, 7.0]).tolist() == [1.0, 1.0, 0.0, 0.0]
+    np.testing.assert_allclose(equations.attenuation(s), 1 - (s + s**3) / 2, rtol=0, atol=1e-15)
+    assert equations.attenuation([-3.0, 0.0, 1.0, 7.0]).tolist() == [1.0, 1.0, 0.0, 0.0]
     h = 1e-6
-    first = (profile.attenuation(h) - profile.attenuation(0.0)) / h
-    last = (profile.attenuation(1.0) - profile.attenuation(1.0 - h)) / h
+    first = (equations.attenuation(h) - equations.attenuation(0.0)) / h
+    last = (equations.attenuation(1.0) - equations.attenuation(1.0 - h)) / h
     assert first == pytest.approx(-0.5, abs=1e-5)
     assert last == pytest.approx(-2.0, abs=1e-5)
 
@@ -216,29 +219,29 @@ def test_attenuation_of_the_paper():
 def test_smoothstep_is_the_cubic_with_flat_ends():
     s = np.linspace(0.0, 1.0, 101)
     hermite = np.polynomial.Polynomial([1.0, 0.0, -3.0, 2.0])
-    values = profile.attenuation(s, "smoothstep")
+    values = equations.attenuation(s, "smoothstep")
     np.testing.assert_allclose(values, hermite(s), rtol=0, atol=1e-15)
     assert hermite.deriv()(0.0) == hermite.deriv()(1.0) == 0.0
-    assert profile.attenuation([-1.0, 0.0, 1.0, 2.0], "smoothstep").tolist() == [1.0, 1.0, 0.0, 0.0]
+    assert equations.attenuation([-1.0, 0.0, 1.0, 2.0], "smoothstep").tolist() == [1.0, 1.0, 0.0, 0.0]
     assert (np.diff(values) < 0.0).all()
 
 
 def test_band_is_linear_between_its_borders_in_both_directions():
     x = np.linspace(-1.0, 5.0, 61)
-    np.testing.assert_allclose(profile.band(x, 2.0, 3.0), x - 2.0, atol=1e-15)
-    np.testing.assert_allclose(profile.band(-x, -2.0, -1.0), 2.0 - x, atol=1e-15)
+    np.testing.assert_allclose(equations.band(x, 2.0, 3.0), x - 2.0, atol=1e-15)
+    np.testing.assert_allclose(equations.band(-x, -2.0, -1.0), 2.0 - x, atol=1e-15)
 
 
 def test_a_band_of_zero_width_is_a_hard_edge():
-    fade = profile.attenuation(profile.band([1.9, 2.0, np.nextafter(2.0, 3.0), 2.1], 2.0, 2.0))
+    fade = equations.attenuation(equations.band([1.9, 2.0, np.nextafter(2.0, 3.0), 2.1], 2.0, 2.0))
     assert fade.tolist() == [1.0, 1.0, 0.0, 0.0]
-    assert profile.band([1.9, 2.0, 2.1], 2.0, 2.0).tolist() == [0.0, 0.0, 1.0]
+    assert equations.band([1.9, 2.0, 2.1], 2.0, 2.0).tolist() == [0.0, 0.0, 1.0]
 
 
 @given(st.floats(-3.0, 3.0))
 def test_anisotropy_is_eq_10(epsilon):
     expected = 0.0 if epsilon <= 0.0 else math.sin(math.pi * min(epsilon, 1.0) / 2.0)
-    value = float(profile.anisotropy(epsilon))
+    value = float(equations.anisotropy(epsilon))
     assert value == pytest.approx(expected, abs=1e-15)
     assert value == 0.0 or epsilon > 0.0
 
@@ -249,25 +252,25 @@ def test_anisotropy_is_eq_10(epsilon):
 @pytest.mark.parametrize(
     "call",
     [
-        lambda: profile.bulge_height(1.0, -1.0001),
-        lambda: profile.bulge_height(1.0, math.nan),
-        lambda: profile.bulge_height(1.0, math.inf),
-        lambda: profile.shape(0.0, 1.0, 1.0, -1e-9),
-        lambda: profile.shape(0.0, 0.0),
-        lambda: profile.shape(0.0, -1.0),
-        lambda: profile.shape(0.0, math.nan),
-        lambda: profile.zero_crossing(-0.5),
-        lambda: profile.half_cycle(40.0, 0.2, 0),
-        lambda: profile.half_cycle(40.0, 0.2, -2),
-        lambda: profile.half_cycle(40.0, 0.2, 2.5),
-        lambda: profile.half_cycle(40.0, 0.2, math.nan),
-        lambda: profile.half_cycle(40.0, 0.2, math.inf),
-        lambda: profile.half_cycle(40.0, 1.0, 2),
-        lambda: profile.half_cycle(40.0, -0.1, 2),
-        lambda: profile.half_cycle(40.0, math.nan, 2),
-        lambda: profile.phase(0.0, 0.0, 1.0, 2.0, ends="open"),
-        lambda: profile.phase(0.0, 0.0, 1.0, -1.0),
-        lambda: profile.attenuation(0.0, falloff="linear"),
+        lambda: equations.bulge_height(1.0, -1.0001),
+        lambda: equations.bulge_height(1.0, math.nan),
+        lambda: equations.bulge_height(1.0, math.inf),
+        lambda: equations.shape(0.0, 1.0, 1.0, -1e-9),
+        lambda: equations.shape(0.0, 0.0),
+        lambda: equations.shape(0.0, -1.0),
+        lambda: equations.shape(0.0, math.nan),
+        lambda: equations.zero_crossing(-0.5),
+        lambda: equations.half_cycle(40.0, 0.2, 0),
+        lambda: equations.half_cycle(40.0, 0.2, -2),
+        lambda: equations.half_cycle(40.0, 0.2, 2.5),
+        lambda: equations.half_cycle(40.0, 0.2, math.nan),
+        lambda: equations.half_cycle(40.0, 0.2, math.inf),
+        lambda: equations.half_cycle(40.0, 1.0, 2),
+        lambda: equations.half_cycle(40.0, -0.1, 2),
+        lambda: equations.half_cycle(40.0, math.nan, 2),
+        lambda: equations.phase(0.0, 0.0, 1.0, 2.0, ends="open"),
+        lambda: equations.phase(0.0, 0.0, 1.0, -1.0),
+        lambda: equations.attenuation(0.0, falloff="linear"),
     ],
 )
 def test_parameters_out_of_range_are_refused(call):
@@ -280,18 +283,18 @@ def test_parameters_out_of_range_are_refused(call):
 @pytest.mark.parametrize("value", ["x", "1", None, [1], 1j, 10**400, 2000.0, np.nan])
 def test_what_is_no_number_of_use_is_refused(value):
     with pytest.raises(ParameterError, match="alpha must"):
-        profile.phase(0.0, 0.0, 1.0, value)
+        equations.phase(0.0, 0.0, 1.0, value)
     with pytest.raises(ParameterError, match="lambda_w must"):
-        profile.half_cycle(1.0, value, 3)
+        equations.half_cycle(1.0, value, 3)
     if value != 2000.0:
         with pytest.raises(ParameterError, match="number of wrinkles must"):
-            profile.half_cycle(1.0, 0.2, value)
+            equations.half_cycle(1.0, 0.2, value)
 
 
 @pytest.mark.parametrize(("wavelength", "epsilon"), [(10.0, 0.01), (4.0, 0.04), (63.0, 0.002)])
 def test_the_deepest_wave_is_as_long_as_the_skin(wavelength, epsilon):
     """The arc of a sine of that depth over the compressed wavelength, by quadrature."""
-    half = 0.5 * float(profile.deepest(wavelength, epsilon))
+    half = 0.5 * float(equations.deepest(wavelength, epsilon))
     x = np.linspace(0.0, wavelength * (1.0 - epsilon), 20001)
     wave = half * np.sin(2.0 * np.pi * x / x[-1])
     arc = np.hypot(np.diff(x), np.diff(wave)).sum()
@@ -300,30 +303,30 @@ def test_the_deepest_wave_is_as_long_as_the_skin(wavelength, epsilon):
 
 
 def test_stretched_skin_does_not_fold():
-    assert profile.deepest(10.0, [-0.3, 0.0]).tolist() == [0.0, 0.0]
+    assert equations.deepest(10.0, [-0.3, 0.0]).tolist() == [0.0, 0.0]
 
 
 def test_skin_that_vanished_folds_as_if_none_were_left():
-    assert profile.deepest(10.0, [1.5, 7.0]).tolist() == [profile.deepest(10.0, 1.0)] * 2
-    assert profile.deepest(10.0, 1.0) == pytest.approx(20.0 / math.pi)
+    assert equations.deepest(10.0, [1.5, 7.0]).tolist() == [equations.deepest(10.0, 1.0)] * 2
+    assert equations.deepest(10.0, 1.0) == pytest.approx(20.0 / math.pi)
 
 
 def test_defaults_are_those_of_the_paper():
     w = np.linspace(0.0, 3.0, 31)
-    assert np.array_equal(profile.shape(w, 1.5), profile.shape(w, 1.5, k0=1.0, alpha=2.0))
-    assert np.array_equal(profile.phase(w, 0.2, 0.7, 2.0), profile.phase(w, 0.2, 0.7, 2.0, ends="continuous"))
-    assert np.array_equal(profile.attenuation(w), profile.attenuation(w, "paper"))
+    assert np.array_equal(equations.shape(w, 1.5), equations.shape(w, 1.5, k0=1.0, alpha=2.0))
+    assert np.array_equal(equations.phase(w, 0.2, 0.7, 2.0), equations.phase(w, 0.2, 0.7, 2.0, ends="continuous"))
+    assert np.array_equal(equations.attenuation(w), equations.attenuation(w, "paper"))
 
 
 @pytest.mark.parametrize(
     "formula",
     [
-        lambda x: profile.shape(x, 0.7),
-        lambda x: profile.phase(x, 0.1, 0.3, 2.0),
-        lambda x: profile.attenuation(x),
-        lambda x: profile.attenuation(x, "smoothstep"),
-        lambda x: profile.band(x, 0.2, 0.7),
-        lambda x: profile.anisotropy(x),
+        lambda x: equations.shape(x, 0.7),
+        lambda x: equations.phase(x, 0.1, 0.3, 2.0),
+        lambda x: equations.attenuation(x),
+        lambda x: equations.attenuation(x, "smoothstep"),
+        lambda x: equations.band(x, 0.2, 0.7),
+        lambda x: equations.anisotropy(x),
     ],
 )
 def test_single_precision_is_reckoned_in_double(formula):
@@ -337,5 +340,11 @@ def test_single_precision_is_reckoned_in_double(formula):
 def test_blunt_height_is_the_mean_of_the_heights_around(alpha, blunt):
     u, w = 3.0, np.linspace(0.0, 6.0, 41)
     offset = blunt * u * (2.0 * (np.arange(20_000) + 0.5) / 20_000 - 1.0)
-    mean = profile.shape(np.mod(w[:, None] + offset, 2.0 * u), u, 1.5, alpha).mean(axis=1)
-    np.testing.assert_allclose(profile.shape(w, u, 1.5, alpha, blunt), mean, atol=1e-6)
+    mean = equations.shape(np.mod(w[:, None] + offset, 2.0 * u), u, 1.5, alpha).mean(axis=1)
+    np.testing.assert_allclose(equations.shape(w, u, 1.5, alpha, blunt), mean, atol=1e-6)
+
+
+@given(st.floats(0.11, 1.0), st.floats(-1.0, 1.0))
+def test_the_split_criterion_is_the_printed_quotient_unless_normals_stand_upright(rest, now):
+    assert equations.split_criterion(rest, now) == pytest.approx((rest - now) / rest, abs=1e-15)
+    assert equations.split_criterion(0.0, -now) == pytest.approx(now / equations.LEAST_COSINE, abs=1e-15)
