@@ -156,7 +156,7 @@ def _crosses(points: Array, triangles: IntArray) -> Array:
 
 def _touching(triangles: IntArray, marked: BoolArray) -> IntArray:
     """Numbers of triangles with a marked corner."""
-    return np.flatnonzero(marked[triangles].any(axis=1))
+    return np.unique(np.flatnonzero(marked.take(triangles.ravel())) // 3)  # any(axis=1) takes five times as long
 
 
 @compiled
