@@ -18,6 +18,7 @@ from facewrinkle.geometry import equations
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
+from facewrinkle.simulation.fold_layers import with_printed_muscles
 
 from .profiles import EPSILON, sheet
 from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
@@ -165,10 +166,10 @@ def report(quick: bool = False) -> Report:
         pass
     folds = by_fold(wrinkled_surface(default), sheet())
     flat = [(name, *in_the_plane(muscle, 1000 if quick else 4000)) for name, muscle in regions().items()]
-    face = fw.default_face()
+    face = with_printed_muscles(fw.default_face())
     rungs = {}
-    for name in EXPRESSIONS[:2] if quick else (*EXPRESSIONS, "happiness"):
-        rungs[name] = ladder(settled(face, name), 3 if quick else 5)
+    for name in EXPRESSIONS[:2] if quick else EXPRESSIONS:
+        rungs[name] = ladder(settled(face, name, layers=[MuscleWrinkles()]), 3 if quick else 5)
     sizes = [abs(rung["default mesh"]) for rung in rungs.values()]
     tables = [
         Table(

@@ -115,13 +115,28 @@ def clip():
 
 
 @pytest.fixture(scope="session")
-def played(face):
-    """Expressions of the built-in face, with the papers' folds: 70 frames to full strength, then 160 after release."""
+def papers(face):
+    """The built-in face whose muscles fold the skin over them, as in the paper, where they have creases."""
+    from dataclasses import replace
+
+    from facewrinkle.anatomy.muscles import Crease
+
+    return face.with_muscles(
+        {
+            name: replace(muscle, folds=None) if isinstance(muscle.folds, Crease) else muscle
+            for name, muscle in face.muscles.items()
+        }
+    )
+
+
+@pytest.fixture(scope="session")
+def played(papers):
+    """Expressions of a face without creases: 70 frames to full strength, then 160 after release."""
     import facewrinkle as fw
 
     @lru_cache(maxsize=8)
     def play(name):
-        sim = fw.Simulation(face, folds="paper")
+        sim = fw.Simulation(papers, layers=[fw.MuscleWrinkles()])
         sim.express(name)
         frames = list(sim.run(70))
         held = SimpleNamespace(

@@ -27,7 +27,10 @@ import facewrinkle.accessor
 ROOMS = (
     "facewrinkle",
     *(f"facewrinkle.{room}" for room in ("mesh", "export", "plotting", "tears", "rigging", "anatomy.muscles")),
-    *(f"facewrinkle.geometry.{name}" for name in ("interpolation", "least_squares", "normals", "profile", "topology")),
+    *(
+        f"facewrinkle.geometry.{name}"
+        for name in ("equations", "interpolation", "least_squares", "normals", "topology")
+    ),
     "facewrinkle.layers.patterns",
 )
 UNCALLED = {"Muscle", "Motion", "Preset", "compiled", "compile_ahead"}

@@ -457,6 +457,7 @@ class Simulation:
         if afresh:
             self._steps, self._changed = 0, False
             self.motion.reset()
+            self._unsplit()
             self._attach_anew()
         start, target = self.motion.rates.copy(), self._asked
         iterations = max((getattr(layer, "iterations", 0) for layer in self.layers), default=0)

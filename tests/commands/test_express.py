@@ -88,8 +88,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
     refinement = performance.refinement
     assert (refinement.max_level, refinement.gamma_c, refinement.samples) == (3, 0.1, 3.0)
-    (layer,) = performance.layers
-    assert layer.depth == 2.0
+    assert [layer.depth for layer in performance.layers] == [2.0, 2.0]
     for name, muscle in performance.face.muscles.items():
         original = fw.default_face().muscles[name].fold_pattern.wrinkles
         wrinkles = muscle.fold_pattern.wrinkles

@@ -22,7 +22,7 @@ from facewrinkle.anatomy.muscles import LinearMuscle, SphincterMuscle
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers.compression import StrainField, along
-from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
+from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles, outer_skin
 
 UNREFINED = fw.Refinement(max_level=0)
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
@@ -39,8 +39,14 @@ def broad(face):
     return face.with_muscles({name: one(muscle) for name, muscle in face.muscles.items()})
 
 
+def seen_share(face, held):
+    """Share of its wrinkles that each vertex has: none in the lining of lips and lids."""
+    return (held.barycentric * outer_skin(face)[held.corners]).sum(axis=1)
+
+
 def evaluated(face, held):
     """Per muscle (H At, epsilon) at all vertices, afresh from the rest positions and the deformed base mesh."""
+    seen = seen_share(face, held)
     x, normal = held.vertices.points, held.vertices.normals
     field = StrainField(face.points, face.triangles)
     at = [np.einsum("nc,nck->nk", held.barycentric, t[held.corners]) for t in (field.metric, field.strain(held.bare))]
@@ -52,20 +58,20 @@ def evaluated(face, held):
         m = np.divide(m, length, out=np.zeros_like(m), where=length > 0)
         rest, change = along(at[0], m), along(at[1], m)
         ratio = np.divide(change, rest, out=np.zeros_like(rest), where=rest > 1e-6)
-        out[name] = muscle.fold_pattern.unit_amplitude(x), 1.0 - np.sqrt(np.maximum(1.0 + ratio, 0.0))
+        out[name] = seen * muscle.fold_pattern.unit_amplitude(x), 1.0 - np.sqrt(np.maximum(1.0 + ratio, 0.0))
     return out
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
+def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(papers, played, name):
     play = played(name)
-    x = play.held.vertices.points
+    x, seen = play.held.vertices.points, seen_share(papers, play.held)
     total, asked, own_of = np.zeros(play.top.n_points), np.zeros(play.top.n_points), {}
-    for muscle, (unit, epsilon) in evaluated(face, play.held).items():
-        pattern = face.muscles[muscle].fold_pattern
+    for muscle, (unit, epsilon) in evaluated(papers, play.held).items():
+        pattern = papers.muscles[muscle].fold_pattern
         depth = pattern.wrinkles.depth * play.held.rates[muscle] * np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
         own_of[muscle] = depth * unit, epsilon
-        deep = depth * 2.0**pattern.wrinkles.alpha * pattern.envelope(x)
+        deep = depth * 2.0**pattern.wrinkles.alpha * pattern.envelope(x) * seen
         some = deep > 0.0
         asked[some] += deep[some] / deepest(2.0 * pattern.half_cycles(x[some]), epsilon[some])
     for muscle, (wanted, epsilon) in own_of.items():
@@ -73,7 +79,8 @@ def test_w_is_the_sum_over_the_muscles_evaluated_at_rest(face, played, name):
         fields = play.held.fields[muscle]
         np.testing.assert_allclose(fields["W"], own, rtol=0, atol=1e-9)
         inside = fields["region"]
-        assert np.array_equal(inside, face.muscles[muscle].fold_pattern.envelope(play.held.vertices.points) > 0.0)
+        envelope = papers.muscles[muscle].fold_pattern.envelope(play.held.vertices.points)
+        assert np.array_equal(inside & (seen > 0.0), (envelope > 0.0) & (seen > 0.0))
         np.testing.assert_allclose(fields["epsilon"][inside], epsilon[inside], rtol=0, atol=1e-9)
         assert not fields["epsilon"][~inside].any()
         total += own
@@ -109,24 +116,24 @@ def test_no_wrinkle_of_any_expression_is_deeper_than_skin_of_fixed_length_folds(
     assert measured > 500
 
 
-@pytest.mark.parametrize("name", ["surprise", "frowning", "happiness"])
-def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(face, name):
+@pytest.mark.parametrize("name", ["surprise", "frowning", "closing_eye"])
+def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(papers, name):
     for inextensible in (True, False):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
+        sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
         sim.express(name)
         share, _ = deepest_share(sim, list(sim.run(30))[-1])
         assert (share <= 1.0) == inextensible
 
 
-def test_the_bound_can_be_left_out(face):
+def test_the_bound_can_be_left_out(papers):
     frames = []
     for inextensible in (True, False):
-        sim = fw.Simulation(face, layers=[MuscleWrinkles(depth=2.2, inextensible=inextensible)])
+        sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=2.2, inextensible=inextensible)])
         sim.express("surprise")
         frames.append((list(sim.run(25))[-1], {m: sim.fields(m) for m in sim.muscles}))
     (held, _), (free, fields) = frames
     paper = np.zeros(free.n_points)
-    for name, muscle in face.muscles.items():
+    for name, muscle in papers.muscles.items():
         wrinkles, epsilon = muscle.fold_pattern.wrinkles, fields[name]["epsilon"]
         share = np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
         rate = fw.EXPRESSIONS["surprise"].get(name, 0.0)
@@ -136,7 +143,7 @@ def test_the_bound_can_be_left_out(face):
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_w_is_exactly_zero_where_no_muscle_makes_it(face, played, name):
+def test_w_is_exactly_zero_where_no_muscle_makes_it(papers, played, name):
     play = played(name)
     w, fields = play.top["W"], play.held.fields
     making = [m for m, rate in play.held.rates.items() if rate > 0.0]
@@ -164,19 +171,20 @@ def test_w_is_exactly_zero_at_rest(face):
         assert not sim.step()["W"].any()
 
 
-def test_the_dominant_muscle_is_that_of_the_largest_amplitude(face, played):
+def test_the_dominant_muscle_is_that_of_the_largest_amplitude(papers, played):
     play = played("fear")
-    x, names = play.top["rest"], list(face.muscles)
-    units = np.abs([face.muscles[n].fold_pattern.unit_amplitude(x) for n in names])
-    inside = np.array([face.muscles[n].fold_pattern.envelope(x) > 0.0 for n in names])
+    x, names = play.top["rest"], list(papers.muscles)
+    units = np.abs([papers.muscles[n].fold_pattern.unit_amplitude(x) for n in names])
+    inside = np.array([papers.muscles[n].fold_pattern.envelope(x) > 0.0 for n in names])
     muscle = play.top["muscle"]
-    assert np.array_equal(muscle == -1, ~inside.any(axis=0))
-    some = np.flatnonzero(muscle >= 0)
+    seen = seen_share(papers, play.held) > 0.0
+    assert np.array_equal((muscle == -1)[seen], ~inside.any(axis=0)[seen])
+    some = np.flatnonzero((muscle >= 0) & seen)
     np.testing.assert_allclose(units[muscle[some], some], units[:, some].max(axis=0), rtol=0, atol=1e-12)
     assert inside[muscle[some], some].all()
     for k, name in enumerate(names):
         mine = muscle == k
-        first, second = face.muscles[name].fold_pattern.coordinates(x[mine])
+        first, second = papers.muscles[name].fold_pattern.coordinates(x[mine])
         np.testing.assert_allclose(play.top["lambda"][mine], first, atol=1e-10)
         np.testing.assert_allclose(play.top["gamma"][mine], second, atol=1e-10)
         assert np.array_equal(play.top["epsilon"][mine], play.held.fields[name]["epsilon"][mine])

@@ -157,12 +157,12 @@ def test_layers_that_another_face_has_used_are_as_new(face, coarse, fingerprint)
 def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_stay(face, coarse):
     first = fw.Simulation(face)
     again = fw.Simulation(face, layers=first.layers)
-    assert again.layers[1].shapes is first.layers[1].shapes
+    assert again.layers[-1].shapes is first.layers[-1].shapes
     other = fw.Simulation(coarse, layers=first.layers)
-    assert other.layers[1].shapes.face is coarse
-    assert first.layers[1].shapes.face is not coarse
+    assert other.layers[-1].shapes.face is coarse
+    assert first.layers[-1].shapes.face is not coarse
     own = WaveFolds()
-    own.shapes = first.layers[1].shapes
+    own.shapes = first.layers[-1].shapes
     with pytest.raises(ParameterError, match=r"given are of a face of 4517 triangles, and this one has \d+, or others"):
         fw.Simulation(coarse, layers=[own])
     before = other.layers[:]

@@ -137,7 +137,7 @@ def test_a_simulation_without_layers_is_bare_skin(face):
     np.testing.assert_allclose(frame.points, sim.skin.points + sim.skin.displacement, atol=1e-12)
     assert not frame["W"].any()
     assert (frame["muscle"] == -1).all()
-    with pytest.raises(ParameterError, match="no layer of muscle wrinkles"):
+    with pytest.raises(ParameterError, match="no layer of this simulation draws the folds over"):
         sim.fields("corrugator_l")
 
 
@@ -191,7 +191,10 @@ class Raised:
 
 
 def test_heights_of_layers_add_up(face):
-    alone, both = fw.Simulation(face, folds="paper"), fw.Simulation(face, layers=[fw.MuscleWrinkles(), Raised(1.5)])
+    alone, both = (
+        fw.Simulation(face, folds="paper"),
+        fw.Simulation(face, layers=[fw.MuscleWrinkles(), fw.Creases(), Raised(1.5)]),
+    )
     for sim in (alone, both):
         sim.express("frowning")
     for one, two in zip(alone.run(20), both.run(20), strict=True):
@@ -428,7 +431,7 @@ def test_what_simulates_prints_itself_in_a_line(face):
     sim.step()
     recorded = fw.Recorded.of_positions([face.points, face.points], fps=25)
     layer = fw.PatternLayer("dimple", (0, 0, 1), size=3.0)
-    assert repr(sim) == f"Simulation({face!r}, Skin, 2 layers, 0.02 s)"
+    assert repr(sim) == f"Simulation({face!r}, Skin, 3 layers, 0.02 s)"
     assert repr(recorded) == "Recorded(0 shapes, 0.04 s)"
     assert repr(layer) == "PatternLayer('dimple', depth=default)"
 

@@ -289,7 +289,7 @@ def test_the_skin_below_drives_the_strength(slab, along):
 
 def test_patterns_and_muscles_together(face):
     """On the moving skin a pattern adds to what the muscles fold, and rides on it."""
-    layers = [fw.MuscleWrinkles(), *fw.PatternLayer.presets("dimple", face)]
+    layers = [fw.Creases(), *fw.PatternLayer.presets("dimple", face)]
     sim = fw.Simulation(face, layers=layers)
     sim.express("AU12")
     for _ in range(6):
