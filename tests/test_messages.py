@@ -82,8 +82,8 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
     (lambda: patterns.dimple_time(-0.5, 0.1), "strength", "in [0, 10]", "-0.5"),
     (lambda: patterns.eye_pouch(0.0, 0.0, 0.001, 1, 1, 2), "t", "at least 0.01", "0.001"),
     (lambda: patterns.eye_pouch(0.0, 0.0, 1.0, 1, 1, 65), "gamma", "in [0, 64]", "65"),
-    (lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, -1), "gamma", "in [0, 64]", "-1"),
-    (lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, 2.5), "gamma", "whole number", "2.5"),
+    (lambda: patterns.eye_pouch(0.0, 0.0, 1.0, 1, 1, -1), "gamma", "in [0, 64]", "-1"),
+    (lambda: patterns.eye_pouch(0.0, 0.0, 1.0, 1, 1, 2.5), "gamma", "whole number", "2.5"),
     (lambda: patterns.frown([0.0, 1.0], [-1.0, 1.0], 0.25, 1, 1, "fan"), "y + t", "above 0 all over", "-0.75"),
     (lambda: patterns.sharpened(0.0, 20.5), "sharpness", "in [0, 20]", "20.5"),
     (lambda: patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, 3), "gamma", "an even number", "3"),
@@ -120,7 +120,6 @@ def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed
         (lambda: patterns.cheek([np.inf], [0.0], 1, 1, 1), "x and y must be finite; NaN"),
         (lambda: patterns.frown(0.0, 0.0, 1.0, 1.0, 0.0), "beta must not be 0"),
         (lambda: patterns.frown(0.0, 0.0, 1.0, 1.0, 1.0, "fen"), "unknown variant of frown 'fen'"),
-        (lambda: patterns.primary(), "a primary function is a sum of one pattern or more"),
         (lambda: fitted(x=((np.nan,),)), "x, points and values must be finite"),
         (lambda: fitted(points=np.empty((0, 1)), values=[]), "x, points and values must be finite"),
         (lambda: linear().replaced(dept=1), "unknown property of a muscle 'dept'"),
@@ -141,7 +140,7 @@ def test_messages_say_what_does_not_go_together(call, says):
         lambda: linear(radius=4.9),
         lambda: patterns.dimple(0.0, 0.0, 0.0),
         lambda: patterns.eye_pouch(0.0, 0.0, 0.0, 1, 1, 2),
-        lambda: patterns.eye_pouch_relief(0.0, 0.0, 1.0, 1, 1, -2),
+        lambda: patterns.eye_pouch(0.0, 0.0, 1.0, 1, 1, -2),
         lambda: patterns.frown([1.0], [-1.0], 0.5, 1, 1, "fan"),
         lambda: patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, 3),
     ],
@@ -160,7 +159,7 @@ def test_messages_go_on_with_what_helps(call):
 @pytest.mark.parametrize("gamma", [1, 3, 5, 7, 21, 0.5, 6.5])
 def test_an_odd_number_of_fans_is_answered_with_an_even_one_nearby(gamma):
     with pytest.raises(FaceWrinkleError) as caught:
-        patterns.eye_corner_phase([-1.0, 1.0], [0.0, 0.0], gamma)
+        patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, gamma)
     suggested = int(str(caught.value).split("Use ")[1].split(",")[0])
     assert suggested % 2 == 0
     assert suggested >= 2

@@ -1,8 +1,9 @@
 """Pattern functions: formulas on arrays for heights over a plane that form wrinkles, dimples and pouches.
 
 Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
-is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. A surface is
-displaced by f minus its baseline (the functions whose names end in `_relief`), so that a pattern at rest does nothing.
+is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. Not the
+paper's is `shift`, radians, which is added to the phase of the sine: with one for each point, wrinkles differ. What is
+read where the print is damaged: docs/theory/patterns.rst.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
     return np.asarray(np.arctan2(turned * y, np.abs(x)))
 
 
-def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
+def forehead(
+    x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, shift: Array | float = 0.0
+) -> Array:
     """Forehead wrinkles: ``exp(alpha sin(x^2 + y^2 - (t sin th - sin(beta th))^2))`` with ``th = arctan(y / x)``.
 
     Parameters
@@ -54,6 +57,8 @@ def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: f
         Depth: from peak to valley it is 2 sinh(alpha).
     beta : float
         Style: 0 to 3 plain arcs, 4 to 5 M-shaped, 8 and more broken.
+    shift : float or ndarray, shape (n,)
+        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -64,18 +69,7 @@ def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: f
     >>> round(float(forehead(1.0, 0.0, 1.2, alpha=0.5, beta=4.0)), 6)
     1.523081
     """
-    return np.asarray(np.exp(alpha * np.sin(forehead_phase(x, y, t, beta))))
-
-
-def forehead_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
-    """:func:`forehead` minus its baseline 1; 0 at alpha = 0.
-
-    Examples
-    --------
-    >>> forehead_relief(1.0, 0.5, 1.2, alpha=0.0, beta=4.0)
-    array(0.)
-    """
-    return np.asarray(np.expm1(alpha * np.sin(forehead_phase(x, y, t, beta))))
+    return np.asarray(np.exp(alpha * np.sin(forehead_phase(x, y, t, beta) + shift)))
 
 
 def forehead_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
@@ -85,7 +79,15 @@ def forehead_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) ->
     return np.asarray((x * x + y * y) - (t * np.sin(th) - np.sin(beta * th)) ** 2)
 
 
-def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
+def eye_corner(
+    x: npt.ArrayLike,
+    y: npt.ArrayLike,
+    t: float,
+    alpha: float,
+    beta: float,
+    gamma: Array | float,
+    shift: Array | float = 0.0,
+) -> Array:
     """Wrinkles that fan out from the corner of an eye: ``alpha exp(beta r - t sin(gamma arctan(y / x)))``.
 
     Parameters
@@ -98,8 +100,11 @@ def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta:
         Depth.
     beta : float
         Decay: below 0 they grow shallower outwards.
-    gamma : float
+    gamma : float or ndarray, shape (n,)
         Number: gamma / 2 on one side. For points on both sides of x = 0 it has to be even, or the surface tears there.
+        The paper's is one number; if it falls outwards, the wrinkles curve apart.
+    shift : float or ndarray, shape (n,)
+        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -116,37 +121,23 @@ def eye_corner(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta:
     0.813139
     """
     x, y = _plane(x, y)
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * np.sin(eye_corner_phase(x, y, gamma))))
-
-
-def eye_corner_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: float) -> Array:
-    """:func:`eye_corner` minus its baseline alpha exp(beta r); 0 at t = 0.
-
-    Examples
-    --------
-    Nothing at t = 0, and ever more with t:
-
-    >>> [float(abs(eye_corner_relief(1.0, 0.2, t, 2.0, -0.9, 8)).round(2)) for t in (0.0, 0.3, 0.6)]
-    [0.0, 0.21, 0.36]
-    """
-    x, y = _plane(x, y)
-    sine = np.sin(eye_corner_phase(x, y, gamma))
-    return np.asarray(alpha * np.exp(beta * np.hypot(x, y)) * np.expm1(-t * sine))
-
-
-def eye_corner_phase(x: npt.ArrayLike, y: npt.ArrayLike, gamma: float) -> Array:
-    """Return the phase of the sine in :func:`eye_corner`, radians, after the check of gamma."""
-    x, y = _plane(x, y)
-    if gamma % 2.0 != 0.0 and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
+    odd = np.ravel(gamma)[np.ravel(gamma) % 2.0 != 0.0]
+    if odd.size and x.size and x.min() <= 0.0 <= x.max() and x.min() < x.max():
         raise ParameterError(
-            f"gamma must be an even number where a pattern lies on both sides of x = 0, received {gamma:g}: the "
-            f"surface would tear there. Use {max(2 * round(gamma / 2), 2)}, or keep to x > 0."
+            f"gamma must be an even number where a pattern lies on both sides of x = 0, received {odd[0]:g}: the "
+            f"surface would tear there. Use {max(2 * round(odd[0] / 2), 2)}, or keep to x > 0."
         )
+    sine = np.sin(eye_corner_phase(x, y, gamma) + shift)
+    return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * sine))
+
+
+def eye_corner_phase(x: npt.ArrayLike, y: npt.ArrayLike, gamma: Array | float) -> Array:
+    """Return the phase of the sine in :func:`eye_corner`, radians."""
     return np.asarray(gamma * angle(x, y))
 
 
-def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
-    """Wrinkles in arcs about the origin: ``alpha sin(beta r + t)``; their baseline is 0.
+def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, shift: Array | float = 0.0) -> Array:
+    """Wrinkles in arcs about the origin: ``alpha sin(beta r + t)``.
 
     Parameters
     ----------
@@ -158,6 +149,8 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
         Depth: half of peak to valley.
     beta : float
         Number: beta / 2 pi of them per unit length.
+    shift : float or ndarray, shape (n,)
+        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -168,7 +161,7 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
     >>> round(float(cheek(1.0, 0.0, 0.3, alpha=0.5, beta=5.0)), 6)
     -0.416134
     """
-    return np.asarray(alpha * np.sin(cheek_phase(x, y, t, beta)))
+    return np.asarray(alpha * np.sin(cheek_phase(x, y, t, beta) + shift))
 
 
 def cheek_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
@@ -184,9 +177,9 @@ def frown(
     alpha: float,
     beta: float,
     variant: Variant = "paper",
-    offset: float = 0.0,
+    shift: Array | float = 0.0,
 ) -> Array:
-    """Frown lines: ``alpha sin((x / beta) (y + t))``; their baseline is 0.
+    """Frown lines: ``alpha sin((x / beta) (y + t))``.
 
     Parameters
     ----------
@@ -200,7 +193,7 @@ def frown(
         Distance: 2 pi beta / (y + t) from line to line.
     variant : {"paper", "fan"}
         The lines draw together upwards in "paper", and spread in "fan": ``alpha sin(x / (beta (y + t)))``.
-    offset : float
+    shift : float or ndarray, shape (n,)
         Added to the phase, radians: 0 as printed, pi/2 symmetric about x = 0.
 
     Returns
@@ -219,21 +212,20 @@ def frown(
     >>> frown(1.0, 0.5, 1.0, alpha=1.0, beta=3.0 / np.pi)
     array(1.)
     """
-    return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant) + offset))
-
-
-def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
-    """Return the phase of the sine in :func:`frown` without its offset, radians, after the checks."""
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
     if variant not in VARIANTS:
         raise unknown_name("variant of frown", variant, VARIANTS)
-    if variant == "paper":
-        return np.asarray(x / beta * (y + t))
-    if y.size and not (y + t).min() > 0.0:
+    if variant == "fan" and y.size and not (y + t).min() > 0.0:
         raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
-    return np.asarray(x / (beta * (y + t)))
+    return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant) + shift))
+
+
+def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
+    """Return the phase of the sine in :func:`frown`, radians."""
+    x, y = _plane(x, y)
+    return np.asarray(x / beta * (y + t) if variant == "paper" else x / (beta * (y + t)))
 
 
 def dimple(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
@@ -279,22 +271,6 @@ def dimple_time(strength: float, sharpest: float) -> float:
     return float(1.0 / np.expm1(depth)) if depth > 0.0 else np.inf
 
 
-def dimple_relief(x: npt.ArrayLike, y: npt.ArrayLike, strength: float, sharpest: float) -> Array:
-    """:func:`dimple` normalised to [-strength, 0] over the unit disk: 0 on its border and outside.
-
-    Examples
-    --------
-    >>> dimple_relief([0.0, 1.0, 2.0], [0.0, 0.0, 0.0], strength=0.5, sharpest=0.05).round(12)
-    array([-0.5,  0. ,  0. ])
-    """
-    x, y = _plane(x, y)
-    t = dimple_time(strength, sharpest)
-    if not np.isfinite(t):
-        return np.zeros_like(x)
-    q = np.minimum(x * x + y * y, 1.0)
-    return np.asarray(np.log1p((q - 1.0) / (1.0 + t)) / np.log1p(1.0 / sharpest))
-
-
 def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:
     """A trembling pouch: ``(cos(x + alpha t) + cos(y + beta t))^gamma / t``.
 
@@ -324,20 +300,9 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     0.346356
     """
     check_range("t", t, SMALLEST_T, np.inf, "The eye pouch grows beyond all bounds as t falls to 0.")
-    return np.asarray(eye_pouch_relief(x, y, t, alpha, beta, gamma) * 2.0**gamma / t)
-
-
-def eye_pouch_relief(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, gamma: int) -> Array:
-    """``((cos(x + alpha t) + cos(y + beta t)) / 2)^gamma``: :func:`eye_pouch` scaled to at most 1, and without decay.
-
-    Examples
-    --------
-    >>> eye_pouch_relief([0.0, np.pi], [0.0, 0.0], 0.0, alpha=1.0, beta=1.0, gamma=2)
-    array([1., 0.])
-    """
-    x, y = _plane(x, y)
     power = check_whole("gamma", gamma, 0, 64, "An even number makes bumps that stick out.")
-    return np.asarray((0.5 * (np.cos(x + alpha * t) + np.cos(y + beta * t))) ** power)
+    x, y = _plane(x, y)
+    return np.asarray((np.cos(x + alpha * t) + np.cos(y + beta * t)) ** power / t)
 
 
 def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
@@ -358,29 +323,6 @@ def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
     if k < 1e-6:
         return 0.5 * s
     return np.asarray((i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
-
-
-def primary(*functions: PatternFunction) -> PatternFunction:
-    """Return the primary function P = p1 + p2 + ...: the sum of patterns.
-
-    Raises
-    ------
-    ParameterError
-        If no function is given.
-
-    Examples
-    --------
-    >>> both = primary(lambda x, y, t: cheek(x, y, t, 1.0, 1.0), lambda x, y, t: frown(x, y, t, 1.0, 1.0))
-    >>> round(float(both(1.0, 0.0, 0.0)), 6)
-    0.841471
-    """
-    if not functions:
-        raise ParameterError("a primary function is a sum of one pattern or more, received none.")
-
-    def summed(x: npt.ArrayLike, y: npt.ArrayLike, t: float) -> Array:
-        return np.asarray(sum(np.asarray(f(x, y, t), np.float64) for f in functions), np.float64)
-
-    return summed
 
 
 def _plane(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:

@@ -7,11 +7,11 @@ high).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
+from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
@@ -62,13 +62,13 @@ class Pattern:
         """Return the t at a time, where the user gave none."""
         return 0.0
 
+    def cycled(self, share: float) -> float:
+        """Return the t at a share of a running cycle, after which the pattern is as it was."""
+        return 2.0 * np.pi * share
+
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """Return heights (k,), 0 at strength 0."""
         raise NotImplementedError
-
-    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
-        """Return `relief` as a function of strength and t: what does not change with these is computed once."""
-        return lambda strength, t: self.relief(x, y, strength, t, aspect)
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
@@ -155,6 +155,9 @@ SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
 FLAT = 1e-6
 """Below this sharpness waves are plain sines."""
 
+STEP = 1e-5
+"""Distance in the plane of a pattern over which the slope of its phase is measured."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Waves(Pattern):
@@ -227,31 +230,33 @@ class Waves(Pattern):
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """See :class:`Pattern`."""
-        return self.relief_over(x, y, aspect)(strength, t)
-
-    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
-        """See :class:`Pattern`."""
         shift, share = self.variation_at(x, y, aspect)
-        full = share * self.amplitude(x, y)
-        return lambda strength, t: full * self.height(np.sin(self.phase(x, y, t, aspect) + shift), strength)
+        return share * self.evaluated(x, y, strength, t, aspect, shift)
 
-    def amplitude(self, x: Array, y: Array) -> Array | float:
-        """Return the share of the height that the pattern has at a place, before variation."""
-        return 1.0
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
+        """Return the heights (k,) by the paper's function, with a shift of its phase."""
+        raise NotImplementedError
 
-    def height(self, sine: Array, strength: float) -> Array:
-        """Return the height of waves by the sine of their phase."""
+    def of_sine(self, sine: Array) -> Array:
+        """Return a sine as a wave of this sharpness, 1 from bulge to furrow."""
         k = self.sharpness
         if self.furrows == "paper" and k >= FLAT:
-            return np.asarray(strength * np.expm1(k * sine) / (2.0 * np.sinh(k)))
-        return strength * patterns.sharpened(sine, k)
+            return np.asarray(np.expm1(k * sine) / (2.0 * np.sinh(k)))
+        return patterns.sharpened(sine, k)
+
+    def of_exponential(self, wave: Array, k: float, baseline: Array | float = 1.0) -> Array:
+        """Return a wave ``baseline exp(k sin)`` without its baseline, 1 from bulge to furrow at the full sharpness;
+        where the furrows are to be sharp, upside down, and 0 on average.
+        """
+        height = wave - baseline if self.furrows == "paper" else i0(k) * baseline - wave
+        return np.asarray(height / (2.0 * np.sinh(self.sharpness)))
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
-        wx, wy = self.phase_gradient(x, y, t, aspect)
-        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation)
-        return finer * wx, finer * wy
+        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation) / (2.0 * STEP)
 
-    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
-        """Return the gradient of the phase, without variation."""
-        raise NotImplementedError
+        def rise(dx: float, dy: float) -> Array:
+            ahead, behind = self.phase(x + dx, y + dy, t, aspect), self.phase(x - dx, y - dy, t, aspect)
+            return np.remainder(ahead - behind + np.pi, 2.0 * np.pi) - np.pi  # an angle may jump by whole turns
+
+        return finer * rise(STEP, 0.0), finer * rise(0.0, STEP)

@@ -42,7 +42,11 @@ class Dimple(Pattern):
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """See :class:`Pattern`."""
-        return patterns.dimple_relief(x, y, strength, self.sharpest)
+        t = patterns.dimple_time(strength, self.sharpest)
+        if not np.isfinite(t):
+            return np.zeros_like(x)
+        pit = patterns.dimple(x, y, t) - patterns.dimple(1.0, 0.0, t)
+        return np.asarray(np.minimum(pit, 0.0) / np.log1p(1.0 / self.sharpest))
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
@@ -126,8 +130,10 @@ class EyePouch(Pattern):
 
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
         """See :class:`Pattern`."""
-        still, running = (patterns.eye_pouch_relief(x, y, now, self.alpha, self.beta, self.gamma) for now in (0.0, t))
-        bumps = (1.0 - self.trembling) * still + self.trembling * running
+        still, running = (
+            patterns.eye_pouch(x, y, 1.0, self.alpha * now, self.beta * now, self.gamma) for now in (0.0, t)
+        )  # at the formula's t of 1, by which its height is divided
+        bumps = ((1.0 - self.trembling) * still + self.trembling * running) / 2.0**self.gamma
         above, furrow = self._edge(y)
         return np.asarray(strength * (above * bumps - furrow))
 

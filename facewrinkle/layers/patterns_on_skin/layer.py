@@ -202,7 +202,6 @@ class PatternLayer:
         self._n += len(created.points)
         aspect = self._laid.aspect
         self._planes = [(pattern, *pattern.plane(self._uv, aspect)) for pattern in self._sized]
-        self._reliefs = [pattern.relief_over(x, y, aspect) for pattern, x, y in self._planes]
         self._wave_t = np.nan
 
     def displacement(self, state: SurfaceState) -> Displacement:
@@ -212,8 +211,8 @@ class PatternLayer:
         if strength > 0.0:
             seconds = state.time + self.begin
             relief = sum(
-                found(strength, self.t_at(pattern, seconds))
-                for pattern, found in zip(self._sized, self._reliefs, strict=True)
+                pattern.relief(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect)
+                for pattern, x, y in self._planes
             )
             height[self._where] = self._depth * self._weight * relief
         self._height = height

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -67,6 +67,10 @@ class Forehead(Waves):
         """The paper's parameter of style."""
         return STYLES[self.style] if isinstance(self.style, str) else float(self.style)
 
+    def cycled(self, share: float) -> float:
+        """See :class:`Pattern`; from 0 to 4, as in the paper's Fig. 1, and back."""
+        return float(2.0 - 2.0 * np.cos(2.0 * np.pi * share))
+
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
         end = np.sqrt(self.start**2 + 2.0 * np.pi * self.number)
@@ -80,12 +84,13 @@ class Forehead(Waves):
         """See :class:`Waves`."""
         return y / max(self.bend, 1e-12)
 
-    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
         """See :class:`Waves`."""
-        th, beta = patterns.angle(x, y), self.beta
-        swing = t * np.sin(th) - np.sin(beta * th)
-        turn = -2.0 * swing * (t * np.cos(th) - beta * np.cos(beta * th)) / (x * x + y * y)
-        return 2.0 * x - y * turn, 2.0 * y + x * turn
+        k = self.sharpness
+        if k < FLAT:  # a plain sine
+            return strength * self.of_sine(np.log(patterns.forehead(x, y, t, 1.0, self.beta, shift)))
+        wave = patterns.forehead(x, y, t, k if self.furrows == "paper" else -k, self.beta, shift)
+        return strength * self.of_exponential(wave, k)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,10 +139,10 @@ class Cheek(Waves):
         """See :class:`Waves`."""
         return y / aspect
 
-    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
         """See :class:`Waves`."""
-        steep = self.beta / np.maximum(np.hypot(x, y), 1e-12)
-        return steep * x, steep * y
+        begin = t - self.beta * 2.0 * self.radius
+        return strength * self.of_sine(patterns.cheek(x, y, begin, 1.0, self.beta, shift))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,6 +196,10 @@ class Frown(Waves):
         """See :class:`Pattern`."""
         return 1.0 / self.spread
 
+    def cycled(self, share: float) -> float:
+        """See :class:`Pattern`; the lines become more parallel, and spread again."""
+        return float(self.time(0.0) * (1.25 - 0.25 * np.cos(2.0 * np.pi * share)))
+
     def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
         """See :class:`Waves`."""
         return patterns.frown_phase(x, y, t, self.beta, self.variant) + self.offset
@@ -199,11 +208,10 @@ class Frown(Waves):
         """See :class:`Waves`."""
         return y
 
-    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
         """See :class:`Waves`."""
-        if self.variant == "paper":
-            return (y + t) / self.beta, x / self.beta
-        return 1.0 / (self.beta * (y + t)), -x / (self.beta * (y + t) ** 2)
+        sine = patterns.frown(x, y, t, 1.0, self.beta, self.variant, self.offset + shift)
+        return strength * self.of_sine(sine)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -229,14 +237,12 @@ class EyeCorner(Waves):
 
     Examples
     --------
-    Outwards the wrinkles grow shallower, and the distance from one to the next grows:
+    Outwards the distance from one wrinkle to the next grows:
 
     >>> crows_feet = EyeCorner(number=4, decay=0.8, radius=0.5)
     >>> x, y = crows_feet.plane(np.array([[-1.0, 0.0], [1.0, 0.0]]), aspect=0.5)
-    >>> crows_feet.amplitude(x, y).round(2)
-    array([1.  , 0.45])
-    >>> across = crows_feet.phase_gradient(x, y, 0.0, aspect=0.5)[1]
-    >>> float((across[0] / across[1]).round(9))
+    >>> across = crows_feet.wave_vector(x, y, 0.0, aspect=0.5)[1]
+    >>> float((across[0] / across[1]).round(6))
     3.0
     """
 
@@ -254,6 +260,11 @@ class EyeCorner(Waves):
         check_range("radius", self.radius, -0.5, 1000.0)
         if self.gamma is not None:
             check_range("gamma", self.gamma, 0.1, 1000.0)
+            if self.radius < 0.0 and self.gamma % 2.0 != 0.0:
+                raise ParameterError(
+                    f"gamma must be an even number where the radius is below 0, received {self.gamma:g}: the surface "
+                    f"would tear. Use {max(2 * round(self.gamma / 2), 2)}, or a larger radius."
+                )
         check_range("splay", self.splay, 0.0, 0.9)
         if self.splay > 0.0 and self.radius < 0.0:
             raise ParameterError(
@@ -274,38 +285,21 @@ class EyeCorner(Waves):
 
     def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
         """See :class:`Waves`."""
-        straight = patterns.eye_corner_phase(x, y, self.gamma_of(aspect))
-        return straight if self.splay == 0.0 else self._closer(x) * straight
+        return patterns.eye_corner_phase(x, y, self.gammas(x, aspect))
 
-    def _closer(self, x: Array) -> Array:
-        """The remaining share of the angle: 1 at the near border, 1 - splay at the far one."""
-        return 1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)
+    def gammas(self, x: Array, aspect: float) -> Array:
+        """Return the paper's gamma at points: it falls to 1 - splay of itself at the far border."""
+        return np.asarray(self.gamma_of(aspect) * (1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)))
 
     def place_along(self, x: Array, y: Array, aspect: float) -> Array:
         """See :class:`Waves`; the wrinkles differ less at their near ends, which are at the eye."""
         return 1.0 - 0.6 * (2.0 + 2.0 * self.radius - x)
 
-    def phase_gradient(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
-        """See :class:`Waves`."""
-        gamma, closer = self.gamma_of(aspect), self._closer(x)
-        turn = gamma * closer / np.maximum(x * x + y * y, 1e-12)
-        return -turn * y - 0.5 * self.splay * gamma * patterns.angle(x, y), turn * x
-
-    def amplitude(self, x: Array, y: Array) -> Array:
-        """Return the decay, which is 1 in the middle of the near border."""
-        return np.asarray(np.exp(-0.5 * self.decay * (np.hypot(x, y) - 2.0 * self.radius)))
-
-    def relief_over(self, x: Array, y: Array, aspect: float) -> Callable[[float, float], Array]:
-        """See :class:`Pattern`; the phase has no t."""
-        shift, share = self.variation_at(x, y, aspect)
-        sine, full = np.sin(self.phase(x, y, 0.0, aspect) + shift), share * self.amplitude(x, y)
-        return lambda strength, t: full * self.height(sine, strength)
-
-    def height(self, sine: Array, strength: float) -> Array:
-        """Return the height of waves, which grow sharper with the strength, on the scale of the sharpest."""
-        sharpest, k = self.sharpness, strength * self.sharpness
-        if sharpest < FLAT:
-            return np.asarray(0.5 * strength * sine)
-        if self.furrows == "paper":
-            return np.asarray(np.expm1(-k * sine) / (2.0 * np.sinh(sharpest)))
-        return patterns.sharpened(sine, k) * float(np.sinh(k) / np.sinh(sharpest))
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
+        """See :class:`Waves`; the paper's t is the strength times the sharpness."""
+        alpha, beta, gamma = np.exp(self.decay * self.radius), -0.5 * self.decay, self.gammas(x, aspect)
+        flat, k = self.sharpness < FLAT, strength * self.sharpness
+        wave, level = (patterns.eye_corner(x, y, now, alpha, beta, gamma, shift) for now in (1.0 if flat else k, 0.0))
+        if flat:  # a plain sine
+            return strength * level * self.of_sine(np.log(level / wave))
+        return self.of_exponential(wave, k, level)

@@ -66,7 +66,7 @@ EVERYWHERE = {
     "torn seam": (
         "eye_corner",
         {"centre": TOP, "size": 30.0, "radius": -0.5, "gamma": 5},
-        "gamma must be an even number .* received 5: the surface would tear there. Use 4, or keep to x > 0",
+        "gamma must be an even number .* received 5: the surface would tear. Use 4, or a larger radius",
     ),
     "torn splay": (
         "eye_corner",

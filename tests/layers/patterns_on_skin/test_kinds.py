@@ -1,7 +1,8 @@
 """Kinds of patterns: their heights, phases and parameters, without a surface.
 
 what                 checked against
-over points          the same from the formulas, by kind, at some strengths and times
+no strength          exactly nothing
+dimple               its depth, border and formula
 wave vectors         differences of the heights of plain sines
 even wrinkles        the paper's formulas
 crease, splay        their defining properties
@@ -15,15 +16,23 @@ import numpy as np
 import pytest
 
 from facewrinkle.layers import patterns
-from facewrinkle.layers.patterns_on_skin.kinds import Cheek, EyeCorner, EyePouch, Forehead, Frown
+from facewrinkle.layers.patterns_on_skin.kinds import Cheek, Dimple, EyeCorner, EyePouch, Forehead, Frown
 
 
-def test_a_relief_over_points_that_stay_is_that_of_the_formulas_and_nothing_at_no_strength(kind):
+def test_at_no_strength_there_is_nothing(kind):
     x, y = kind.plane(np.random.default_rng(1).uniform(-1, 1, (300, 2)), 0.7)
-    over = kind.relief_over(x, y, 0.7)
-    for strength, t in ((1.0, kind.time(0.3)), (0.37, kind.time(0.3) + 0.8), (1e-3, 4.0)):
-        np.testing.assert_array_equal(over(strength, t), kind.relief(x, y, strength, t, 0.7))
     np.testing.assert_array_equal(kind.relief(x, y, 0.0, 5.0, 0.7), 0.0)
+
+
+def test_a_dimple_is_as_deep_as_its_strength_and_ends_at_its_border():
+    kind, r = Dimple(sharpest=0.03), np.linspace(0.0, 3.0, 400)
+    for strength in (0.1, 0.5, 1.0):
+        w = kind.relief(r, 0.0 * r, strength, 0.0, 1.0)
+        assert w[0] == pytest.approx(-strength, abs=1e-14)
+        assert (np.diff(w) >= 0.0).all()
+        assert not w[r >= 1.0].any()
+    expected = (patterns.dimple(r, 0.0, 0.03) - np.log(1.03)) / (np.log(1.03) - np.log(0.03))
+    np.testing.assert_allclose(w, np.minimum(expected, 0.0), atol=1e-14)
 
 
 def test_wave_vectors_by_differences(wrinkles):
@@ -38,7 +47,7 @@ def test_wave_vectors_by_differences(wrinkles):
     dy = (plain.relief(x, y + h, 1.0, t, 0.7) - plain.relief(x, y - h, 1.0, t, 0.7)) / (2 * h)
     size = 1.0
     if isinstance(plain, EyeCorner):
-        size = plain.amplitude(x, y)
+        size = np.exp(-0.5 * plain.decay * (np.hypot(x, y) - 2.0 * plain.radius))
         along = -0.5 * plain.decay * middle / np.hypot(x, y)
         dx, dy = dx - along * x, dy - along * y
     cosine = np.sqrt(np.maximum(1.0 - (2.0 * middle / size) ** 2, 0.0))
@@ -56,11 +65,12 @@ def test_without_variation_they_are_the_papers_formulas(strength, t):
         return x, y, kind.relief(x, y, strength, at, aspect)
 
     x, y, w = heights(Forehead(furrows="paper", sharpness=k))
-    np.testing.assert_allclose(w, strength * size * patterns.forehead_relief(x, y, t, k, 4.5), rtol=0, atol=1e-12)
+    expected = strength * size * (patterns.forehead(x, y, t, k, 4.5) - 1.0)
+    np.testing.assert_allclose(w, expected, rtol=0, atol=1e-12)
     kind = EyeCorner(furrows="paper", sharpness=k, gamma=6, decay=0.9, radius=0.2)
     x, y, w = heights(kind)
-    expected = patterns.eye_corner_relief(x, y, strength * k, np.exp(0.9 * 0.2), -0.45, 6)
-    np.testing.assert_allclose(w, size * expected, rtol=0, atol=1e-12)
+    wave, level = (patterns.eye_corner(x, y, now, np.exp(0.9 * 0.2), -0.45, 6) for now in (strength * k, 0.0))
+    np.testing.assert_allclose(w, size * (wave - level), rtol=0, atol=1e-12)
     x, y, w = heights(Cheek(sharpness=0.0, radius=0.0))
     np.testing.assert_allclose(w, patterns.cheek(x, y, t, 0.5 * strength, 3 * np.pi), rtol=0, atol=1e-12)
     kind = Frown(sharpness=0.0, variant="paper", offset=0.0)

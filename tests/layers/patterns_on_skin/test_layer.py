@@ -92,9 +92,8 @@ def test_names_and_parameters():
 
 
 def test_odd_gamma_on_a_region_about_the_origin(slab):
-    layer = fw.PatternLayer("eye_corner", (0, 0, 0), size=30.0, radius=-0.5, gamma=5)
     with pytest.raises(ParameterError, match="even number"):
-        fw.Simulation(slab, layers=[layer])
+        fw.PatternLayer("eye_corner", (0, 0, 0), size=30.0, radius=-0.5, gamma=5)
     fw.Simulation(slab, layers=[fw.PatternLayer("eye_corner", (0, 0, 0), size=30.0, radius=0.1, gamma=5)])
 
 
