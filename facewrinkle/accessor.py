@@ -16,7 +16,7 @@ import pyvista as pv
 
 from .anatomy.attachments import combined_mesh
 from .anatomy.face import Face
-from .anatomy.fitting import fit_face, surface
+from .anatomy.fitting import fit_face, surface, unit_by_size
 from .errors import ParameterError, check_range, check_whole, warn
 from .geometry.closest_point import closest_point
 from .geometry.topology import components
@@ -80,8 +80,9 @@ class FaceWrinkleAccessor:
             Landmarks of a face; see :func:`facewrinkle.fit_face`.
         time : float
             Seconds: the time at which patterns that tremble, or are functions of time, are evaluated.
-        units : str or float, optional
-            Unit of the mesh, or mm per unit. Default: mm, or by the size of the face.
+        units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
+            Unit of the mesh, or millimetres per unit. Default: by the size of the face; without landmarks by that of
+            the mesh (:func:`facewrinkle.anatomy.fitting.unit_by_size`).
         max_level : int
             The most times that a triangle is split.
         **words
@@ -101,7 +102,7 @@ class FaceWrinkleAccessor:
         Warns
         -----
         FaceWrinkleWarning
-            If the mesh is refined, or too coarse with `max_level`.
+            If the mesh is refined, or too coarse with `max_level`; and if by its size it is taken to be in cm or m.
         """
         centre = given_centre(centre, words)
         check_range("time", time, -1e9, 1e9)
@@ -121,7 +122,7 @@ class FaceWrinkleAccessor:
         else:
             if isinstance(pattern, str) and pattern in names() and pattern not in table():
                 raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
-            face, rest = _nearest_part(self._mesh, centre, "mm" if units is None else units)
+            face, rest = _nearest_part(self._mesh, centre, _units(self._mesh, units))
             layers = [PatternLayer(pattern, centre, up, size, **words)]
         return _combined(patterned(face, layers, max_level), rest)
 
@@ -130,6 +131,8 @@ class FaceWrinkleAccessor:
         path: npt.ArrayLike | None = None,
         start: npt.ArrayLike | None = None,
         t: float | None = None,
+        *,
+        units: str | float | None = None,
         **options: Any,
     ) -> pv.PolyData:
         """Return water that runs down the mesh, along a path or from a start: a closed surface of its own.
@@ -140,9 +143,11 @@ class FaceWrinkleAccessor:
             See :class:`facewrinkle.SheddingTear`; in the coordinates of the mesh.
         t : float, optional
             Seconds. Default: the end, when the water has run all the way.
+        units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
+            See :meth:`pattern`.
         **options
             Options of :class:`facewrinkle.SheddingTear` and, by their own names, of its groups, such as
-            ``roughness=0.0``; `unit` is mm per unit of the mesh.
+            ``roughness=0.0``.
 
         Returns
         -------
@@ -157,6 +162,7 @@ class FaceWrinkleAccessor:
         >>> water.n_open_edges
         0
         """
+        options |= {"units": _units(self._mesh, units)}
         stream = SheddingTear(self._mesh, path, start, **grouped(options, film=Film, flow=Flow, route=Route))
         return stream.surface(stream.end if t is None else t)
 
@@ -174,6 +180,22 @@ def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.Poly
             f"to {cells} triangles."
         )
     return frame
+
+
+def _units(mesh: pv.DataSet | pv.MultiBlock, units: str | float | None) -> str | float:
+    """The unit that was given, or the one that goes with the size of the mesh."""
+    if units is not None:
+        return units
+    points = np.asarray(read_surface(mesh).points, dtype=np.float64)
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if not 0.0 < size < np.inf:
+        return "mm"
+    unit = unit_by_size(size)
+    if unit != "mm":
+        warn(
+            f"the mesh is {size:.3g} from corner to corner: its unit is taken to be {unit}. Give units to say another."
+        )
+    return unit
 
 
 def _nearest_part(

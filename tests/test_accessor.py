@@ -182,10 +182,25 @@ def test_it_is_closed_outside_and_where_it_was_led(round_ball, where):
 def test_units_scale_a_tear(round_ball):
     metres = round_ball.scale(0.001)
     water, other = (
-        mesh.facewrinkle.tear(on_ball((0.6, 1.0), (1.5, 1.0)) * scale, unit=unit, width=4.0)
-        for mesh, scale, unit in ((round_ball, 1.0, 1.0), (metres, 0.001, 1000.0))
+        mesh.facewrinkle.tear(on_ball((0.6, 1.0), (1.5, 1.0)) * scale, units=units, width=4.0)
+        for mesh, scale, units in ((round_ball, 1.0, "mm"), (metres, 0.001, 1000.0))
     )
     assert other.volume * 1e9 == pytest.approx(water.volume, rel=0.01)
+
+
+def test_without_units_the_size_of_the_mesh_says_them(ball, round_ball):
+    """A ball of 40 is one in mm, one of 0.04 in metres: patterns and tears are the same."""
+    small = ball.scale(0.001)
+    with pytest.warns(FaceWrinkleWarning, match="refined"):
+        usual = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
+    with pytest.warns(FaceWrinkleWarning, match="refined"), pytest.warns(FaceWrinkleWarning, match="taken to be m"):
+        other = small.facewrinkle.pattern("dimple", (0, 0, 0.04), size=0.015, depth=2.0)
+    np.testing.assert_allclose(other["W"], usual["W"], atol=1e-4)
+    np.testing.assert_allclose(other.points * 1000.0, usual.points, atol=1e-3)
+    with pytest.warns(FaceWrinkleWarning, match="unit is taken to be m"):
+        water = round_ball.scale(0.001).facewrinkle.tear(start=RING[0] / 1000.0, width=4.0)
+    expected = round_ball.facewrinkle.tear(start=RING[0], width=4.0)
+    assert water.volume * 1e9 == pytest.approx(expected.volume, rel=0.01)
 
 
 RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
@@ -208,7 +223,7 @@ RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
         ({"start": RING[0], "t": -1.0}, ParameterError, "t must lie in"),
         ({"start": RING[0], "t": np.nan}, ParameterError, "t must lie in"),
         ({"start": RING[0], "width": 60.0}, ParameterError, "smaller than"),
-        ({"start": RING[0], "unit": 0.0}, ParameterError, "unit must lie in"),
+        ({"start": RING[0], "units": 0.0}, ParameterError, "units must be a name or a positive number"),
         ({"start": RING[0], "down": (0, 0, 0)}, ParameterError, "down must not be zero"),
         ({"weight": "paint"}, ParameterError, "no painted weights"),
     ],

@@ -58,6 +58,9 @@ ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
 unit is off by a factor of ten or more.
 """
 
+SMALLEST = 50.0
+"""A mesh that is no face is in mm or cm only if it is at least so large from corner to corner, mm."""
+
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
 
 OFF_MESH = 0.2
@@ -201,7 +204,7 @@ def fit_face(
     if any(name not in known for name in REQUIRED):
         search = _searched(source, given, progress)
         known = search.landmarks
-    found, _ = complete(known, load_head().landmarks)
+    found, _ = complete(known, load_head().landmarks, given)
     estimated = tuple(name for name in (NAMES if search is None else search.estimated) if name not in given)
     frame = frame_of(found)
     used = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
@@ -440,6 +443,20 @@ def millimetres(units: str | float) -> float:
     if not 0.0 < unit < np.inf:
         raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
     return unit
+
+
+def unit_by_size(size: float) -> str:
+    """Return the unit of a mesh that is no face, by its size from corner to corner: mm, or else cm, in which it is at
+    least 50 mm large, or else m.
+
+    Examples
+    --------
+    A ball of radius 40, a bust 30 high, and a cow 2.1 long:
+
+    >>> unit_by_size(139.0), unit_by_size(30.0), unit_by_size(2.1)
+    ('mm', 'cm', 'm')
+    """
+    return next((unit for unit in ("mm", "cm") if size * UNITS[unit] >= SMALLEST), "m")
 
 
 def unit_of_face(units: str | float | None, pupil_distance: float) -> float:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..anatomy.fitting import millimetres
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
@@ -117,8 +118,8 @@ class DrippingTear:
         Points around the drop.
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
-    unit : float
-        Millimetres per unit of a surface that is no Face.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float
+        Unit of a surface that is no Face, or millimetres per unit.
 
     Attributes
     ----------
@@ -153,14 +154,14 @@ class DrippingTear:
         fall: Fall | None = None,
         resolution: int = 40,
         down: npt.ArrayLike | None = None,
-        unit: float = 1.0,
+        units: str | float = "mm",
     ) -> None:
         self.shape, self.fall = shape or DropShape(), fall or Fall()
         self.begin, self.hang = check_range("begin", begin, 0.0, 1e9), check_range("hang", hang, 1e-3, 1e9)
-        self._support = support = None if surface is None else support_surface(surface, down, unit)
+        self._support = support = None if surface is None else support_surface(surface, down, units)
         self.down, self.forward = directions(down) if support is None else (support.down, support.forward)
         self._side = np.cross(self.down, self.forward)
-        unit = check_range("unit", unit, 1e-9, 1e9) if support is None else support.unit
+        unit = millimetres(units) if support is None else support.unit
         self.diameter = check_range("size", size, 1e-6, 1e9) / unit
         self.volume = np.pi / 6.0 * self.diameter**3
         self._depth = self.fall.depth / unit
@@ -313,5 +314,5 @@ def _check_size(diameter: float, support: SupportSurface) -> None:
     if diameter > largest:
         raise ParameterError(
             f"a tear must be smaller than a fifth of the surface, {largest * support.unit:.3g} mm, received "
-            f"{diameter * support.unit:.3g} mm. Is the unit of the surface right?"
+            f"{diameter * support.unit:.3g} mm. Are the units of the surface right?"
         )

@@ -195,8 +195,8 @@ class SheddingTear:
         Length of the edges of the mesh, at most, as a share of the width; those of a narrow trail are shorter.
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
-    unit : float
-        Millimetres per unit of a surface that is no Face.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float
+        Unit of a surface that is no Face, or millimetres per unit.
 
     Attributes
     ----------
@@ -241,7 +241,7 @@ class SheddingTear:
         head: Literal["round", "extruded"] = "round",
         detail: float = 0.28,
         down: npt.ArrayLike | None = None,
-        unit: float = 1.0,
+        units: str | float = "mm",
     ) -> None:
         film, flow, route = film or Film(), flow or Flow(), route or Route()
         if sum(choice is not None for choice in (path, start, weight)) != 1:
@@ -249,7 +249,7 @@ class SheddingTear:
         if head not in ("round", "extruded"):
             raise unknown_name("head", head, ("round", "extruded"))
         self._extruded = head == "extruded"
-        self._support = support_surface(surface, down, unit)
+        self._support = support_surface(surface, down, units)
         self.shape = self._checked_shape(width, height, film.trail)
         half, unit = self.shape.half, self._support.unit
         self.begin = check_range("begin", begin, 0.0, 1e9)
@@ -287,7 +287,7 @@ class SheddingTear:
         if max(2.0 * half, height) > LARGEST_SHARE * size:
             raise ParameterError(
                 f"a tear must be smaller than {LARGEST_SHARE} of the surface, {LARGEST_SHARE * size * unit:.3g} mm, "
-                f"received width={width:g} and height={height * unit:g}. Is the unit of the surface right?"
+                f"received width={width:g} and height={height * unit:g}. Are the units of the surface right?"
             )
         return Shape(half, height, half * trail, max(0.07 * height, 2.0 * EDGE / unit))
 

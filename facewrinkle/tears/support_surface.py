@@ -12,6 +12,7 @@ import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
+from ..anatomy.fitting import millimetres
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
@@ -164,7 +165,9 @@ class SupportSurface:
         return self.face
 
 
-def support_surface(surface: Face | MeshLike, down: npt.ArrayLike | None = None, unit: float = 1.0) -> SupportSurface:
+def support_surface(
+    surface: Face | MeshLike, down: npt.ArrayLike | None = None, units: str | float = "mm"
+) -> SupportSurface:
     """Return a face or any other mesh as a support surface.
 
     Parameters
@@ -172,15 +175,15 @@ def support_surface(surface: Face | MeshLike, down: npt.ArrayLike | None = None,
     surface : Face, or what :func:`facewrinkle.read_surface` takes
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
-    unit : float
-        Millimetres per unit of a surface that is no Face, which knows its own.
+    units : {"um", "mm", "cm", "dm", "m", "in"} or float
+        Unit of a surface that is no Face, which knows its own; or millimetres per unit.
 
     Examples
     --------
     A sheet in centimetres where z is up:
 
     >>> import pyvista as pv
-    >>> sheet = support_surface(pv.Plane(direction=(0, 1, 0)), down=(0, 0, -1), unit=10.0)
+    >>> sheet = support_surface(pv.Plane(direction=(0, 1, 0)), down=(0, 0, -1), units="cm")
     >>> sheet.down, sheet.unit, sheet.face is None
     (array([ 0.,  0., -1.]), 10.0, True)
     """
@@ -193,7 +196,7 @@ def support_surface(surface: Face | MeshLike, down: npt.ArrayLike | None = None,
         triangles = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
         if not len(triangles) or not np.isfinite(points).all():
             raise MeshError("a surface for tears needs triangles and finite points.")
-        unit = check_range("unit", unit, 1e-9, 1e9)
+        unit = millimetres(units)
     if face is None:
         return SupportSurface(points, triangles, *directions(down), unit)
     return SupportSurface(
