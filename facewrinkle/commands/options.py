@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
+import numpy as np
 from cyclopts import Parameter
 
 from ..anatomy.atlas import load_atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
-from ..anatomy.fitting import default_face, fit_face
+from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
 from ..errors import ParameterError, warn
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
@@ -37,7 +38,8 @@ class FaceOptions:
     landmarks
         JSON file with the coordinates of landmarks on --face. Default: all are found by shape.
     units
-        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes; of
+        what is no face, by its size.
     identity
         Another person's face for the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
         facewrinkle.Identity.
@@ -80,6 +82,20 @@ class FaceOptions:
         return default_face(
             parse_weights(self.identity, usual=None) if self.identity is not None else None, atlas=atlas
         )
+
+    def load_surface(self) -> Face:
+        """Return the mesh as a surface that is no face; without --units, its unit goes with its size."""
+        if self.face is None:
+            raise ParameterError("a place on a mesh belongs to one: name it with --face.")
+        for name in ("landmarks", "identity", "atlas"):
+            if getattr(self, name) is not None:
+                raise ParameterError(
+                    f"--{name} belongs to a face, a place to a mesh that is none: leave out one of them."
+                )
+        units = parse_units(self.units)
+        found = surface(self.face, units or "mm", self.texture)
+        size = float(np.linalg.norm(np.ptp(found.points, axis=0)))
+        return found if units is not None else replace(found, unit=millimetres(unit_by_size(size)))
 
 
 @Parameter(name="*")

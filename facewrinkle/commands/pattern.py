@@ -10,18 +10,21 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..anatomy.fitting import surface
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import LandmarkError, ParameterError, check_range, check_whole
 from ..geometry.smoothstep import smoothstep
+from ..layers.patterns_on_skin.base import Pattern
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
-from ..plotting.views import Style, View
+from ..plotting.views import Style, View, surface_view, whole_view
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, OutputOptions
-from .parsing import Vector, Whole, WholeOrNone, parse_mixture, parse_numbers, parse_units
+from .parsing import Vector, Whole, WholeOrNone, parse_mixture, parse_numbers
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
+
+CLOSE_MARGIN = 1.3
+"""Height of the close-up of a pattern on a mesh that is no face, in sizes of the pattern."""
 
 
 def pattern(
@@ -39,6 +42,9 @@ def pattern(
     style: str | None = None,
     variation: float | None = None,
     seed: WholeOrNone = None,
+    valid_share: float | None = None,
+    t: float | None = None,
+    cycle: float | None = None,
     strength: float = 1.0,
     expression: str | None = None,
     frames: Whole = 60,
@@ -52,7 +58,7 @@ def pattern(
     name
         forehead, eye_corner, cheek, frown, dimple or eye_pouch; on a face also one side, such as dimple_l.
     centre
-        Middle of the pattern on a mesh that is no face, such as 10,0,45; name the mesh with --face.
+        Middle of the pattern on a mesh that is no face, such as 10,0,45 in its own unit; name the mesh with --face.
     up
         Direction that is up for the pattern. Default: 0,1,0.
     extent
@@ -72,6 +78,12 @@ def pattern(
         How much the wrinkles differ from each other, 0 (all even) to 1.
     seed
         Seed of the variation: another number makes other wrinkles.
+    valid_share
+        Share of the vertices that carry the pattern, drawn by lot, up to 1.
+    t
+        The paper's t, where it moves the pattern on: its phase. Default: as on most faces.
+    cycle
+        Seconds in which the pattern runs through its t once, as in the paper's Fig. 1.
     strength
         How strong the pattern becomes, 0 to 1.
     expression
@@ -89,14 +101,20 @@ def pattern(
     if number is not None and spacing is not None:
         raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
     options: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
-    options |= {"style": style, "variation": variation, "seed": seed}
+    options |= {"style": style, "variation": variation, "seed": seed, "valid_share": valid_share, "t": t}
     options |= {"size": parse_numbers("extent", extent, (1, 2)), "up": parse_numbers("up", up, (3,))}
     options = {option: value for option, value in options.items() if value is not None}
+    if cycle is not None:
+        check_range("cycle", cycle, 1e-3, 1e6, "It is in seconds.")
+        if t is not None:
+            raise ParameterError("--t and --cycle exclude each other: leave one of them out.")
     if expression is None:
         options["strength"] = _Swell(strength, frames, fps)
     elif centre is None:
         options["strength"] = "skin"
     face, layers = _placed(name, source, parse_numbers("centre", centre, (3,)), options, report)
+    if cycle is not None:
+        _run(layers, cycle)
     rates = {} if expression is None else face.atlas.contractions(parse_mixture(expression, face.atlas), strength)
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
@@ -137,20 +155,46 @@ def _placed(
 ) -> tuple[Face, list[PatternLayer]]:
     """Return the face, and the layers: by landmarks, or about a centre on any surface."""
     if centre is None:
-        face = source.load(report)
+        try:
+            face = source.load(report)
+        except LandmarkError as problem:
+            if source.face is None or source.landmarks is not None:
+                raise
+            raise LandmarkError(
+                f"{problem} If {source.face.name} is no face, name the middle of the pattern: --centre X,Y,Z."
+            ) from None
         return face, PatternLayer.presets(name, face, **options)
-    if source.face is None:
-        raise ParameterError("--centre belongs to a mesh: name it with --face.")
-    if source.landmarks is not None:
-        raise ParameterError("--centre and --landmarks exclude each other: landmarks place the pattern by themselves.")
-    face = surface(source.face, parse_units(source.units) or "mm", source.texture)
-    return face, [PatternLayer(name, centre, **options)]
+    return source.load_surface(), [PatternLayer(name, centre, **options)]
+
+
+@dataclass(frozen=True)
+class _Cycle:
+    """The t of a pattern that runs through its cycle in some seconds."""
+
+    pattern: Pattern
+    seconds: float
+
+    def __call__(self, now: float) -> float:
+        return self.pattern.cycled(now / self.seconds)
+
+
+def _run(layers: list[PatternLayer], seconds: float) -> None:
+    """Let patterns run through their cycle."""
+    for layer in layers:
+        if not layer.patterns[0].timed:
+            raise ParameterError(
+                f"the t of {layer.name} follows from its strength, which comes and goes by itself: leave --cycle out."
+            )
+        layer.t = _Cycle(layer.patterns[0], seconds)
 
 
 def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
     """Play a clip, write its files, and print what came out."""
     face, output = clip.face, recorder.output
     front = Style(output.pixels)
+    near = _close(face, simulation.layers) if output.view is None and not face.landmarks else output.view
+    if not face.landmarks:
+        front = replace(front, view=whole_view(replace(front, view=near or "front")))
     highest: list[pv.PolyData] = []
 
     def watch(_: int, frame: pv.PolyData) -> None:
@@ -161,27 +205,20 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
         recorder.record(clip, lambda frame: scenes.begun(frame, front), watch)
         (top,) = highest
         recorder.save_mesh(top, face)
-        close = replace(front, view=_close(face, top, output.view, simulation.layers))
+        close = replace(front, view=near or closeup(top, face))
         for suffix, style in recorder.report.progress((("", front), ("_closeup", close)), "Pictures", 2):
             images = [scenes.picture(frame, style) for frame in (face.mesh, top)]
             images.append(picture(top, face, replace(style, wireframe=True)))
             recorder.save_picture(side_by_side(images), suffix)
-    recorder.tabulate(
-        recorder.stem,
-        {
-            "triangles": f"{face.mesh.n_cells} → {top.n_cells}",
-            "highest": f"{top['W'].max():.2f} mm",
-            "deepest": f"{-top['W'].min():.2f} mm",
-        },
-    )
+    facts = {"triangles": f"{face.mesh.n_cells} → {top.n_cells}"}
+    if not face.landmarks:
+        facts["unit of the mesh"] = f"{face.unit:g} mm"
+    for name, height in (("highest", top["W"].max()), ("deepest", -top["W"].min())):
+        facts[name] = f"{height:.2f} mm" + ("" if face.unit == 1.0 else f" ({height / face.unit:.3g} units)")
+    recorder.tabulate(recorder.stem, facts)
 
 
-def _close(face: Face, frame: pv.PolyData, view: str | None, layers: list[Any]) -> str | View:
-    """Return the view that was asked for, or else one of the pattern."""
-    if view is not None:
-        return view
-    if face.landmarks:
-        return closeup(frame, face)
-    normal = face.frame.axes @ layers[0].laid(face).centre.normal
-    sideways = float(np.hypot(normal[0], normal[2]))
-    return View((float(normal[0]), float(normal[1]), float(normal[2])) if sideways > 0.1 else (0.0, 0.8, 0.6))
+def _close(face: Face, layers: list[Any]) -> View:
+    """Return a view of a pattern on a surface that is no face."""
+    laid = layers[0].laid(face)
+    return surface_view(face, laid.centre.point, laid.centre.normal, CLOSE_MARGIN * 2.0 * float(laid.half.max()))

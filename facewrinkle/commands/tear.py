@@ -3,29 +3,40 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pyvista as pv
+from cyclopts import Parameter
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import LandmarkError, ParameterError, check_range, check_whole
 from ..export import output_folder
+from ..geometry.normals import vertex_normals
 from ..plotting import side_by_side
-from ..plotting.views import Style
+from ..plotting.views import Style, View, surface_view, whole_view
 from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation
-from ..tears.presets import PRESETS, Tear, preset, surfaces
+from ..tears.drop import DrippingTear, Fall
+from ..tears.drop_shape import DropShape
+from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
+from ..tears.stream import Film, Flow, Route, SheddingTear
 from .options import FaceOptions, OutputOptions
-from .parsing import Whole, parse_mixture
+from .parsing import Whole, parse_mixture, parse_numbers
 from .recorder import Clip, Drawing, Recorder, beside
 from .report import Report
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
+
+HEAD_SIZE = 420.0
+"""Size of the built-in head from corner to corner, mm."""
+
+CLOSE_MARGIN = 1.3
+"""Height of the close-up on a mesh that is no face, in sizes of what the tears run over."""
 
 MOMENTS = 4
 """Pictures in a row, as in the paper's Figs. 11 and 12."""
@@ -36,6 +47,7 @@ def tear(
     /,
     *,
     source: FaceOptions | None = None,
+    start: Annotated[list[str] | None, Parameter(allow_leading_hyphen=True, negative=())] = None,
     expression: str | None = None,
     intensity: float = 0.8,
     speed: float | None = None,
@@ -53,6 +65,9 @@ def tear(
     ----------
     kind
         Tears that drip or run down, as in the paper; or one tear, weeping, tears of joy.
+    start
+        A place from which tears come on a mesh that is no face, such as 10,0,45 in its own unit; again for the other
+        eye. Without --units they are as large as on a head of the size of the mesh.
     expression
         An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that goes with the tears.
     intensity
@@ -77,8 +92,6 @@ def tear(
     folder = output.folder(stem, source.label)
     report = Report(output.quiet)
     output_folder(folder, make=False)  # to be refused before the face is made
-    face = source.load(report)
-    rates = face.atlas.contractions(parse_mixture(expression or PRESETS[kind].expression, face.atlas), intensity)
     asked = {"c": speed, "roughness": roughness, "head": head, "by": reveal}
     given = {name: value for name, value in asked.items() if value is not None}
     if given and kind == "dripping":
@@ -90,20 +103,77 @@ def tear(
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
     style = Style(output.pixels, output.view or "cheeks")
+    places = [parse_numbers("start", place, (3,)) for place in start or ()]
+    if places and expression is not None:
+        raise ParameterError("--expression belongs to a face, --start to a mesh that is none: leave out one of them.")
+    face = _surface(source) if places else _face(source, report)
+    mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
+    rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):
-        crying = Crying(
-            face, rates, preset(kind, face, seed, **given), np.arange(frames) / fps, output.save_animation is None
-        )
+        tears = _tears_from(places, kind, face, seed, given) if places else preset(kind, face, seed, **given)
+        crying = Crying(face, rates, tears, np.arange(frames) / fps, output.save_animation is None)
+    if places and output.view is None:
+        style = replace(style, view=_close(face, places, tears))
     recorder = Recorder(folder, stem, output, report)
     _record(crying, recorder, style, plain=plain)
+    unit = {} if face.landmarks else {"unit of the mesh": f"{face.unit:.4g} mm"}
     recorder.tabulate(
         stem,
         {
+            **unit,
             "tears": f"{len(crying.tears)}, {crying.triangles} triangles at most",
             "tears alone": f"{1000.0 * crying.seconds / frames:.1f} ms a frame",
         },
     )
     report.say_time()
+
+
+def _face(source: FaceOptions, report: Report) -> Face:
+    """Return the face; where there is none on the mesh, the error says what to do."""
+    try:
+        return source.load(report)
+    except LandmarkError as problem:
+        if source.face is None or source.landmarks is not None:
+            raise
+        raise LandmarkError(
+            f"{problem} If {source.face.name} is no face, name a place from which tears come: --start X,Y,Z."
+        ) from None
+
+
+def _surface(source: FaceOptions) -> Face:
+    """Return the mesh as a surface that is no face; without --units, as large as a head."""
+    face = source.load_surface()
+    if source.units is not None:
+        return face
+    return replace(face, unit=HEAD_SIZE / float(np.linalg.norm(np.ptp(face.points, axis=0))))
+
+
+def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, given: dict[str, Any]) -> list[Tear]:
+    """Return tears of a preset from places: the first of one side of the face that runs, and the first that drips."""
+    tears: list[Tear] = []
+    for number, place in enumerate(places):
+        runs = [run for run in PRESETS[kind].runs if run.side == "lr"[number % 2]] or PRESETS[kind].runs
+        for drips in (False, True):
+            run = next((run for run in runs if run.drips == drips), None)
+            if run is None:
+                continue
+            options = dict(run.options)
+            if drips:
+                tears.append(DrippingTear(face, place, **grouped(options, shape=DropShape, fall=Fall)))
+            else:
+                options |= {**given, "seed": seed + number}
+                tears.append(SheddingTear(face, start=place, **grouped(options, film=Film, flow=Flow, route=Route)))
+    return tears
+
+
+def _close(face: Face, places: Sequence[Any], tears: list[Tear]) -> View:
+    """Return a view of the tears on a surface, from in front of the places that they come from."""
+    ways = [path.points for tear in tears if isinstance(tear, SheddingTear) for path in tear.paths]
+    seen = np.concatenate([np.asarray(places, dtype=np.float64), *ways])
+    normals = vertex_normals(face.points, face.triangles)
+    out = np.mean([normals[np.linalg.norm(face.points - place, axis=1).argmin()] for place in places], axis=0)
+    height = max(float(np.ptp(seen, axis=0).max()), 0.1 * HEAD_SIZE / face.unit)
+    return surface_view(face, 0.5 * (seen.min(axis=0) + seen.max(axis=0)), out, CLOSE_MARGIN * height)
 
 
 @dataclass(eq=False)
@@ -160,7 +230,8 @@ class Crying:
 
 def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) -> None:
     """Play a face that cries, and write its files."""
-    face, styles, moments = crying.face, (Style(close.size), close), crying.moments()
+    face, moments = crying.face, crying.moments()
+    styles = Style(close.size) if face.landmarks else replace(close, view=whole_view(close)), close
     series: list[tuple[float, pv.PolyData]] = []
     rows: list[list[Image]] = [[], []]
     with ExitStack() as stack:

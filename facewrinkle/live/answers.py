@@ -422,11 +422,8 @@ def views_of(face: Face) -> dict[str, list[float]]:
     axes, size = face.frame.axes, face.frame.pupil_distance
     out = {}
     for name, view in VIEWS.items():
-        focus = face.frame.origin
-        if face.landmarks:
-            focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
         direction = np.asarray(view.direction) @ axes
-        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *focus.tolist(), view.height * size]
+        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *view.focus(face).tolist(), view.height * size]
     return out
 
 

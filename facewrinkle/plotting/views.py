@@ -19,18 +19,19 @@ from ..geometry.normals import vertex_areas
 
 @dataclass(frozen=True)
 class View:
-    """Place of the camera in front of any face, by its axes and landmarks.
+    """Place of the camera in front of any face or other surface, by its axes and landmarks.
 
     Attributes
     ----------
     direction : tuple of float
         Direction [to the subject's left, up, forward] towards the camera, from the point that it looks at.
-    landmark : str
-        Name of the landmark at or near that point.
+    landmark : str, optional
+        Name of the landmark at or near that point. None: the middle between the eyes, or of a surface that is no face.
     offset : tuple of float
-        From the landmark to the point that the camera looks at, along the same axes, in distances between the pupils.
+        From the landmark to the point that the camera looks at, along the same axes, in distances between the pupils
+        (of a surface that is no face: in fifths of its diagonal).
     height : float
-        Height of the picture there, in distances between the pupils.
+        Height of the picture there, in the same unit.
 
     Examples
     --------
@@ -40,7 +41,7 @@ class View:
     """
 
     direction: tuple[float, float, float]
-    landmark: str = "nose_tip"
+    landmark: str | None = "nose_tip"
     offset: tuple[float, float, float] = (0.0, 0.2, -1.6)
     height: float = 4.5
 
@@ -50,14 +51,32 @@ class View:
                 raise ParameterError(f"{name} must be three numbers, received {getattr(self, name)!r}.")
         if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):
             raise ParameterError(f"direction must not be zero or straight up or down, received {self.direction!r}.")
-        if self.landmark not in NAMES:
+        if self.landmark is not None and self.landmark not in NAMES:
             raise unknown_name("landmark", self.landmark, NAMES)
         check_range("height", self.height, 1e-3, 1e3)
 
     def mirrored(self) -> View:
         """Return the same view from the other side of the face."""
         (x, y, z), (u, v, w) = self.direction, self.offset
-        return View((-x, y, z), mirrored_name(self.landmark), (-u, v, w), self.height)
+        landmark = None if self.landmark is None else mirrored_name(self.landmark)
+        return View((-x, y, z), landmark, (-u, v, w), self.height)
+
+    def focus(self, face: Face) -> Array:
+        """Return the point (3,) that the camera looks at.
+
+        A view that names a landmark looks at the middle of a surface that has none.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> bool((View((0, 0, 1), "nose_tip", (0, 0, 0)).focus(face) == face.landmarks["nose_tip"]).all())
+        True
+        """
+        if self.landmark is not None and not face.landmarks:
+            return face.frame.origin
+        base = face.frame.origin if self.landmark is None else face.landmarks[self.landmark]
+        return np.asarray(base + np.asarray(self.offset) @ face.frame.axes * face.frame.pupil_distance)
 
 
 _LEFT = {
@@ -94,6 +113,9 @@ SEEN_THROUGH = ("eye_", "lashes_", "glasses", "fuzz")
 
 COVER_STEP = 0.02
 """Size of what hair hides at once, in distances between the pupils."""
+
+OBLIQUE = 0.45
+"""Tangent of the angle at which a view of a place on a surface looks at it."""
 
 VIEW_ANGLE = 15.0
 """Angle of the camera from the lower to the upper border of the picture, degrees."""
@@ -162,15 +184,53 @@ def _view_of(style: Style) -> View:
 
 def _placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
     """Point that a view looks at, and unit directions towards the camera, to the right and up in the picture."""
-    size, axes = face.frame.pupil_distance, face.frame.axes
-    focus = face.frame.origin  # for a surface without landmarks
-    if face.landmarks:
-        focus = face.landmarks[view.landmark] + np.asarray(view.offset) @ axes * size
+    axes = face.frame.axes
     towards = np.asarray(view.direction) @ axes
     towards /= np.linalg.norm(towards)
     right = np.cross(axes[1], towards)
     right /= np.linalg.norm(right)
-    return focus, towards, right, np.cross(towards, right)
+    return view.focus(face), towards, right, np.cross(towards, right)
+
+
+def surface_view(face: Face, point: Array, normal: Array, height: float) -> View:
+    """Return a view of a place on any surface, a little from the side, as a relief is seen best.
+
+    Parameters
+    ----------
+    face : Face
+    point, normal : ndarray, shape (3,)
+        The place, and the direction out of the surface.
+    height : float
+        Height of the picture there, in the unit of the mesh.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> import pyvista as pv
+    >>> ball = fw.surface(pv.Icosphere(radius=40.0, nsub=3))
+    >>> view = surface_view(ball, np.array([0.0, 0, 40]), np.array([0.0, 0, 1]), 20.0)
+    >>> view.focus(ball).round(6) + 0.0
+    array([ 0.,  0., 40.])
+    """
+    axes, size = face.frame.axes, face.frame.pupil_distance
+    out = axes @ normal
+    side = np.array([out[2], 0.0, -out[0]])
+    if np.linalg.norm(side) < 0.1:  # seen from straight above
+        out, side = out + np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
+    x, y, z = (out + OBLIQUE * side / np.linalg.norm(side)).tolist()
+    u, v, w = ((point - face.frame.origin) @ axes.T / size).tolist()
+    return View((x, y, z), None, (u, v, w), height / size)
+
+
+def whole_view(style: Style) -> View:
+    """Return a view of a whole surface that is no face, from the direction of a style's.
+
+    Examples
+    --------
+    >>> whole_view(Style(view=View((1.0, 0.0, 0.2), None, (0.0, 1.0, 0.0), 0.4))).direction
+    (1.0, 0.0, 0.2)
+    """
+    return View(_view_of(style).direction, None, (0.0, 0.0, 0.0))
 
 
 def height_of(face: Face, style: Style) -> float:

@@ -7,6 +7,7 @@ import pytest
 import pyvista as pv
 from command_files import series_meshes
 
+import facewrinkle as fw
 from facewrinkle.cli import main
 
 FEW = ["--frames", "4", "--size", "96", "--no-movie"]
@@ -51,6 +52,53 @@ def test_on_any_surface_about_a_centre(tmp_path):
     assert deepest[2] == pytest.approx(4.0 + w[4, 0] / 10.0, abs=0.01)  # the mesh at its height, in its own unit
 
 
+def test_a_small_mesh_is_in_metres(tmp_path, capsys):
+    mesh, out = tmp_path / "ball.ply", tmp_path / "out"
+    pv.Sphere(radius=0.9, theta_resolution=40, phi_resolution=40).save(mesh)
+    place = ["--face", str(mesh), "--centre", "0,0.2,0.88", "--extent", "0.4,0.3", "--depth", "30"]
+    assert main(["pattern", "dimple", *place, *FEW, "--series", "--out", str(out)]) == 0
+    w = heights(out / "pattern_dimple.vtkhdf")
+    assert w[4, 0] == pytest.approx(-30.0, abs=1.0)
+    told = capsys.readouterr().out
+    assert "1000 mm" in told
+    assert f"{-w[4, 0] / 1000.0:.3g} units" in told
+
+
+def test_a_cycle_runs_through_t(tmp_path):
+    """Cheek lines of one period later are the same; half a period later, where bulges were, furrows are."""
+    mesh = tmp_path / "sheet.ply"
+    pv.Plane(i_size=100, j_size=100, i_resolution=60, j_resolution=60).triangulate().save(mesh)
+    options = ["--face", str(mesh), "--units", "mm", "--centre", "0,0,0", "--extent", "60", "--sharpness", "0"]
+    options += [
+        "--max-level",
+        "0",
+        "--fps",
+        "10",
+        "--frames",
+        "10",
+        "--size",
+        "64",
+        "--no-movie",
+        "--series",
+        "--quiet",
+    ]
+    assert main(["pattern", "cheek", *options, "--cycle", "0.8", "--out", str(tmp_path)]) == 0
+    w = np.array([mesh["W"] for mesh in series_meshes(tmp_path / "pattern_cheek.vtkhdf")])
+    strength = np.ptp(w[[6, 10, 14]], axis=1)
+    np.testing.assert_allclose(w[14] / strength[2], w[6] / strength[0], atol=1e-6)
+    np.testing.assert_allclose(w[10] / strength[1], -w[6] / strength[0], atol=1e-6)
+
+
+def test_t_and_the_share_of_valid_vertices(tmp_path):
+    options = ["--t", "2", "--valid-share", "0.5", "--series", "--quiet", "--out", str(tmp_path)]
+    assert main(["pattern", "forehead", *FEW, *options]) == 0
+    face = fw.default_face()
+    layers = fw.PatternLayer.presets("forehead", face, t=2.0, valid_share=0.5)
+    expected = fw.Simulation(face, layers=layers, motion=fw.Still(face)).step()
+    found, n = series_meshes(tmp_path / "pattern_forehead.vtkhdf")[4], face.mesh.n_points
+    np.testing.assert_allclose(found["W"][:n], expected["W"][:n], atol=1e-6)
+
+
 def test_an_expression_brings_it_out(tmp_path):
     arguments = [
         "pattern",
@@ -85,6 +133,9 @@ def test_a_movie(tmp_path):
         (["dimpel"], "'dimple'"),
         (["dimple", "--centre", "0,0"], "--centre must be 3 numbers"),
         (["dimple", "--centre", "0,0,0"], "name it with --face"),
+        (["dimple", "--cycle", "2"], "t of dimple_l follows from its strength"),
+        (["frown", "--cycle", "2", "--t", "3"], "exclude each other"),
+        (["frown", "--valid-share", "2"], "valid_share must lie"),
         (["dimple", "--strength", "2"], "strength must lie"),
         (["dimple", "--frames", "0"], "number of frames"),
         (["dimple", "--number", "3"], "number"),

@@ -87,6 +87,21 @@ def test_the_paper_s_tears_have_other_shapes(tmp_path):
     assert length[1] > length[0]  # c is then the speed of the descent
 
 
+def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
+    mesh, out = tmp_path / "ball.ply", tmp_path / "out"
+    pv.Icosphere(radius=0.9, nsub=4).save(mesh)
+    starts = ["--face", str(mesh), "--start", "0.3,0.4,0.75", "--start", "-0.3,0.4,0.75"]
+    quick = ["--seconds", "1.6", "--fps", "5", "--size", "48", "--no-movie", "--plain", "--series", "--out", str(out)]
+    assert main(["tear", "weeping", *starts, *quick, "--quiet"]) == 0
+    water = series_meshes(out / "tear_weeping_tears.vtkhdf")[-1]
+    assert water.n_open_edges == 0
+    streams = water.split_bodies(label=True)
+    both = {bool(body.center[0] > 0.0) for body in streams}
+    assert both == {True, False}
+    assert -0.9 < water.bounds[2] < 0.3  # they have run down
+    assert np.linalg.norm(water.points, axis=1).min() > 0.88
+
+
 @pytest.mark.parametrize(
     "arguments, code, message",
     [
@@ -96,6 +111,7 @@ def test_the_paper_s_tears_have_other_shapes(tmp_path):
         (["dripping", "--roughness", "0.5"], 1, "--reveal belong to tears that run down"),
         (["dripping", "--head", "extruded"], 1, "--reveal belong to tears that run down"),
         (["shedding", "--reveal", "depth"], 2, "reveal"),
+        (["shedding", "--start", "1,2,3"], 1, "name it with --face"),
         (["shedding", "--roughness", "2"], 1, "roughness must lie in"),
         (["shedding", "--seconds", "0"], 1, "seconds must lie in"),
         (["shedding", "--landmarks", "x.json"], 1, "--landmarks belongs to a mesh"),
