@@ -2,8 +2,8 @@
 Dimples that a smile brings out
 ===============================
 
-Dimples on both cheeks (Lin, Cheng, Fig. 6). They appear only with a smile: the more it compresses the skin, the deeper
-they are.
+Round dimples on both cheeks (Lin, Cheng, Fig. 6). They appear only with a smile: the more it compresses the skin, the
+deeper they are.
 """
 
 import matplotlib.pyplot as plt
@@ -23,6 +23,7 @@ images = [
     picture(frame, face, Style(size=(420, 420), view="left_mouth")) for frame in (frames[0], frames[9], frames[-1])
 ]
 figure(side_by_side(images))
+figure(side_by_side([picture(frame, face, Style(size=(632, 560))) for frame in (frames[0], frames[-1])]))
 
 # %%
 # The depth over time.

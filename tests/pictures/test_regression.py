@@ -52,7 +52,7 @@ PATTERNS = {
     "eye_corner": "left_eye",
     "cheek": "left_mouth",
     "frown": "glabella",
-    "dimple": View((0.55, 0.0, 1.0), "mouth_l", (0.26, 0.04, -0.1), 0.5),
+    "dimple": View((0.55, 0.0, 1.0), "mouth_l", (0.26, 0.04, -0.1), 0.9),
     "eye_pouch": "left_eye",
 }
 WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]

@@ -38,7 +38,7 @@ def proportion(pattern: object) -> float:
     Examples
     --------
     >>> round(proportion("dimple"), 2), proportion(abs)
-    (0.12, 0.025)
+    (0.08, 0.025)
     """
     for entry in table().values():
         if entry["pattern"] == pattern:

@@ -75,7 +75,7 @@ def test_all_presets_on_heads(request, stem, strength):
     assert abs(frown[1]) < 0.25
     dimple = fw.PatternLayer.preset("dimple_l", face)
     assert frame["pattern_dimple_l"].min() == pytest.approx(-strength * dimple.depth, rel=0.08)
-    assert dimple.depth == pytest.approx(1.3 * size * mm / 63.0)
+    assert dimple.depth == pytest.approx(2.2 * size * mm / 63.0)
 
 
 def test_all_kinds_on_a_torus():

@@ -351,7 +351,7 @@ def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile(clip):
         smile.append(weights["mouthSmile_L"])
         brows.append(weights["browInnerUp_L"])
         for name, values in depth.items():
-            values.append(-float(frame[f"pattern_{name}"].min()))
+            values.append(float(np.ptp(frame[f"pattern_{name}"])))
     smile, brows = np.array(smile), np.array(brows)
     at_rest = (smile == 0.0) & (brows == 0.0)
     for name in ("dimple_l", "dimple_r", "cheek_l"):
