@@ -13,19 +13,24 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test coverage pictures mutants bench analysis docs lint clean
+.PHONY: help demo test test-all coverage pictures mutants bench analysis docs package lint clean
 
 help:  ## list the targets
-	@sed -n 's/^\([a-z]*\):.*## /  make \1\t/p' Makefile
+	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
 
 demo: $(READY)  ## draw the demonstration into output/
 	$(BIN)/facewrinkle demo --out output
 
-test: lint  ## lint, types, tests and doctests
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
 
-coverage: $(READY)  ## the tests again, with the share of lines that they run (at least 95 %)
-	$(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --cov --cov-report=term --doctest-modules tests facewrinkle
+test: lint  ## lint, types, doctests, and the tests that are not slow
+	$(PYTEST) -m "not slow"
+
+test-all: lint  ## lint, types, doctests and all tests
+	$(PYTEST)
+
+coverage: $(READY)  ## all tests again, with the share of lines that they run (at least 95 %)
+	$(PYTEST) --cov --cov-report=term
 
 pictures: $(READY)  ## draw the pictures under test anew (look at them before they are committed)
 	rm -rf tests/pictures/baselines/*.png output/pictures

@@ -18,6 +18,7 @@ SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if 
 DELAYS = (0.1, 0.2, 0.3, 0.5, 0.8, 1.2, 2.0, 2.5, 3.0)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
 @pytest.mark.parametrize(("number", "there"), list(zip(SIGNALS, (True, False, True), strict=False)))
 def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
@@ -46,6 +47,7 @@ def test_an_interrupted_run_leaves_nothing_half_done(tmp_path, number, there):
         assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="signals are another thing there")
 @pytest.mark.parametrize(("delay", "number"), [*zip(DELAYS, 3 * SIGNALS, strict=False)])
 def test_signals_from_the_very_start(tmp_path, number, delay):

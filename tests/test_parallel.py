@@ -53,11 +53,13 @@ def test_the_same_bytes_in_threads_and_processes(here, kind):
             assert list(pool.map(digest, EXPRESSIONS)) == here
 
 
+@pytest.mark.slow
 def test_the_same_bytes_with_joblib(here):
     joblib = pytest.importorskip("joblib")
     assert joblib.Parallel(n_jobs=2)(joblib.delayed(digest)(name) for name in EXPRESSIONS) == here
 
 
+@pytest.mark.slow
 def test_the_same_bytes_with_dask(here):
     dask = pytest.importorskip("dask")
     work = [dask.delayed(digest)(name) for name in EXPRESSIONS]

@@ -1,6 +1,7 @@
 """The analysis of folds that run through each other."""
 
 import numpy as np
+import pytest
 
 import facewrinkle as fw
 from analysis.crossings import LOOKS, Folded, _near, poses
@@ -21,6 +22,7 @@ def test_places_near_others():
     assert not _near(places, np.empty((0, 3))).any()
 
 
+@pytest.mark.slow
 def test_surprise_turns_nothing_over_and_nothing_runs_through_itself():
     folded = Folded(fw.default_face())
     folded.pose(("surprise",))

@@ -12,6 +12,8 @@ from analysis.emotions import EMFACS, captured_emotion, emotion_agreements
 from analysis.motion import FOLDS, OTHERS, PAIRS, agreements, compared, fold_angles, read_shapes, report
 from facewrinkle.geometry.normals import vertex_normals
 
+pytestmark = pytest.mark.slow
+
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
 

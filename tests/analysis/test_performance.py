@@ -18,6 +18,7 @@ def test_exponents_are_those_of_the_stages_and_skip_what_was_not_measured():
     assert found["drawing"] == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 def test_everything_is_measured(report):
     numbers = report("performance").numbers
     assert [row["expression"] for row in numbers["table1"]] == [row.expression for row in table1.PAPER]

@@ -61,6 +61,7 @@ def test_a_cut_outside_the_region_is_refused():
         cut(folded(muscle, 1), muscle, across=1.3)
 
 
+@pytest.mark.slow
 def test_heights_converge_to_the_closed_form(report):
     numbers = report("profiles").numbers
     assert 1.7 < numbers["orders"]["mean"] < 2.2
@@ -78,6 +79,7 @@ def test_heights_converge_to_the_closed_form(report):
         assert measured == pytest.approx(at, abs=0.01)
 
 
+@pytest.mark.slow
 def test_heights_on_the_head_converge_too(report):
     for row in report("profiles").numbers["head"].values():
         assert row["order"] > 1.5

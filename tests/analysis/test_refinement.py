@@ -47,6 +47,7 @@ def test_eq_19_is_blind_at_u_and_2_u():
     assert seen[1:] == pytest.approx([0.0, 0.0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_refinement_pays(report):
     numbers = report("refinement").numbers
     paper = {row.expression: row for row in PAPER}

@@ -30,6 +30,7 @@ def test_regions_keep_or_lose_volume_by_their_shape():
     assert abs(net["sheet, tapered"][1]) > 0.1
 
 
+@pytest.mark.slow
 def test_volume_on_a_plate_converges(report):
     numbers = report("volume").numbers
     assert numbers["cycle"] < 1e-10
@@ -45,6 +46,7 @@ def test_the_displaced_volume_is_that_of_the_closed_form():
     assert found == pytest.approx(displaced_exactly(sheet()), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
     for rung in report("volume").numbers["head"].values():
         assert abs(rung["default mesh"] - rung["bounded"]) < 1.0

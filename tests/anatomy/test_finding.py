@@ -298,6 +298,7 @@ SPOILT = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("how", "seed"), list(zip(SPOILT, range(len(SPOILT)), strict=True)))
 def test_other_identities_are_found_wherever_they_are(face, how, seed):
     mesh, marks = other_identity(face.mesh, face.landmarks, seed)
@@ -329,6 +330,7 @@ def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint, cap
         np.testing.assert_allclose(found.landmarks[name], fitted.landmarks[name], rtol=1e-12, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stem", "seed", "central", "worst", "more"),
     [
@@ -366,6 +368,7 @@ def test_a_lip_that_is_rolled_in_is_doubted(real_face):
     assert found.confidence > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CAPTURED)
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
 def test_other_mouths(real_face, name):
@@ -383,6 +386,7 @@ def test_other_mouths(real_face, name):
     assert off.max() < 12.0
 
 
+@pytest.mark.slow
 def test_a_head_on_a_floor_that_it_has_grown_together_with(face):
     rim = np.asarray(max(boundary_loops(face.triangles), key=lambda loop: np.ptp(face.points[loop], axis=0).max()))
     middle, size = face.points[rim].mean(axis=0), face.frame.pupil_distance
@@ -427,6 +431,7 @@ def test_lips_and_chin_go_along_with_a_mouth_that_is_low_or_high(face, shift):
     assert min(found.confidences[name] for name in MOUTH) > UNSURE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("person", [13, 14, 20])
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
 def test_persons_far_from_the_mean(real_face, person):
@@ -538,6 +543,7 @@ THINGS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thing", THINGS.values(), ids=THINGS)
 def test_what_is_no_face_is_refused(face, thing):
     with pytest.raises(LandmarkError, match=r"no face was found.*give landmarks.*eye_l_inner"):
@@ -580,6 +586,7 @@ def _far_speck(face):
     return pv.merge([pv.Sphere(), speck])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thing", [lambda face: pv.ParametricCrossCap(), _far_speck], ids=["cross-cap", "far speck"])
 def test_slivers_are_no_trouble_where_parts_are_searched(face, thing):
     mesh = thing(face).extract_surface(algorithm="dataset_surface").triangulate()

@@ -400,6 +400,7 @@ def test_arrays_are_read_only(head: Head) -> None:
     assert load_head() is head
 
 
+@pytest.mark.slow
 def test_the_stored_head_is_what_the_code_makes(head: Head) -> None:
     built = build_head()
     assert (built.triangles == head.triangles).all()

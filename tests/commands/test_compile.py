@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
+
 import facewrinkle as fw
 from facewrinkle.cli import main
 from facewrinkle.commands import compile as command
@@ -36,6 +38,7 @@ print(compiled() - before)
 """
 
 
+@pytest.mark.slow
 def test_what_commands_call_is_compiled_ahead(tmp_path):
     run = [sys.executable, "-c", SEVERAL, str(tmp_path / "out")]
     done = subprocess.run(run, capture_output=True, text=True, check=False, cwd=tmp_path)

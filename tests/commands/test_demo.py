@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from command_files import picture_shape
 
 from facewrinkle.cli import main
@@ -9,6 +10,7 @@ from facewrinkle.commands import demo as demo_module
 from facewrinkle.commands.table1 import PAPER
 
 
+@pytest.mark.slow
 def test_demo(tmp_path, monkeypatch, capsys):
     for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("ITERATIONS", 3), ("DRAWINGS", 1), ("SHEET", 32)):
         monkeypatch.setattr(demo_module, name, value)

@@ -84,6 +84,7 @@ def test_what_a_scene_showed_before_does_not_show():
     assert views[0] != views[1]
 
 
+@pytest.mark.slow
 def test_workers_make_the_same_bytes(small, tmp_path):
     done = []
     other = generate(SPEC, tmp_path / "other", count=3, workers=2, progress=done.append)
@@ -91,6 +92,7 @@ def test_workers_make_the_same_bytes(small, tmp_path):
     assert sorted(done) == [1, 2]
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_is_told_and_the_same_again_goes_on(small, tmp_path):
     other = tmp_path / "other"
     with ThreadPoolExecutor() as pool:
@@ -236,6 +238,7 @@ def goes_on(other, small):
     assert [path.name for path in other.glob(".*")] == [".gitattributes"]  # nothing that was left
 
 
+@pytest.mark.slow
 def test_a_killed_run_goes_on(small, tmp_path, slow):
     other = tmp_path / "other"
     code = f"{slow}generate({SPEC!r}, {str(other)!r}, count=3)"
@@ -246,6 +249,7 @@ def test_a_killed_run_goes_on(small, tmp_path, slow):
     goes_on(other, small)
 
 
+@pytest.mark.slow
 def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow):
     dask = pytest.importorskip("dask", reason="schedulers are Dask's")
     address, preload, other = tmp_path / "scheduler.json", tmp_path / "preload.py", tmp_path / "other"
@@ -333,6 +337,7 @@ print(json.dumps([keys, first["png"].shape, first["npz"]["depth"].shape, first["
 """
 
 
+@pytest.mark.slow
 def test_webdataset_reads_it(small):
     pytest.importorskip("webdataset")
     urls = [str(small / f"shard-{k:06d}.tar") for k in range(2)]
@@ -342,6 +347,7 @@ def test_webdataset_reads_it(small):
     assert json.loads(out.stdout) == [[f"{k:09d}" for k in range(3)], [48, 48, 3], [48, 48], 0]
 
 
+@pytest.mark.slow
 def test_hugging_face_datasets_reads_it(small, tmp_path):
     pytest.importorskip("datasets")
     code = HUGGING.format(folder=str(small), cache=str(tmp_path))

@@ -19,6 +19,7 @@ def name_of(page):
     return page.stem.removeprefix("plot_")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_page(page):
     matplotlib.use("Agg")

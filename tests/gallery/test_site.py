@@ -38,6 +38,7 @@ def test_getting_started_runs(tmp_path, monkeypatch):
     assert (tmp_path / "surprise.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_scan_guide_runs(tmp_path, monkeypatch, face):
     monkeypatch.chdir(tmp_path)
     pv.PolyData.from_regular_faces(0.1 * face.points, face.triangles).save("scan.obj")

@@ -33,6 +33,8 @@ from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
 from facewrinkle.plotting import Scene, Style
 
+pytestmark = pytest.mark.slow
+
 SLIDER = "input[type=range][aria-label='{}']"
 
 

@@ -75,6 +75,7 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     assert np.abs(without - even)[face.points[:, 1] < face.landmarks["nose_tip"][1]].max() < 0.02
 
 
+@pytest.mark.slow
 def test_copied_python_gives_what_is_shown(studio):
     studio.change(
         mixture={"AU1": 1.0, "AU2": 0.5},
@@ -89,6 +90,7 @@ def test_copied_python_gives_what_is_shown(studio):
     assert np.abs(np.asarray(frame["W"])[:n] - np.asarray(words["frame"]["W"])[:n]).max() < 0.05
 
 
+@pytest.mark.slow
 def test_copied_python_moves_landmarks_too(studio, face):
     moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
     studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
@@ -133,6 +135,7 @@ def test_folds_that_changed_since_are_not_told(studio):
     stage.ask(clicked).result(30.0)
 
 
+@pytest.mark.slow
 def test_movies_animations_and_atlases_are_saved(studio, saved):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
     timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}

@@ -78,6 +78,7 @@ def test_mended_faces_keep_their_shape():
     assert kept >= 2
 
 
+@pytest.mark.slow
 def test_a_dirty_face_is_found():
     dirty = next(d for d in dirty_faces() if d.name.split()[1] == "head:" and d.faults)
     end, report = verdict(dirty, find=True)

@@ -272,6 +272,7 @@ def test_any_time_step_is_stable(coarse, time_step):
         assert np.abs(skin.displacement).max() < 40.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("which", "steps"), [("coarse", 1_000), ("face", 100)])
 def test_long_runs_of_random_contractions(request, which, steps):
     face = request.getfixturevalue(which)

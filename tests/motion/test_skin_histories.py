@@ -87,6 +87,7 @@ def test_releases_of_other_faces_end_at_rest(real_face, stem, what):
     assert steps_to_rest(skin, 100) <= 100
 
 
+@pytest.mark.slow
 def test_skin_comes_back_from_the_end_of_long_sequences(face):
     skin, rng = Skin(face), np.random.default_rng(12)
     for _ in range(30):
@@ -136,6 +137,7 @@ def test_energy_never_grows_from_random_states(face):
 # --- steady states ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(fw.EXPRESSIONS))
 def test_a_steady_state_is_one_whatever_came_before(skins, name):
     """A jump, and a detour over other expressions; held until they agree, as lips that press settle more slowly."""
@@ -219,6 +221,7 @@ def played(stem):
 """
 
 
+@pytest.mark.slow
 def test_the_same_bytes_in_every_process_with_any_number_of_threads():
     stem = FACES / "ict_face_narrow"
     face = str(stem) if stem.with_suffix(".obj").exists() else ""

@@ -146,6 +146,7 @@ def test_mixtures_have_labels():
     assert label({"a": 1.0, "b": 0.25}) == "a, b=0.25"
 
 
+@pytest.mark.slow
 def test_the_shapes_of_ict(real_face):
     from analysis.motion import FACES, read_shapes
 

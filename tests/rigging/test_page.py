@@ -14,6 +14,8 @@ import facewrinkle as fw
 from facewrinkle.errors import OutputError
 from facewrinkle.rigging import sheet, write_page
 
+pytestmark = pytest.mark.slow
+
 
 def shot(page, picture, hash_=""):
     """What chromium shows of a page."""

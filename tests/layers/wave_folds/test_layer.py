@@ -196,6 +196,7 @@ print(hashlib.sha256(b"".join(parts)).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_two_processes_find_the_same_lines_to_the_last_bit():
     runs = [
         subprocess.run([sys.executable, "-c", PROCESS], capture_output=True, text=True, check=True, env=environment)
