@@ -13,13 +13,16 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-all coverage pictures mutants bench analysis docs package lint clean
+.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs package lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
 
 demo: $(READY)  ## draw the demonstration into output/
 	$(BIN)/facewrinkle demo --out output
+
+readme: demo  ## draw the pictures of the README anew (look at them before they are committed)
+	for folds in printed wave; do cp output/$$folds.png docs/images/expressions_$$folds.png; done
 
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
 

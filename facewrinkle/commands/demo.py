@@ -12,8 +12,10 @@ from ..array_types import Image
 from ..export import output_folder
 from ..plotting import save_picture, side_by_side, stacked
 from ..plotting.views import Style
-from .express import Performance, record
-from .options import OutputOptions
+from ..simulation import PRINTED, Refinement
+from ..simulation.fold_layers import Folds
+from .express import Peak, Performance, record
+from .options import FoldOptions, OutputOptions
 from .recorder import Scenes
 from .report import Report
 from .table1 import PAPER, tabulate
@@ -26,10 +28,12 @@ SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
 ITERATIONS, DRAWINGS = 250, 20
 """For Table 1."""
+SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
+"""The folds that are drawn."""
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
-    """Write pictures and movies of the paper's five expressions, and Table 1.
+    """Write pictures and movies of the paper's five expressions, with folds as printed and as waves, and Table 1.
 
     Parameters
     ----------
@@ -41,23 +45,43 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report = Report(quiet)
     folder = output_folder(out, make=False)
     face = default_face()
-    output = OutputOptions()
-    columns, rows = [], []
-    with Scenes(face) as scenes:
-        rows.append(_sides(face.mesh, scenes, "front"))
-        for row in PAPER:
-            performance = Performance(face, face.atlas.contractions(row.expression), FRAMES, size=(SIZE, SIZE))
-            stem = row.expression
-            peak = record(performance, folder / stem, stem, report, output, fields=False, scenes=scenes)
-            with report.waiting("Drawing it for the contact sheets"):
-                columns.append(stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])]))
-                rows.append(_sides(peak.frame, scenes, peak.close))
-    contact = save_picture(side_by_side(columns), folder / "contact.png", colours=256)
-    sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
-    report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
-    report.say(f"\n{contact}: the five expressions, their wrinkles, and the triangles under them\n")
+    for folds, meaning in SHOWN.items():
+        report.say(f"\nFolds {folds!r}: {meaning}\n")
+        options = FoldOptions(folds)
+        with Scenes(options.face(face)) as scenes:
+            peaks = [perform(row.expression, options, scenes, folder / folds, report) for row in PAPER]
+            sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.png", colours=256)
+            report.say(f"\n{sheet}: the five expressions, their wrinkles, and the triangles under them")
+            if folds == "wave":
+                rows = [_sides(face.mesh, scenes, "front"), *(_sides(peak.frame, scenes, peak.close) for peak in peaks)]
+                sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
+                report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
+    report.say("\nTable 1, with the folds as printed:\n")
     tabulate(face, report, folder, ITERATIONS, DRAWINGS)
     report.say_time()
+
+
+def perform(
+    expression: str, options: FoldOptions, scenes: Scenes, folder: Path, report: Report, movie: bool = True
+) -> Peak:
+    """Play an expression, write its files into a folder of its own, and return its peak."""
+    face = scenes.face
+    performance = Performance(
+        face,
+        face.atlas.contractions(expression),
+        FRAMES,
+        PRINTED if options.folds == "printed" else Refinement(),
+        options.layers(face, FRAMES),
+        options,
+        (SIZE, SIZE),
+    )
+    output = OutputOptions(movie=movie)
+    return record(performance, folder / expression, expression, report, output, fields=False, scenes=scenes)
+
+
+def column(peak: Peak) -> Image:
+    """Return an expression on the sheet: from the front, its wrinkles, and the triangles under them."""
+    return stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])])
 
 
 def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:
