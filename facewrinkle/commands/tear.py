@@ -167,11 +167,12 @@ def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, given:
 
 
 def _close(face: Face, places: Sequence[Any], tears: list[Tear]) -> View:
-    """Return a view of the tears on a surface, from in front of the places that they come from."""
-    ways = [path.points for tear in tears if isinstance(tear, SheddingTear) for path in tear.paths]
-    seen = np.concatenate([np.asarray(places, dtype=np.float64), *ways])
+    """Return a view of the first tear that runs on a surface, from in front of the place that it comes from."""
+    place = np.asarray(places[0], dtype=np.float64)
+    first = next((tear for tear in tears if isinstance(tear, SheddingTear)), None)
+    seen = place[None] if first is None else first.paths[0].points
     normals = vertex_normals(face.points, face.triangles)
-    out = np.mean([normals[np.linalg.norm(face.points - place, axis=1).argmin()] for place in places], axis=0)
+    out = normals[np.linalg.norm(face.points - place, axis=1).argmin()]
     height = max(float(np.ptp(seen, axis=0).max()), 0.1 * HEAD_SIZE / face.unit)
     return surface_view(face, 0.5 * (seen.min(axis=0) + seen.max(axis=0)), out, CLOSE_MARGIN * height)
 
