@@ -4,9 +4,9 @@
 The five expressions of the paper
 =================================
 
-Surprise, frowning, closing an eye, stretching the mouth, and fear: the expressions that Zhang, Sim and Tan show, drawn
-as their paper prints the wrinkles, by their formula where it is mended, and as waves. The numbers of triangles in their
-Table 1 stand beside ours.
+Surprise, frowning, closing an eye, stretching the mouth, and fear: the expressions that Zhang, Sim and Tan show in
+their Fig. 13, with the wrinkles that their paper prints, by their formula where it is mended, and as waves. The numbers of
+triangles in their Table 1 stand beside ours.
 """
 
 import matplotlib.pyplot as plt
@@ -15,44 +15,59 @@ import numpy as np
 import facewrinkle as fw
 from facewrinkle.commands.table1 import PAPER, criterion
 from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
+from facewrinkle.simulation import PRINTED
+from facewrinkle.simulation.fold_layers import with_printed_muscles
+
+STEPS = 30
+FRONT = ("front",) * 5
+NEAR = ("forehead", "glabella", "left_eye", "right_mouth", "forehead")
+face = fw.default_face()
+paper_face = with_printed_muscles(face)
 
 
-def held(folds, steps):
-    """Play the five expressions, and return the last frames."""
+def held(simulation):
+    """Play the five expressions in a simulation each, and return the last frames."""
     frames = []
     for row in PAPER:
-        sim = fw.Simulation(fw.default_face(), folds=folds)
+        sim = simulation()
         sim.express(row.expression)
-        *_, frame = sim.run(steps)
+        *_, frame = sim.run(STEPS)
         frames.append(frame)
     return frames
 
 
-# %%
-# As printed: the 23 muscles of the paper with their own wrinkling regions, Eqs. 1 to 18 as they stand, accumulated over
-# 250 iterations. Furrows begin and end in a step, and are as deep as their parameters say.
-
-face, views = fw.default_face(), ("forehead", "glabella", "left_eye", "right_mouth", "forehead")
-printed = held("printed", 250)
-
-
-def near(frames):
-    """Draw the places that wrinkle."""
-    styles = [Style(size=(300, 330), view=view) for view in views]
+def drawn(frames, views):
+    """Draw the five in a row."""
+    styles = [Style(size=(240, 264), view=view) for view in views]
     return side_by_side([picture(frame, face, style) for frame, style in zip(frames, styles, strict=True)])
 
 
-front = side_by_side([picture(frame, face, Style(size=(300, 330))) for frame in printed])
-figure(stacked([front, near(printed)]))
+# %%
+# Fig. 13, without and with wrinkles, as printed (``folds="printed"``): the 23 muscles of the paper with their own
+# wrinkling regions, and Eqs. 1 to 18 as they stand, accumulated over the iterations. (Table 1 has 250 of them; the 30
+# of this page make furrows somewhat shallower.) Furrows begin and end in a step, and are as deep as their parameters say.
+
+bare = held(lambda: fw.Simulation(paper_face, fw.Refinement(max_level=0), layers=[]))
+printed = held(lambda: fw.Simulation(paper_face, PRINTED, [fw.PrintedWrinkles(STEPS)]))
+figure(stacked([drawn(frames, views) for views in (FRONT, NEAR) for frames in (bare, printed)]))
 
 # %%
-# Mended (``folds="paper"``), and as waves, the default: above and below.
+# Mended (``folds="paper"``): nothing jumps, depths are bounded, and anatomical creases, which all people have at the
+# same places, take the place of the lines beside the mouth and between the brows.
 
-figure(stacked([near(held(folds, 60)) for folds in ("paper", "wave")]))
+mended = held(lambda: fw.Simulation(face, folds="paper"))
+figure(stacked([drawn(mended, views) for views in (FRONT, NEAR)]))
 
 # %%
-# Triangles of the printed folds. The paper's model and ours start from 4,517; how many are added depends on the
-# expression.
+# Beyond the paper, as waves (``folds="wave"``), the default: lines differ from person to person, end, and run into each
+# other. The creases are the same.
+
+waves = held(lambda: fw.Simulation(face, folds="wave"))
+figure(stacked([drawn(waves, views) for views in (FRONT, NEAR)]))
+
+# %%
+# Triangles of the printed folds, beside Table 1. The paper's model and ours start from 4,517; how many are added
+# depends on the expression. (``facewrinkle table1`` measures the table itself, with its 250 iterations.)
 
 ours = [frame.n_cells for frame in printed]
 theirs = [row.after for row in PAPER]

@@ -15,17 +15,28 @@ import numpy as np
 from facewrinkle.geometry.equations import attenuation, bulge_height, phase, shape, zero_crossing
 
 # %%
-# The exponent alpha makes furrows sharp and bulges round. At 0 both are straight.
+# Fig. 3 of the paper: the three parameters, one at a time, in mm over two wrinkles with ``u = 1``. The furrow depth
+# factor k0 scales all heights; the exponent alpha makes furrows sharp and bulges round (at 0 both are straight); the
+# height d of the bulge lifts the whole profile. Only one d keeps the volume, so it is no free parameter here: red in
+# the last plot.
 
 w = np.linspace(0.0, 4.0, 801)
-_, axes = plt.subplots(figsize=(9, 3))
-for alpha in (0.0, 1.0, 2.0, 4.0):
-    height = shape(np.mod(w, 2.0), 1.0, k0=1.0 / 2.0**alpha, alpha=alpha)
-    axes.plot(w, height, label=f"alpha = {alpha:g}")
-axes.axhline(0.0, color="0.7", lw=0.8)
-axes.set_xlabel("w / u")
-axes.set_ylabel("height (1 from bulge to furrow)")
-axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+flat = bulge_height(1.0, 1.0)
+profiles = [
+    {f"k0 = {k0:g}": shape(np.mod(w, 2.0), 1.0, k0, alpha=1.0) for k0 in (0.5, 1.0, 1.5)},
+    {f"alpha = {alpha:g}": shape(np.mod(w, 2.0), 1.0, 1.0, alpha) for alpha in (0.0, 0.5, 1.0, 1.5)},
+    {f"d = {d:g}": shape(np.mod(w, 2.0), 1.0, 1.0, 1.0) + d - flat for d in (0.25, flat, 1.25)},
+]
+_, axes = plt.subplots(1, 3, figsize=(10, 3), sharey=True)
+for axis, lines, title in zip(axes, profiles, ("alpha = 1", "k0 = 1", "k0 = alpha = 1"), strict=True):
+    for name, height in lines.items():
+        axis.plot(w, height, label=name, color="#b5442e" if name == f"d = {flat:g}" else None)
+    axis.axhline(0.0, color="0.7", lw=0.8)
+    axis.set_xlabel("w / u")
+    axis.set_title(title, fontsize=10)
+    axis.legend(frameon=False, fontsize=8, loc="lower center")
+axes[0].set_ylabel("H (mm)")
+axes[0].set_ylim(-4.6, 1.6)
 plt.tight_layout()
 
 # %%

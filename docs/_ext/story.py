@@ -5,6 +5,7 @@ from pathlib import Path
 ORDER = (
     "first_expression",
     "five_expressions",
+    "growing_wrinkles",
     "own_expression",
     "people",
     "data",
