@@ -68,6 +68,7 @@ def test_its_style_stays_in_the_widget():
     assert "body {" not in text
 
 
+@pytest.mark.slow
 def test_its_module_draws_in_a_browser(studio, browser, monkeypatch):
     """The module alone, on an empty page, with what a kernel would send."""
     widget = studio.widget(height=300)

@@ -18,7 +18,7 @@ from analysis.trials import Player, can_wrinkle
 
 pytestmark = pytest.mark.slow
 
-FACES = ("head-0", "head-1", "head-2", "ict-0", "ict-1", "ict-2", "makehuman", "mediapipe")
+FACES = ("head-1", "ict-0", "ict-1", "makehuman", "mediapipe")
 FRAMES = 120
 NEVER = ("not finite", "energy", "eyes", "inverted", "wrinkles", "teeth", "not at rest")
 

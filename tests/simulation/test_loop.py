@@ -75,7 +75,7 @@ def test_simulations_of_one_face_do_not_meet(face):
 
 @pytest.mark.parametrize(("frames", "ramp"), [(20, 0.6), (10, 1.0), (10, 0.0), (1, 0.6), (7, 0.05)])
 def test_runs_ramp_smoothly_and_hold(face, frames, ramp):
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, layers=[])
     sim.contract({"mentalis_l": 0.8})
     index, seen = sim.muscles.index("mentalis_l"), []
     for _ in sim.run(frames, ramp):
@@ -92,7 +92,7 @@ def test_runs_ramp_smoothly_and_hold(face, frames, ramp):
 
 
 def test_what_was_asked_for_outlives_a_run_that_is_left_early(face):
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, layers=[])
     sim.contract({"mentalis_l": 0.8})
     for _ in sim.run(50):
         break
@@ -102,7 +102,7 @@ def test_what_was_asked_for_outlives_a_run_that_is_left_early(face):
 
 
 def test_express_takes_names_units_and_mixtures(face):
-    sim = fw.Simulation(face)
+    sim = fw.Simulation(face, layers=[])
     for what, intensity in (("fear", 0.5), ("AU12", 1.0), ({"AU12": 0.7, "corrugator_l": 0.2}, 0.5)):
         sim.express(what, intensity)
         sim.step()
@@ -267,7 +267,7 @@ def test_eyes_turn_no_farther_than_they_can(face):
     assert not sim.skin.rates.any()
 
 
-@pytest.mark.parametrize("expression", ["surprise", "happiness", "kiss"])
+@pytest.mark.parametrize("expression", ["happiness", "kiss"])
 def test_settling_ends_where_many_steps_end(face, expression):
     straight, long = fw.Simulation(face), fw.Simulation(face)
     for sim in (straight, long):
