@@ -188,7 +188,7 @@ def test_the_module_runs():
     [
         (["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing")),
         (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
-        (["table1", "--iterations", "2", "--drawings", "1"], ("Table 1",)),
+        pytest.param(["table1", "--iterations", "2", "--drawings", "1"], ("Table 1",), marks=pytest.mark.slow),
     ],
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, capsys, command, shown):

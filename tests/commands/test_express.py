@@ -159,7 +159,7 @@ def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(f
     np.testing.assert_array_equal(performance.bare(used.motion).points, performance.bare().points)
 
 
-@pytest.mark.parametrize("folds", ["wave", "paper"])
+@pytest.mark.parametrize("folds", ["wave", pytest.param("paper", marks=pytest.mark.slow)])
 def test_a_depth_that_skin_does_not_allow_is_said_and_can_be_had(tmp_path, capsys, folds):
     command = ["express", "happiness", *FEW, "--no-movie", "--folds", folds, "--out", str(tmp_path)]
     assert main([*command, "--depth", "1"]) == 0

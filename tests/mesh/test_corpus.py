@@ -29,6 +29,7 @@ def dirty_faces(count=COUNT, seed=SEED):
     return list(corpus(count, seed))
 
 
+@pytest.mark.slow
 def test_the_proportions_are_those_of_the_wild():
     faces = dirty_faces(100, 7)
     counts = Counter(fault for dirty in faces for fault in dirty.faults)
@@ -52,6 +53,7 @@ def test_the_corpus_is_dirty():
     assert min(kinds.values()) >= 2, kinds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(COUNT))
 def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
     dirty = dirty_faces()[number]

@@ -38,6 +38,7 @@ def test_small_gaps_are_closed():
     assert len(np.unique(mesh.triangles)) <= 1.02 * len(points)
 
 
+@pytest.mark.slow
 def test_a_soup_is_reconstructed():
     pytest.importorskip("pymeshlab")
     points, triangles = ball(24)
