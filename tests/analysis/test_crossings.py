@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.crossings import LOOKS, Folded, _near, poses
+from analysis.crossings import AGES, Folded, _near, poses
 
 
 def test_poses_are_units_and_expressions_alone_and_then_all_pairs(face):
@@ -26,8 +26,8 @@ def test_places_near_others():
 def test_surprise_turns_nothing_over_and_nothing_runs_through_itself():
     folded = Folded(fw.default_face())
     folded.pose(("surprise",))
-    for look in LOOKS:
-        found = folded.measured(*look)
+    for age in AGES:
+        found = folded.measured(age)
         assert found["deep"] > 1.0
         assert found["turned"] == found["crossing"] == 0
         assert abs(found["net"]) < 0.01

@@ -19,8 +19,6 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry.equations import deepest
-from facewrinkle.layers._kernels import LEANING, STEEPEST_SLIDE
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 STYLE = Wrinkles(depth=2.0, alpha=1.3)
@@ -85,27 +83,6 @@ def test_a_crest_beside_a_furrow_without_net_volume(alpha):
     assert np.abs(slope).max() < 0.5 * (
         np.ptp(height) / 3.0
     )  # it declines to the cheek, more gently than to the furrow
-
-
-@pytest.mark.parametrize("alpha", [0.9, 1.3, 2.0])
-@pytest.mark.parametrize("epsilon", [0.05, 0.2, 0.5])
-def test_its_crest_leans_over_the_furrow_and_stays_within_the_freed_length(alpha, epsilon):
-    """The bound skin beyond the furrow stays; the slide is steepest at the furrow, where walls would touch first."""
-    crease, half, x = STRAIGHT.replaced(alpha=alpha), 3.0, ACROSS
-    lean = crease.lean(SECTION)
-    assert not lean[x <= 0.0].any()
-    assert not lean[x >= 3.0 * half].any()
-    assert lean.max() == pytest.approx(0.5, abs=1e-6)
-    assert x[lean.argmax()] == pytest.approx(half, abs=0.01)
-    step = x[1] - x[0]
-    assert (np.diff(lean) / step).max() == pytest.approx(LEANING / half, rel=1e-3)
-    deep = float(deepest(2.0 * half, epsilon))
-    share = min(1.0, STEEPEST_SLIDE / (LEANING * deep / half))
-    inside = (x >= -half) & (x <= 3.0 * half)
-    place = (1.0 - epsilon) * (x - share * deep * lean)[inside]
-    height = deep / 2.0**alpha * crease.height(SECTION)[inside]
-    assert (np.diff(place) > 0.0).all()
-    assert np.hypot(np.diff(place), np.diff(height)).sum() < np.ptp(x[inside])
 
 
 def test_blunt_heights_are_means():
