@@ -106,8 +106,8 @@ class FoldOptions:
     Parameters
     ----------
     folds
-        wave: they grow where the skin is compressed. paper: lines by the formula of Zhang, Sim and Tan, mended.
-        printed: their 23 muscles and wrinkles as printed.
+        wave: they grow where the skin is compressed. printed: the 23 muscles and the wrinkles of Zhang, Sim and Tan,
+        as their paper prints them. paper: by their formula, mended, and creases where all people have them.
     depth
         Factor of the depth of all folds.
     density
