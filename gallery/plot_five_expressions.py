@@ -5,8 +5,8 @@ The five expressions of the paper
 =================================
 
 Surprise, frowning, closing an eye, stretching the mouth, and fear: the expressions that Zhang, Sim and Tan show in
-their Fig. 13, with the wrinkles that their paper prints, by their formula where it is mended, and as waves. The numbers of
-triangles in their Table 1 stand beside ours.
+their Fig. 13, with the wrinkles that their paper prints, by their formula where it is mended, and as waves. The
+numbers of triangles in their Table 1 stand beside ours.
 """
 
 import matplotlib.pyplot as plt
@@ -45,7 +45,8 @@ def drawn(frames, views):
 # %%
 # Fig. 13, without and with wrinkles, as printed (``folds="printed"``): the 23 muscles of the paper with their own
 # wrinkling regions, and Eqs. 1 to 18 as they stand, accumulated over the iterations. (Table 1 has 250 of them; the 30
-# of this page make furrows somewhat shallower.) Furrows begin and end in a step, and are as deep as their parameters say.
+# of this page make furrows somewhat shallower.) Furrows begin and end in a step, and are as deep as
+# their parameters say.
 
 bare = held(lambda: fw.Simulation(paper_face, fw.Refinement(max_level=0), layers=[]))
 printed = held(lambda: fw.Simulation(paper_face, PRINTED, [fw.PrintedWrinkles(STEPS)]))

@@ -15,6 +15,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.cli import app
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = sorted(page for folder in (DOCS, DOCS / "howto", DOCS / "theory") for page in folder.glob("*.rst"))
@@ -129,3 +130,37 @@ def shown(thing):
     """Whether its own text has a section of examples."""
     _, _, examples = inspect.cleandoc(thing.__doc__ or "").partition("\nExamples\n--------\n")
     return bool(doctest.DocTestParser().get_examples(examples))
+
+
+def papers():
+    return (DOCS / "papers.rst").read_text(encoding="utf-8")
+
+
+def test_links_of_the_papers_lead_somewhere():
+    """To labels, pages and pictures of the site; names in code are tested with those of all pages."""
+    gallery = sorted((DOCS.parent / "gallery").glob("plot_*.py"))
+    sources = "\n".join(page.read_text(encoding="utf-8") for page in [*PAGES, *gallery])
+    labels = set(re.findall(r"^\.\. _([\w-]+):$", sources, re.MULTILINE))
+    pages = {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} | {f"gallery/{x.stem}" for x in gallery}
+    assert set(re.findall(r":ref:`(?:[^`<]*<)?([\w-]+)>?`", papers())) <= labels
+    assert set(re.findall(r":doc:`/?([\w/]+)`", papers())) <= pages
+    assert set(re.findall(r":target: (gallery/\w+)\.html", papers())) <= pages
+    assert {f"gallery/{name}" for name in re.findall(r"sphx_glr_(\w+)_\d{3}\.png", papers())} <= pages
+
+
+def test_commands_of_the_papers_are_understood():
+    commands = re.findall(r"``facewrinkle ([^`]+)``", papers())
+    assert len(commands) > 15
+    for command in commands:
+        app.parse_args(command.split(), exit_on_error=False, print_error=False)
+
+
+@pytest.mark.parametrize("title, rows", [("figures and table", 14), ("equations", 19), ("Paper B: figures", 12)])
+def test_the_papers_are_there_as_a_whole(title, rows):
+    """Every figure and every equation, by its number."""
+    section = papers().partition(title + "\n")[2].partition("\nPaper ")[0]
+    found = set()
+    for first in re.findall(r"^   \* - (?:Figs?\. |(?=\d))(.*)$", section, re.MULTILINE):
+        for low, high in re.findall(r"(\d+)(?:-(\d+))?", first.partition(":")[0]):
+            found |= set(range(int(low), int(high or low) + 1))
+    assert found == set(range(1, rows + 1))
