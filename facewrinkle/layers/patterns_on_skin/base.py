@@ -70,6 +70,14 @@ class Pattern:
         """Return heights (k,), 0 at strength 0."""
         raise NotImplementedError
 
+    def variation_at(self, x: Array, y: Array, aspect: float) -> tuple[Array | float, Array | float]:
+        """Return what natural variation adds to the phase, and the share of the height that it leaves."""
+        return 0.0, 1.0
+
+    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
+        """Return heights (k,) with a shift of the phase, before the share of natural variation."""
+        return self.relief(x, y, strength, t, aspect)
+
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
         raise NotImplementedError

@@ -202,6 +202,7 @@ class PatternLayer:
         self._n += len(created.points)
         aspect = self._laid.aspect
         self._planes = [(pattern, *pattern.plane(self._uv, aspect)) for pattern in self._sized]
+        self._variations = [pattern.variation_at(x, y, aspect) for pattern, x, y in self._planes]
         self._wave_t = np.nan
 
     def displacement(self, state: SurfaceState) -> Displacement:
@@ -211,8 +212,8 @@ class PatternLayer:
         if strength > 0.0:
             seconds = state.time + self.begin
             relief = sum(
-                pattern.relief(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect)
-                for pattern, x, y in self._planes
+                share * pattern.evaluated(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect, shift)
+                for (pattern, x, y), (shift, share) in zip(self._planes, self._variations, strict=True)
             )
             height[self._where] = self._depth * self._weight * relief
         self._height = height
