@@ -30,12 +30,14 @@ def row(surfaces, height=0.35):
 
 
 # %%
-# Fig. 3: eye corner, frown, cheek.
+# Fig. 3: eye corner, frown, cheek. The print of the frown can be read in two ways: lines that draw together
+# upwards, or a fan, as on faces.
 corner = patterns.eye_corner(right, y, 0.9, alpha=2.0, beta=-0.35, gamma=14)
 row(
     {
         "eye corner": corner,
         "frown": patterns.frown(x, y, 4.0, alpha=0.5, beta=1.5),
+        "frown as a fan": patterns.frown(x, y, 6.0, alpha=0.4, beta=0.1, variant="fan", shift=np.pi / 2),
         "cheek": patterns.cheek(x, y, 0.0, alpha=0.4, beta=4.0),
     }
 )
