@@ -129,6 +129,7 @@ FILES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("write", "ending"), FILES, ids=lambda value: value if isinstance(value, str) else "")
 def test_files_that_are_cut_off_or_garbled(tmp_path, write, ending):
     data = write(tmp_path / f"whole{ending}")
