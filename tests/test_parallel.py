@@ -43,7 +43,9 @@ def in_processes(method: str) -> Executor:
     return ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method))
 
 
-@pytest.mark.parametrize("kind", ["threads", pytest.param("spawn", marks=pytest.mark.slow), "fork"])
+@pytest.mark.parametrize(
+    "kind", ["threads", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("spawn", "fork"))]
+)
 def test_the_same_bytes_in_threads_and_processes(here, kind):
     if kind == "fork" and sys.platform != "linux":
         pytest.skip("fork is safe on Linux only")

@@ -8,6 +8,8 @@ import pytest
 import facewrinkle as fw
 from analysis.folds import measured, spacings
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def raised(face):

@@ -35,6 +35,7 @@ def test_everything_is_measured(report):
     assert numbers["forest exponents"]["held"] == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_table_1_times_frames_that_are_rendered(face, monkeypatch):
     """Off screen, PyVista renders nothing before the first picture is taken."""
     rendered = []

@@ -43,6 +43,7 @@ def test_a_known_wave_is_measured():
         assert found.narrow == pytest.approx(closed_narrow(alpha), abs=5e-3)
 
 
+@pytest.mark.slow
 def test_cuts_are_made_across_folds_of_every_kind(face):
     """Between the vertices of a fine mesh the closed form of rings and of straight fibres is met."""
     for name in ("closing_eye", "surprise"):

@@ -18,6 +18,7 @@ def test_the_integral_of_a_cycle_vanishes_for_all_parameters():
             assert size > 0.0
 
 
+@pytest.mark.slow
 def test_regions_keep_or_lose_volume_by_their_shape():
     net = {name: in_the_plane(muscle) for name, muscle in regions().items()}
     assert net["sheet"] == pytest.approx((0.0, 0.0), abs=1e-3)

@@ -19,8 +19,8 @@ from tools.self_intersections import self_intersections
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
 SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]
-CROWD = [Identity.random(seed, 0.7) for seed in range(12)]
-EXTREMES = [Identity(*np.random.default_rng(seed).choice([-1.0, 1.0], len(NAMES)).tolist()) for seed in range(12)]
+CROWD = [Identity.random(seed, 0.7) for seed in range(6)]
+EXTREMES = [Identity(*np.random.default_rng(seed).choice([-1.0, 1.0], len(NAMES)).tolist()) for seed in range(6)]
 BABY = fw.Identity(width=0.4, length=-1.0, jaw=-1.0, chin=-1.0, nose_length=-1.0, brow=-1.0, cheeks=1.0, age=-1.0)
 
 

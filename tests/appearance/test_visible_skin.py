@@ -106,6 +106,7 @@ def test_the_lining_of_a_bag_has_no_back(real_face, stem):
     assert shown[inner.any(axis=1) & away].mean() < 0.05
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("expression", ["anger", "pain"])
 @pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
 def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, stem, expression):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pytest
 
 import facewrinkle as fw
 from facewrinkle.cli import main
 
 
+@pytest.mark.slow
 def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     head = fw.default_face()
     head.mesh.scale(0.001).rotate_y(40).flip_faces().save(tmp_path / "head.vtp")

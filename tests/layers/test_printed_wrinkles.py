@@ -130,6 +130,7 @@ def test_one_switch_is_all(face):
     assert fw.Simulation(own, folds="printed").face is own
 
 
+@pytest.mark.slow
 def test_triangles_of_table_1(face):
     """By Eq. 19 alone and one threshold: the paper's order, and each number within a fifth."""
     found = {}

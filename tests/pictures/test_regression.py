@@ -56,6 +56,8 @@ PATTERNS = {
     "eye_pouch": "left_eye",
 }
 WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]
+QUICK = ("surprise", "happiness", "forehead", "dimple")
+"""Names of wrinkles that are drawn also where slow tests are left out."""
 LOOKS = {
     "rest": (None, "front"),
     "happiness": ("happiness", "left_three_quarter"),
@@ -158,7 +160,11 @@ def style(view, **options):
     return Style((SIDE // 2, SIDE // 2), view, **options)
 
 
-@pytest.mark.parametrize("kind, name, view", WRINKLES, ids=lambda value: value if isinstance(value, str) else "close")
+@pytest.mark.parametrize(
+    "kind, name, view",
+    [pytest.param(*each, marks=[] if each[1] in QUICK else pytest.mark.slow) for each in WRINKLES],
+    ids=lambda value: value if isinstance(value, str) else "close",
+)
 def test_wrinkles_and_a_change_of_a_fortieth_in_height(kind, name, view, verify):
     """They are those of the baseline, and so much change is an error."""
     plotters = [plaster(frame(kind, name, factor), view) for factor in (1.0, 1.025)]

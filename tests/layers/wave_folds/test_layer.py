@@ -272,7 +272,9 @@ def crosses(points, triangles):
     return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
-@pytest.mark.parametrize("name", ["surprise", "happiness", "anger", "disgust"])
+@pytest.mark.parametrize(
+    "name", ["surprise", "happiness", *(pytest.param(name, marks=pytest.mark.slow) for name in ("anger", "disgust"))]
+)
 def test_a_held_pose_changes_no_triangle_and_none_is_turned_over(face, name):
     sim = fw.Simulation(face, folds="wave")
     sim.express(name)
