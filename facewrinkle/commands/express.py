@@ -177,7 +177,8 @@ class Performance:
         """Return the expression there and back."""
 
         def frames() -> Iterator[pv.PolyData]:
-            yield from simulation.run(self.frames)
+            # The loop of the paper adds as much in each step: while muscles still contract, that is too little.
+            yield from simulation.run(self.frames, ramp=0.1 if self.folds.folds == "printed" else 0.6)
             self.folds.tell_limited(self.folds.limited_share(simulation.layers))
             simulation.relax()
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
