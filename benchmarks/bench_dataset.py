@@ -23,7 +23,7 @@ PEOPLE = 2
 @pytest.fixture(scope="module")
 def drawn():
     """A face, and frames of it with the plans that they are of."""
-    spec, found = Spec.of(), []
+    spec, found = Spec.of({"shard": 10}), []  # samples of a person follow each other
     with SampleMaker(spec) as maker:
         for plan in (plan_of(spec, index) for index in range(spec.per_person)):
             _, simulation = maker.simulation_of(plan.person)
@@ -34,7 +34,7 @@ def drawn():
 @pytest.mark.parametrize("own", [True, False], ids=["own", "shared"])
 def test_sample(versus, drawn, own):
     """Twenty samples with two persons that are new, against as many drawings."""
-    spec, (face, frames) = Spec.of(), drawn
+    spec, (face, frames) = Spec.of({"shard": 10}), drawn
     style, count = Style(spec.size, quick=True), PEOPLE * spec.per_person
     numbers, content = iter(range(spec.per_person, 10 * count)), iter(frames * 10)
     with SampleMaker(spec) as maker, Scene(face, style) as shared:

@@ -71,7 +71,7 @@ def dataset(
     with report.counting("Making samples", count) as done:
         generate(spec, where, count, workers, scheduler, done)
     attempts = read_table(where, ("attempt",))["attempt"]
-    again = sum(attempt > 0 for attempt in attempts)
+    again = sum(map(bool, attempts))
     report.say(
         f"{where}: {len(attempts)} pictures of {count} samples; the first draw of {again} was not fit, and another was "
         "made. See README.md there."
@@ -97,6 +97,7 @@ def _check(folder: Path | None, report: Report) -> None:
         report.say(problem)
     if problems:
         raise OutputError(
-            f"{str(folder)!r} has {len(problems)} problems. Remove the shards and their tables, and run the same again."
+            f"{str(folder)!r} has {len(problems)} problems. Remove the shards that are named, with their tables "
+            "in index/, and run the same again."
         )
     report.say(f"{folder}: all is well.")

@@ -12,8 +12,8 @@ import numpy as np
 from .. import __version__
 from ..files import written
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
-from .shards import FAILED, arrow
-from .spec import Spec
+from .shards import failed_in, rows_of
+from .spec import Spec, code_digest
 
 SHOWN = (
     "identity_age", "identity_skin", "camera_yaw", "camera_pitch",
@@ -22,11 +22,14 @@ SHOWN = (
 """Columns of the table that the card shows as histograms."""
 
 BIASES = """\
-- All people with the built-in head have its haircut, its eyes and its topology; they differ in shape, age and colour.
+- All people with the built-in head have its topology, its eyes and its one haircut; they differ in shape, age and
+  colour. Nobody wears a beard, make-up, glasses, jewellery, a hat or clothes: heads end in bare necks.
 - The ranges are those of the specification, not of any population: ages and complexions are even, not as in a country.
-- Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin.
-- Heads do not turn on their necks; the camera moves around them. There are no bodies, clothes and glasses, and the
-  background is a gradient.
+- Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
+  face, no hand and no strand of hair; cameras have no noise, blur or distortion.
+- Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients.
+- What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
+  in front of faces, noise and blur (domain randomisation), or with photographs beside them.
 - Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
 """
 
@@ -34,9 +37,8 @@ BIASES = """\
 def write_card(folder: Path, spec: Spec, count: int) -> Path:
     """Write README.md and a picture of distributions, and return the path of the first."""
     table = read_table(folder, ("index", "attempt", *SHOWN))
-    lists = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(folder.glob(f"*{FAILED}"))]
-    failed = sum(map(len, lists))
-    redrawn = float(np.mean(np.asarray(table["attempt"]) > 0)) if len(table["index"]) else 0.0
+    failed = sum(len(failed_in(archive)) for archive in folder.glob("shard-*.tar"))
+    redrawn = float(np.mean(np.array(table["attempt"], bool))) if len(table["index"]) else 0.0
     with written(folder / "distributions.png") as partial:
         Path(partial).write_bytes(_histograms(table))
     with written(folder / "README.md") as partial:
@@ -46,14 +48,8 @@ def write_card(folder: Path, spec: Spec, count: int) -> Path:
 
 def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     """Return columns of the tables of all shards of a set, in order of the samples; None where a row lacks one."""
-    _, parquet = arrow()
-    found: dict[str, list[Any]] = {name: [] for name in columns}
-    for path in sorted((folder / "index").glob("*.parquet")):
-        with parquet.ParquetFile(path) as file:
-            table = file.read([name for name in columns if name in file.schema_arrow.names]).to_pydict()
-            for name in columns:
-                found[name] += table.get(name, [None] * file.metadata.num_rows)
-    return found
+    rows = [row for path in sorted((folder / "index").glob("shard-*.parquet")) for row in rows_of(path, columns)]
+    return {name: [row.get(name) for row in rows] for name in columns}
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
@@ -73,15 +69,16 @@ tags: [synthetic, faces, wrinkles, webdataset]
 # Faces with labelled wrinkles
 
 {len(set(table["index"]))} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
-facewrinkle {__version__}; {failed} could not be made. {redrawn:.1%} were drawn again because the face was not in the
-picture, showed the inside of its skin, or did not come to rest.
+facewrinkle {__version__}, code {code_digest()}; {failed} could not be made. {redrawn:.1%} were drawn again because the
+face was not in the picture, showed the inside of its skin, or did not come to rest.
 
 ![Distributions](distributions.png)
 
 ## Files
 
 `shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
-picture. Pictures of a clip have keys with the number of the sample and of the frame. A picture has
+picture, with the `sha256` of its files in their order, each after a line with its ending and size. Pictures of a clip
+have keys with the number of the sample and of the frame. The persons of a shard take turns. A picture has
 
 - `png`: the picture, 8 bits of red, green and blue;
 - `npz`: arrays of its pixels, without anti-aliasing:
@@ -99,7 +96,8 @@ picture. Pictures of a clip have keys with the number of the sample and of the f
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
   (FACS; in a clip those of this picture), identity, camera matrices (OpenCV's convention), lamps, background, furrows.
 
-A sample depends on the specification and its number alone; `facewrinkle dataset check` makes some again and compares.
+A sample depends on the specification and its number alone. `facewrinkle dataset check` compares all files with their
+`sha256` and rows, and makes some again.
 
 ## Faces and licences
 

@@ -4,26 +4,33 @@ from __future__ import annotations
 
 import json
 import os
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
+from socket import gethostname
 from typing import Any
 
+try:
+    import fcntl
+except ImportError:  # Windows, where runs are not kept apart
+    fcntl = None  # type: ignore[assignment]
+
 from .. import __version__
-from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package
-from ..files import inside_only, is_inside_only, written
+from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
+from ..files import inside_only, is_inside_only, output_folder, written
 from .card import write_card
+from .plan import first_sample_of
 from .sample import Sample, SampleMaker
 from .shards import Shard, arrow, shards_of, write_shard
-from .spec import Spec
+from .spec import Spec, code_digest
 
 STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
 
-ABANDONED = 600.0
-"""Seconds after which an unfinished file to which nothing was added is taken to be of a run that was killed."""
+RUNNING = ".running"
+"""The file in the folder of a set that a run holds as long as it lasts."""
 
 Progress = Callable[[int], None]
 
@@ -50,10 +57,10 @@ def generate(
     count : int
         Number of samples. A set can be continued with a larger one if its last shard was full.
     workers : int
-        Number of processes.
+        Number of processes; each makes whole shards.
     scheduler : str, optional
         Address of a Dask scheduler, such as ``tcp://10.0.0.1:8786``, whose workers see the same folder and have the
-        same version of the package; they are used in place of processes here.
+        same code of the package; they are used in place of processes here.
     progress : callable, optional
         Called with the number of samples that have become done.
 
@@ -65,7 +72,8 @@ def generate(
     Raises
     ------
     OutputError
-        If the folder holds something else, or cannot be written.
+        If the folder holds something else, or a set that other code began, or cannot be written; or while another run
+        is at work in it.
     ParameterError
         If a scheduler cannot be reached.
     FaceWrinkleError
@@ -86,24 +94,26 @@ def generate(
     count, workers = check_whole("count", count, 1, 1e12), check_whole("workers", workers, 1, 1024)
     arrow()  # before anything is drawn
     folder = Path(out).expanduser().absolute()
-    _begin(folder, spec, count)
-    report = progress or (lambda done: None)
-    missing = []
-    for shard in shards_of(count, spec.shard):
-        if shard.done(folder):
-            report(shard.last - shard.first)
-        else:
-            missing.append(shard)
-    if scheduler is None and (workers == 1 or len(missing) < 2):
-        for shard in missing:
-            for _ in write_shard(spec, shard, folder):
-                report(1)
-    else:
-        _distribute(spec, missing, folder, workers, scheduler, report)
-    for path in folder.rglob(".[0-9]*.shard-*"):  # another run may be at work in the same folder
-        if time.time() - path.stat().st_mtime > ABANDONED:
+    shards, report = shards_of(count, spec.shard), progress or (lambda done: None)
+    if scheduler is None and len(shards) < workers:
+        warn(
+            f"{workers} processes, and {len(shards)} of them at work: each makes whole shards, and {count} samples are "
+            f"{len(shards)} of {spec.shard}. For all to work, begin a set with shard = {max(count // workers, 1)}."
+        )
+    with _alone(folder):
+        _begin(folder, spec, count)
+        for path in folder.rglob(".[0-9]*.shard-*"):  # of a run that was killed
             path.unlink(missing_ok=True)
-    write_card(folder, spec, count)
+        missing = [shard for shard in shards if not shard.done(folder)]
+        if done := count - sum(shard.last - shard.first for shard in missing):
+            report(done)
+        if scheduler is None and (workers == 1 or len(missing) < 2):
+            for shard in missing:
+                for _ in write_shard(spec, shard, folder):
+                    report(1)
+        else:
+            _distribute(spec, missing, folder, workers, scheduler, report)
+        write_card(folder, spec, count)
     return folder
 
 
@@ -112,13 +122,13 @@ def preview(spec: Spec | str | Path | dict[str, Any] | None = None, count: int =
 
     Examples
     --------
-    >>> [sample.index for sample in preview({"size": [32, 32]}, count=2)]
+    >>> [sample.index for sample in preview({"size": [32, 32], "shard": 10}, count=2)]
     [0, 10]
     """
     spec = spec_of(spec)
     with SampleMaker(spec) as maker:
         for number in range(check_whole("count", count, 1, 10000)):
-            yield maker.sample(number * spec.per_person)
+            yield maker.sample(first_sample_of(spec, number))
 
 
 def spec_of(what: Spec | str | Path | dict[str, Any] | None) -> Spec:
@@ -128,21 +138,49 @@ def spec_of(what: Spec | str | Path | dict[str, Any] | None) -> Spec:
     return Spec.read(what) if isinstance(what, str | Path) else Spec.of(what)
 
 
+@contextmanager
+def _alone(folder: Path) -> Iterator[None]:
+    """Keep other runs out of a folder. However a run ends, the system lets go of its file."""
+    path = output_folder(folder) / RUNNING
+    with path.open("a+") as file:
+        try:
+            if fcntl is not None:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            raise OutputError(
+                f"another run, {file.read()}, makes the set in {str(folder)!r}. One at a time may: wait for it or end "
+                "it, and run the same again, or name another folder."
+            ) from None
+        except OSError:  # a disk that cannot tell
+            pass
+        file.truncate(0)
+        file.write(f"process {os.getpid()} on {gethostname()}")
+        file.flush()
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
+
+
 def _begin(folder: Path, spec: Spec, count: int) -> None:
     """Refuse a folder that holds something else; leave a note which set this one will hold."""
-    state = folder / STATE
-    if folder.exists() and not folder.is_dir():
-        raise OutputError(f"{str(folder)!r} is not a folder. Name another with --out.")
-    if not state.exists():
-        if folder.exists() and any(folder.iterdir()):
+    if not (folder / STATE).exists():
+        if any(path.name != RUNNING for path in folder.iterdir()):
             raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
         _state(folder, spec, count)
         return
     known = read_state(folder)
+    if known["code"] != code_digest():
+        raise OutputError(
+            f"{str(folder)!r} holds a set that other code of facewrinkle began (version {known['version']}, code "
+            f"{known['code']}; this is {__version__}, {code_digest()}), and one set must be of one code. Name a new "
+            "folder, or go on with the code of before."
+        )
     if known["digest"] != spec.digest:
         raise OutputError(
-            f"{str(folder)!r} holds a set of another specification or version ({known['version']}; this is "
-            f"{__version__}). Name a new folder, or go on with the specification in its {STATE}."
+            f"{str(folder)!r} holds a set of another specification. Name a new folder, or go on with the specification "
+            f"in its {STATE}."
         )
     if count < known["count"] or (count > known["count"] and known["count"] % spec.shard):
         raise OutputError(
@@ -159,15 +197,16 @@ def read_state(folder: Path) -> dict[str, Any]:
         return {
             "digest": str(state["digest"]),
             "version": str(state["version"]),
+            "code": str(state.get("code", "unknown")),
             "count": int(state["count"]),
             "spec": state["spec"],
         }
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
 
 
 def _state(folder: Path, spec: Spec, count: int) -> None:
-    state = {"digest": spec.digest, "version": __version__, "count": count, "spec": spec.written}
+    state = {"digest": spec.digest, "version": __version__, "code": code_digest(), "count": count, "spec": spec.written}
     with written(folder / STATE) as partial:
         Path(partial).write_text(json.dumps(state, indent=1, default=str), encoding="utf-8")
 
@@ -224,6 +263,8 @@ def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
     """Make a shard, in a worker; with `inside`, files that scans name are read within their folders only."""
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     os.environ.setdefault("LP_NUM_THREADS", "0")  # software that draws does so in the same thread: one core a worker
+    if Spec.of(spec.written).digest != spec.digest:
+        raise OutputError("a worker has other code of facewrinkle or other scans. Give it those of this machine.")
     with inside_only(inside):
         for _ in write_shard(spec, shard, folder):
             pass

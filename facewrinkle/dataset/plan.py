@@ -12,7 +12,7 @@ from .spec import Expressions, Spec
 
 @dataclass(frozen=True)
 class Person:
-    """Who is seen on consecutive samples.
+    """Who is seen on a sample.
 
     Attributes
     ----------
@@ -59,6 +59,36 @@ class Plan:
     tears: float | None
 
 
+def person_at(spec: Spec, index: int) -> int:
+    """Return the number of the person on a sample: the persons of a shard take turns.
+
+    Examples
+    --------
+    >>> [person_at(Spec.of({"shard": 6, "per_person": 2}), index) for index in range(8)]
+    [0, 1, 2, 0, 1, 2, 3, 4]
+    """
+    samples, people = _group(spec)
+    return index // samples * people + index % samples % people
+
+
+def first_sample_of(spec: Spec, number: int) -> int:
+    """Return the number of the first sample that shows a person.
+
+    Examples
+    --------
+    >>> [first_sample_of(Spec.of({"shard": 6, "per_person": 2}), number) for number in range(4)]
+    [0, 1, 2, 6]
+    """
+    samples, people = _group(spec)
+    return number // people * samples + number % people
+
+
+def _group(spec: Spec) -> tuple[int, int]:
+    """The number of samples within which persons take turns, and the number of these persons."""
+    samples = max(spec.shard, spec.per_person)
+    return samples, -(-samples // spec.per_person)
+
+
 def person_of(spec: Spec, number: int) -> Person:
     """Draw a person.
 
@@ -97,7 +127,7 @@ def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
     time = spec.drawn("tears", crying)["time"]
     return Plan(
         index=index,
-        person=index // spec.per_person,
+        person=person_at(spec, index),
         attempt=attempt,
         expression=expression_of(spec.expression, random("expression")),
         gaze=spec.drawn("gaze", random("gaze")),

@@ -143,7 +143,7 @@ class BadDraw(Exception):
 
 
 class SampleMaker:
-    """Makes the samples of a specification; it keeps the last person, as consecutive samples show the same one.
+    """Makes the samples of a specification; it keeps the last person, for the next sample that shows the same one.
 
     Close it after use, or use it in a `with` statement.
 

@@ -1,22 +1,26 @@
 """Shards: files of consecutive samples, whole or absent, with a table of what is in them.
 
-A shard is a tar file as WebDataset reads it; beside it is a Parquet file with a row for each sample. The same samples
-give the same bytes: members have no times and owners.
+A shard is a tar file as WebDataset reads it; beside it is a Parquet file with a row for each picture, which tells the
+SHA-256 of its files. The same samples give the same bytes: members have no times and owners.
 """
 
 from __future__ import annotations
 
-import io
+import hashlib
 import json
 import tarfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
-from ..errors import missing_package
+from ..errors import MissingPackageError, OutputError, missing_package
 from ..files import written
-from .sample import Sample, SampleMaker
+from .plan import person_at
+from .sample import Sample, SampleMaker, key_of
 from .spec import Spec
 
 FORMAT = tarfile.USTAR_FORMAT
@@ -69,26 +73,36 @@ def shards_of(count: int, size: int) -> list[Shard]:
 def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     """Make the samples of a shard and write it, and yield the number of each that is done.
 
-    A sample that fails twice is listed with its error in a file beside the shard, and left out.
+    Each person is made once: samples are made person by person, kept in a file without a name, and written in order.
+    One that fails twice is listed with its error in a file beside the shard, and left out.
     """
     archive, table = shard.paths(folder)
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
-    table.parent.mkdir(parents=True, exist_ok=True)
-    with SampleMaker(spec) as maker, written(archive) as partial, tarfile.open(partial, "w", format=FORMAT) as tar:
-        for index in range(shard.first, shard.last):
-            for sample in _tried(maker, index, failures):
-                rows.append(row_of(sample) | {"shard": archive.name})
-                for ending, content in sample.files().items():
-                    member = tarfile.TarInfo(f"{sample.key}.{ending}")
-                    member.size = len(content)
-                    tar.addfile(member, io.BytesIO(content))
-            yield index
-    archive.with_suffix(FAILED).unlink(missing_ok=True)  # of an earlier run
+    members: list[tuple[int, str, int, int]] = []
+    with written(archive) as partial, TemporaryFile(dir=folder) as store:
+        for old in (table, archive.with_suffix(FAILED)):
+            old.unlink(missing_ok=True)
+        with SampleMaker(spec) as maker:
+            for index in sorted(range(shard.first, shard.last), key=lambda index: person_at(spec, index)):
+                for sample in _tried(maker, index, failures):
+                    files = sample.files().items()
+                    rows.append(row_of(sample.facts) | {"shard": archive.name, "sha256": sha256_of(files)})
+                    for ending, content in files:
+                        members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
+                        store.write(content)
+                yield index
+        with tarfile.open(partial, "w", format=FORMAT) as tar:
+            for _, name, start, size in sorted(members, key=itemgetter(0)):
+                member = tarfile.TarInfo(name)
+                member.size = size
+                store.seek(start)
+                tar.addfile(member, store)
     if failures:
+        failures.sort(key=itemgetter("index"))
         with written(archive.with_suffix(FAILED)) as partial:
             Path(partial).write_text(json.dumps(failures, indent=1, sort_keys=True), encoding="utf-8")
-    write_table(rows, table)
+    write_table(sorted(rows, key=itemgetter("index")), table)
 
 
 def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> list[Sample]:
@@ -101,12 +115,44 @@ def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> li
     return []
 
 
-def row_of(sample: Sample) -> dict[str, Any]:
-    """Return what the table tells of a sample: numbers to search and to plot by."""
-    facts = sample.facts
-    plan, person = facts["plan"], facts["person"]
-    row: dict[str, Any] = {"index": sample.index, "key": sample.key, "person": person["number"]}
-    row["frame"] = 0 if sample.frame is None else sample.frame
+def stored(archive: Path) -> Iterator[tuple[str, list[tuple[str, bytes]]]]:
+    """Yield the key of each picture in a shard, with the endings and contents of its files."""
+    with tarfile.open(archive) as tar:
+        for key, members in groupby(tar, key=lambda member: member.name.partition(".")[0]):
+            files = [(member.name.partition(".")[2], tar.extractfile(member)) for member in members]
+            yield key, [(ending, b"" if file is None else file.read()) for ending, file in files]
+
+
+def sha256_of(files: Iterable[tuple[str, bytes]]) -> str:
+    """Return the SHA-256 of files, before each of which is a line with its ending and size.
+
+    Examples
+    --------
+    >>> sha256_of([("png", b"...")]) == hashlib.sha256(b"png 3\\n...").hexdigest()
+    True
+    """
+    digest = hashlib.sha256()
+    for ending, content in files:
+        digest.update(f"{ending} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def failed_in(archive: Path) -> set[int]:
+    """Return the numbers of the samples of a shard that could not be made."""
+    path = archive.with_suffix(FAILED)
+    try:
+        return {int(entry["index"]) for entry in json.loads(path.read_text(encoding="utf-8"))}
+    except FileNotFoundError:
+        return set()
+    except (OSError, ValueError, KeyError, TypeError):
+        raise _damaged(path, "no list of failed samples") from None
+
+
+def row_of(facts: dict[str, Any]) -> dict[str, Any]:
+    """Return what the table tells of a picture: numbers to search and to plot by."""
+    plan, person, frame = facts["plan"], facts["person"], facts.get("frame")
+    row: dict[str, Any] = {"index": plan["index"], "key": key_of(plan["index"], frame), "person": person["number"]}
+    row["frame"] = frame or 0
     row["scan"] = -1 if person["scan"] is None else person["scan"]
     row["expression"] = json.dumps(plan["expression"], sort_keys=True)
     row["action_units"] = json.dumps(facts["action_units"], sort_keys=True)
@@ -129,6 +175,30 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
     table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns})
     with written(path) as partial:
         parquet.write_table(table, partial)
+
+
+def rows_of(path: Path, columns: Sequence[str] = ()) -> list[dict[str, Any]]:
+    """Return the rows of a table, with these columns (default: all) as far as it has them.
+
+    Raises
+    ------
+    OutputError
+        If the file is damaged.
+    """
+    try:
+        with arrow()[1].ParquetFile(path) as file:
+            known = [name for name in file.schema_arrow.names if not columns or name in columns]
+            rows: list[dict[str, Any]] = file.read(known).to_pylist()
+            return rows
+    except MissingPackageError:
+        raise
+    except Exception as problem:  # whatever a damaged file provokes
+        raise _damaged(path, f"no Parquet table that can be read ({type(problem).__name__})") from None
+
+
+def _damaged(path: Path, what: str) -> OutputError:
+    shard = f"{path.name.partition('.')[0]}.tar"
+    return OutputError(f"{path.name} is {what}, as after a copy that broke off. Remove it and {shard}, and run again.")
 
 
 def arrow() -> tuple[Any, Any]:

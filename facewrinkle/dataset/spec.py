@@ -16,7 +16,6 @@ import numpy as np
 from msgspec import Meta, Struct, to_builtins
 from msgspec.structs import replace
 
-from .. import __version__
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
@@ -236,7 +235,7 @@ class Spec(Struct, frozen=True, eq=False):
     shard : int
         Number of samples in a file.
     per_person : int
-        Number of consecutive samples of one person.
+        Number of samples of one person, who takes turns with the others of a shard.
     faces : Faces
     clip : Clip
     expression : Expressions
@@ -247,7 +246,7 @@ class Spec(Struct, frozen=True, eq=False):
     written : dict
         All values as written, those that were left out from the default.
     digest : str
-        A hash of all values, of the scans, and of the version of the package: sets that differ in it differ.
+        A hash of all values, of the scans, and of the code of the package: sets that differ in it differ.
 
     Examples
     --------
@@ -311,7 +310,7 @@ class Spec(Struct, frozen=True, eq=False):
         faces = replace(spec.faces, scans=_scans(spec.faces, Path(folder)))
         whole["faces"] = to_builtins(faces)
         contents = [(hashlib.sha256(Path(scan.path).read_bytes()).hexdigest(), scan.weight) for scan in faces.scans]
-        text = json.dumps([__version__, whole | {"faces": [faces.built_in, contents]}], sort_keys=True)
+        text = json.dumps([code_digest(), whole | {"faces": [faces.built_in, contents]}], sort_keys=True)
         numbers = {
             table: {key: Distribution.of(whole[table][key], f"{table}.{key}", *limits) for key, limits in keys.items()}
             for table, keys in NUMBERS.items()
@@ -329,6 +328,16 @@ class Spec(Struct, frozen=True, eq=False):
     def drawn(self, table: str, random: np.random.Generator) -> dict[str, float]:
         """Return a value of every number of a table."""
         return {key: distribution.draw(random) for key, distribution in self.numbers[table].items()}
+
+
+@cache
+def code_digest() -> str:
+    """Return a hash of the code and the data of the package, which make the samples."""
+    package, found = Path(__file__).parents[1], hashlib.sha256()
+    for path in sorted(package.rglob("*.*")):
+        if path.suffix in (".py", ".toml", ".json", ".npz"):
+            found.update(path.relative_to(package).as_posix().encode() + path.read_bytes())
+    return found.hexdigest()[:16]
 
 
 @cache

@@ -1,25 +1,22 @@
-"""A folder against what it says: shards are read, counted, and some samples made again and compared."""
+"""A folder against what it says: files against their hashes, rows against files, and some samples made again."""
 
 from __future__ import annotations
 
-import io
 import json
 import tarfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from .. import __version__
-from ..errors import check_whole
+from ..errors import OutputError, check_whole
 from .card import read_table
-from .generation import read_state
+from .generation import STATE, read_state
 from .sample import SampleMaker, key_of
-from .shards import FAILED, Shard, arrow, shards_of
-from .spec import Spec
-
-ENDINGS = ("json", "npz", "png")
-"""Endings of the files of a picture; with meshes, one more."""
+from .shards import Shard, failed_in, row_of, rows_of, sha256_of, shards_of, stored
+from .spec import Spec, code_digest
 
 
 def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]]:
@@ -49,92 +46,80 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     out = generate({"size": [32, 32], "shard": 2}, f"{folder}/small", count=2)
     ...     list(check(out, remade=1))
-    [('shard-000000.tar', []), ('samples made again', [])]
+    [('dataset.json', []), ('shard-000000.tar', []), ('samples made again', [])]
     """
     folder, remade = Path(folder).expanduser(), check_whole("remade", remade, 0, 1e6)
     state = read_state(folder)
-    spec = Spec.of(state["spec"], folder)
-    for shard in shards_of(state["count"], spec.shard):
-        yield f"{shard.name}.tar", _problems(shard, folder, spec)
+    spec, same = Spec.of(state["spec"], folder), state["code"] == code_digest()
+    shards = shards_of(check_whole(f"count in {STATE}", state["count"], 1, 1e12), spec.shard)
+    changed = same and spec.digest != state["digest"]
+    known = {path for shard in shards for path in shard.paths(folder)}
+    extra = {*folder.glob("shard-*.tar"), *folder.glob("index/[!.]*")} - known
+    problems = ["its specification is not that of the set"] if changed else []
+    yield STATE, problems + [f"{path.name} is no shard or table of the set" for path in sorted(extra)]
+    for shard in shards:
+        yield f"{shard.name}.tar", _problems(shard, folder, spec, state["digest"])
     if remade:
-        yield "samples made again", _differences(spec, folder, state["count"], remade, state["version"])
+        other = f"the set was made by other code ({state['code']}; this is {code_digest()}): they cannot be compared"
+        yield "samples made again", _differences(spec, folder, state["count"], remade) if same else [other]
 
 
-def _problems(shard: Shard, folder: Path, spec: Spec) -> list[str]:
+def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
+    """What is wrong with a shard and its table, for each picture."""
     archive, table = shard.paths(folder)
     missing = [path.name for path in (archive, table) if not path.is_file()]
     if missing:
         return [f"{name} is missing" for name in missing]
-    failures = archive.with_suffix(FAILED)
-    failed = (
-        {entry["index"] for entry in json.loads(failures.read_text(encoding="utf-8"))} if failures.is_file() else set()
-    )
+    try:
+        failed, rows = failed_in(archive), rows_of(table)
+    except OutputError as problem:
+        return [str(problem)]
     frames: list[int | None] = [None] if spec.clip.frames == 1 else list(range(spec.clip.frames))
     wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in failed for frame in frames]
+    by_key = {str(row.get("key")): row for row in rows}
+    found, problems = [], []
     try:
-        found = _members(archive)
-        rows = [key for key in read_table_of(table) if key is not None]
-    except Exception as problem:  # whatever a damaged file provokes
-        return [f"cannot be read: {type(problem).__name__}: {problem}"]
-    problems = []
-    if sorted(found) != wanted:
-        problems.append(f"holds {len(found)} pictures of {len(wanted)}")
-    if rows != wanted:
-        problems.append(f"its table has {len(rows)} rows for {len(wanted)} pictures")
-    problems += [f"{key}: {what}" for key, files in found.items() if (what := _damage(files, spec))]
+        for key, files in stored(archive):
+            found.append(key)
+            if key in by_key and (fault := _fault(files, by_key[key], archive.name, digest)):
+                problems.append(f"{key} {fault}")
+    except (OSError, EOFError, ValueError, tarfile.TarError) as problem:
+        problems.append(f"cannot be read after {found[-1] if found else 'its start'} ({type(problem).__name__})")
+    for where, keys in (("the shard", found), ("its table", [str(row.get("key")) for row in rows])):
+        if lacking := Counter(wanted) - Counter(keys):
+            problems.append(f"{', '.join(lacking)} missing in {where}")
+        if extra := Counter(keys) - Counter(wanted):
+            problems.append(f"{', '.join(extra)} in {where}: once too often, or of another shard")
+        if not lacking and not extra and keys != wanted:
+            misplaced = ", ".join(key for key, due in zip(keys, wanted, strict=True) if key != due)
+            problems.append(f"{misplaced} out of order in {where}")
     return problems
 
 
-def read_table_of(path: Path) -> list[str]:
-    """Return the keys of the samples in the table of a shard."""
-    keys: list[str] = arrow()[1].read_table(path, columns=["key"])["key"].to_pylist()
-    return keys
-
-
-def _members(archive: Path, index: int | None = None) -> dict[str, dict[str, bytes]]:
-    """The files of a shard, or those of one sample, by key and ending."""
-    found: dict[str, dict[str, bytes]] = {}
-    with tarfile.open(archive) as tar:
-        for member in tar:
-            key, _, ending = member.name.partition(".")
-            if index is not None and not key.startswith(key_of(index)):
-                continue
-            file = tar.extractfile(member)
-            found.setdefault(key, {})[ending] = file.read() if file is not None else b""
-    return found
-
-
-def _damage(files: dict[str, bytes], spec: Spec) -> str:
-    """Return what is wrong with the files of a sample, in words; nothing if all is well."""
-    from PIL import Image
-
-    endings = sorted([*ENDINGS, *([f"mesh.{spec.mesh}"] if spec.mesh else [])])
-    if sorted(files) != endings:
-        return f"has {sorted(files)} in place of {endings}"
+def _fault(files: list[tuple[str, bytes]], row: dict[str, Any], shard: str, digest: str) -> str:
+    """Return what is wrong with a picture, in words; nothing if all is well."""
+    if sha256_of(files) != row.get("sha256"):
+        return f"is not what was made: its files ({', '.join(ending for ending, _ in files)}) have another SHA-256"
     try:
-        width, height = json.loads(files["json"])["size"]
-        with Image.open(io.BytesIO(files["png"])) as picture:
-            picture.load()
-            sizes = {picture.size[::-1]}
-        with np.load(io.BytesIO(files["npz"]), allow_pickle=False) as arrays:
-            sizes |= {arrays[name].shape[:2] for name in arrays.files}
-    except Exception as problem:
-        return f"{type(problem).__name__}: {problem}"
-    return "" if sizes == {(height, width)} else f"has sizes {sizes}"
+        facts = json.loads(dict(files)["json"])
+        due = row_of(facts) | {"shard": shard, "sha256": row["sha256"]}
+    except Exception as problem:  # whatever they hold
+        return f"has facts that make no sense ({type(problem).__name__})"
+    if facts.get("spec") != digest:
+        return "is of another set"
+    wrong = sorted(name for name in {*row, *due} if row.get(name) != due.get(name))
+    return f"has another {', '.join(wrong)} in the table than in its facts" if wrong else ""
 
 
-def _differences(spec: Spec, folder: Path, count: int, remade: int, version: str) -> list[str]:
-    if version != __version__:
-        return [f"the set was made by version {version}, this is {__version__}: samples cannot be compared"]
-    known = set(read_table(folder, ("index",))["index"])
+def _differences(spec: Spec, folder: Path, count: int, remade: int) -> list[str]:
+    try:
+        table = read_table(folder, ("index", "key", "sha256"))
+    except OutputError:
+        return ["a table is damaged: they cannot be compared"]
+    known = dict(zip(table["key"], table["sha256"], strict=True))
     problems = []
     with SampleMaker(spec) as maker:
-        for index in sorted({round(k) for k in np.linspace(0, count - 1, remade)} & known):
-            archive = folder / f"shard-{index // spec.shard:06d}.tar"
-            try:
-                stored = _members(archive, index)
-            except (OSError, tarfile.TarError):
-                stored = {}
-            if {sample.key: sample.files() for sample in maker.pictures(index)} != stored:
+        for index in sorted({round(k) for k in np.linspace(0, count - 1, remade)} & {*table["index"]}):
+            if any(sha256_of(made.files().items()) != known.get(made.key) for made in maker.pictures(index)):
                 problems.append(f"{index:09d} differs from what is stored")
     return problems

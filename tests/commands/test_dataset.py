@@ -26,7 +26,7 @@ class Grey(SampleMaker):
     def pictures(self, index):
         plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
         facts = {"plan": asdict(plan), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
-        facts |= {"furrows": [], "action_units": {}, "size": list(self.spec.size)}
+        facts |= {"furrows": [], "action_units": {}, "size": list(self.spec.size), "spec": self.spec.digest}
         shape = self.spec.size[::-1]
         return [Sample(index, np.full((*shape, 3), index, np.uint8), {"depth": np.zeros(shape, np.uint16)}, facts)]
 
@@ -53,7 +53,7 @@ def test_a_set_is_made_and_checked(grey, tmp_path, capsys):
     assert main(["dataset", "check", str(out)]) == 1
     out_text, err = capsys.readouterr()
     assert "shard-000001.tar is missing" in out_text
-    assert "Remove the shards and their tables, and run the same again" in " ".join(err.split())
+    assert "Remove the shards that are named, with their tables in index/, and run" in " ".join(err.split())
     assert main(["dataset", str(grey), "--out", str(out), "--count", "6", "--quiet"]) == 0
     assert main(["dataset", "check", str(out)]) == 0
 

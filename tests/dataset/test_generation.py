@@ -14,6 +14,7 @@ import sys
 import tarfile
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,21 +26,15 @@ from facewrinkle.dataset import shards as shards_module
 from facewrinkle.dataset import verification as verification_module
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.shards import Shard, shards_of, write_shard
-from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, OutputError, ParameterError
+from tests.dataset.conftest import SPEC
 
 pytest.importorskip("pyarrow", reason="data sets need pyarrow")
-SPEC = {"size": [48, 48], "quick": True, "shard": 2, "per_person": 2, "tears": {"share": 0.0}}
 
 
 def hashes(folder):
     files = (path for path in folder.rglob("*") if path.is_file())
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    """A set of three samples in two shards. Not to be changed."""
-    return generate(SPEC, tmp_path_factory.mktemp("set") / "small", count=3)
 
 
 @pytest.fixture(scope="module")
@@ -98,31 +93,11 @@ def test_a_worker_that_is_killed_is_told_and_the_same_again_goes_on(small, tmp_p
     with ThreadPoolExecutor() as pool:
         made = pool.submit(generate, SPEC, other, count=3, workers=2)
         end = time.monotonic() + 120.0
-        while not (begun := list(other.glob(".*.tar"))) and not made.done() and time.monotonic() < end:
+        while not (begun := [w for w in workers_of(os.getpid()) if at_work(w, other)]) and time.monotonic() < end:
             time.sleep(0.02)
-        victim = next(child for child in workers_of(os.getpid()) if begun and holds(child, begun[0]))
-        os.kill(victim, signal.SIGKILL)
+        os.kill(begun[0], signal.SIGKILL)
         with pytest.raises(FaceWrinkleError, match="of 2 shards are missing: A process .* was terminated"):
             made.result()
-    age(other)
-    generate(SPEC, other, count=3)
-    assert hashes(other) == hashes(small)
-
-
-def age(folder):
-    """Let unfinished files be of an hour ago."""
-    for path in folder.rglob(".[0-9]*"):
-        os.utime(path, (time.time() - 3600.0,) * 2)
-
-
-def test_the_unfinished_files_of_another_run_stay(small, tmp_path):
-    other = tmp_path / "other"
-    shutil.copytree(small, other)
-    foreign = other / ".1.0.shard-000001.tar"  # of a process on another machine, that is at work
-    foreign.write_bytes(b"half")
-    generate(SPEC, other, count=3)
-    assert foreign.read_bytes() == b"half"
-    age(other)
     generate(SPEC, other, count=3)
     assert hashes(other) == hashes(small)
 
@@ -136,7 +111,7 @@ def clip(tmp_path_factory):
 
 
 def test_a_clip_goes_from_rest_into_the_expression(clip):
-    assert [problems for _, problems in check(clip, remade=1)] == [[], []]
+    assert [problems for _, problems in check(clip, remade=1)] == [[], [], []]
     rates, units, meshes = [], [], []
     with tarfile.open(clip / "shard-000000.tar") as tar:
         assert len(tar.getnames()) == 12
@@ -178,10 +153,10 @@ def workers_of(parent):
     return found + [pid for child in found for pid in workers_of(child)]
 
 
-def holds(process, path):
-    """True if a process has a file open."""
+def at_work(process, folder):
+    """True if a process has a file of a folder open, also one without a name."""
     try:
-        return any(os.path.samefile(link, path) for link in Path(f"/proc/{process}/fd").iterdir() if link.exists())
+        return any(os.readlink(link).startswith(f"{folder}/") for link in Path(f"/proc/{process}/fd").iterdir())
     except OSError:
         return False
 
@@ -230,7 +205,7 @@ def wait_for(condition, process):
 def goes_on(other, small):
     """Go on with a set of which the first shard is done and the second was begun: it becomes the same set."""
     assert [path.name for path in other.glob("shard*")] == ["shard-000000.tar"]
-    age(other)
+    (other / ".1.0.shard-000001.tar").write_bytes(b"half")
     (other / ".gitattributes").write_text("*.tar filter=lfs")  # of the user
     generate(SPEC, other, count=3)
     found = {name: value for name, value in hashes(other).items() if not os.path.basename(name).startswith(".")}
@@ -243,7 +218,9 @@ def test_a_killed_run_goes_on(small, tmp_path, slow):
     other = tmp_path / "other"
     code = f"{slow}generate({SPEC!r}, {str(other)!r}, count=3)"
     process = subprocess.Popen([sys.executable, "-c", code])
-    wait_for(lambda: list(other.glob(".*shard-000001.tar")), process)
+    wait_for(lambda: (other / "index" / "shard-000000.parquet").exists(), process)
+    with pytest.raises(OutputError, match=f"another run, process {process.pid} on "):
+        generate(SPEC, other, count=3)
     process.send_signal(signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
     goes_on(other, small)
@@ -269,7 +246,7 @@ def test_a_set_whose_scheduler_was_killed_goes_on(small, tmp_path, slow):
             client.wait_for_workers(1, timeout=60)
         with ThreadPoolExecutor() as pool, dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
             made = pool.submit(generate, SPEC, other, count=3, scheduler=where)
-            wait_for(lambda: (other / "shard-000000.tar").exists() and list(other.glob(".*shard-000001.tar")), worker)
+            wait_for(lambda: (other / "index" / "shard-000000.parquet").exists(), worker)
             scheduler.kill()
             with pytest.raises(FaceWrinkleError, match="1 of 2 shards are missing: the scheduler was lost. .* go on"):
                 made.result(60.0)
@@ -305,21 +282,45 @@ def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeyp
     assert not list(tmp_path.glob("*.failed.json"))
 
 
-def test_a_check_finds_what_is_wrong(small, tmp_path, remembered):
-    assert [problems for _, problems in check(small, remade=2)] == [[], [], []]
+def test_samples_made_again_are_compared(small, tmp_path, remembered, backwards, monkeypatch):
+    assert [problems for _, problems in check(small, remade=2)] == [[], [], [], []]
+    brighter = replace(backwards[2], image=backwards[2].image | 1)
+    monkeypatch.setitem(backwards, 2, brighter)
+    assert [problems for _, problems in check(small, remade=2)][-1] == ["000000002 differs from what is stored"]
+
+
+def test_a_set_that_other_code_began_is_not_mixed(small, tmp_path):
     other = tmp_path / "other"
     shutil.copytree(small, other)
-    archive = other / "shard-000000.tar"
-    whole = bytearray(archive.read_bytes())
-    place = whole.find(b"IDAT") + 40
-    whole[place] ^= 255
-    archive.write_bytes(whole)
+    state = json.loads((other / "dataset.json").read_text())
+    (other / "dataset.json").write_text(json.dumps(state | {"code": "0123456789abcdef"}))
+    with pytest.raises(OutputError, match="other code .*0123456789abcdef"):
+        generate(SPEC, other, count=3)
+    *stored, (_, remade) = check(other)
+    assert [problems for _, problems in stored] == [[], [], []]
+    assert len(remade) == 1
+
+
+def test_a_shard_that_was_begun_again_is_not_done(small, tmp_path, remembered, backwards, monkeypatch):
+    other, spec = tmp_path / "other", Spec.of(SPEC)
+    shutil.copytree(small, other)
+    failures = other / "shard-000001.failed.json"
+    failures.write_text('[{"index": 2, "error": "of before"}]')
     (other / "shard-000001.tar").unlink()
-    (name, first), (_, second), (_, remade) = check(other, remade=1)
-    assert name == archive.name
-    assert first
-    assert second == ["shard-000001.tar is missing"]
-    assert remade == ["000000000 differs from what is stored"]
+    made = write_shard(spec, Shard(1, 2, 3), other)
+    next(made)
+    made.close()
+    assert not Shard(1, 2, 3).done(other)
+    assert not failures.exists()
+    generate(SPEC, other, count=3)
+    assert hashes(other) == hashes(small)
+
+
+def test_more_processes_than_shards_are_told(small, tmp_path, remembered):
+    other = tmp_path / "other"
+    shutil.copytree(small, other)
+    with pytest.warns(FaceWrinkleWarning, match="8 processes, and 2 of them at work.* shard = 1"):
+        generate(SPEC, other, count=3, workers=8)
 
 
 def test_shards_cover_all_samples_once():
@@ -399,7 +400,7 @@ def test_wrong_folders(small, tmp_path):
     (tmp_path / "letter.txt").write_text("dear")
     with pytest.raises(OutputError, match="other files"):
         generate(SPEC, tmp_path, count=3)
-    with pytest.raises(OutputError, match="is not a folder"):
+    with pytest.raises(OutputError, match="a file stands there"):
         generate(SPEC, tmp_path / "letter.txt", count=3)
     with pytest.raises(OutputError, match="holds no data set"):
         list(check(tmp_path))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
+
 import pytest
 
-from facewrinkle.dataset.plan import expression_of, person_of, plan_of
+from facewrinkle.dataset.plan import expression_of, first_sample_of, person_of, plan_of
 from facewrinkle.dataset.spec import Spec
 
 
@@ -44,9 +47,20 @@ def test_contractions_lie_in_their_range(drawn):
     assert max(values) <= 1.0
 
 
-def test_a_person_stays_for_the_samples_of_its_group():
-    spec = Spec.of({"per_person": 4})
-    assert [plan_of(spec, k).person for k in (0, 3, 4, 11)] == [0, 0, 1, 2]
+@pytest.mark.parametrize(("shard", "per_person"), [(100, 10), (12, 5), (3, 8), (7, 7), (5, 1)])
+def test_persons_take_turns(shard, per_person):
+    spec, size = Spec.of({"shard": shard, "per_person": per_person}), max(shard, per_person)
+    people = [plan_of(spec, k).person for k in range(3 * size)]
+    number = math.ceil(size / per_person)
+    assert max(Counter(people).values()) <= per_person
+    assert set(people) == set(range(3 * number))
+    assert all(len({*people[k : k + number]}) == number for k in range(0, size - number + 1, number))
+    assert not {*people[:size]} & {*people[size:]}  # who is seen in one shard is in no other
+    assert all(people.index(person) == first_sample_of(spec, person) for person in set(people))
+
+
+def test_a_person_is_always_the_same():
+    spec = Spec.of()
     assert person_of(spec, 2) == person_of(spec, 2) != person_of(spec, 3)
     assert all(person_of(spec, k).identity["hair"] >= person_of(spec, k).identity["skin"] for k in range(50))
 
