@@ -395,9 +395,10 @@ def ring_attenuation(r: Array, inner: float, core: float, falloff: Falloff = "pa
 
 @compiled(inline="always")
 def split_criterion(rest, now):  # type: ignore[no-untyped-def]
-    """Return how far an edge has bent (Eq. 19): ``gamma = (n0i . n0j - ni . nj) / (n0i . n0j)``.
+    """Return how far an edge has bent (Eq. 19).
 
-    The denominator is at least `LEAST_COSINE`. An edge is split where gamma exceeds gamma_c.
+    ``gamma = (n0i . n0j - ni . nj) / (n0i . n0j)``. The denominator is at least `LEAST_COSINE`. An edge
+    is split where gamma exceeds gamma_c.
 
     Parameters
     ----------
