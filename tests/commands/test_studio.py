@@ -62,6 +62,7 @@ def test_it_prints_its_address_and_ends_with_ctrl_c():
             run.kill()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("signals_heard")
 @pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_a_change_just_before_a_signal_is_in_the_session(tmp_path, name):
