@@ -83,14 +83,17 @@ class FaceOptions:
             parse_weights(self.identity, usual=None) if self.identity is not None else None, atlas=atlas
         )
 
-    def load_surface(self) -> Face:
-        """Return the mesh as a surface that is no face; without --units, its unit goes with its size."""
+    def load_surface(self, place: str) -> Face:
+        """Return the mesh as a surface that is no face; without --units, its unit goes with its size.
+
+        `place` is the option that names a place on it.
+        """
         if self.face is None:
-            raise ParameterError("a place on a mesh belongs to one: name it with --face.")
+            raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
         for name in ("landmarks", "identity", "atlas"):
             if getattr(self, name) is not None:
                 raise ParameterError(
-                    f"--{name} belongs to a face, a place to a mesh that is none: leave out one of them."
+                    f"--{name} belongs to a face, --{place} to a mesh that is none: leave out one of them."
                 )
         units = parse_units(self.units)
         found = surface(self.face, units or "mm", self.texture)

@@ -164,7 +164,7 @@ def _placed(
                 f"{problem} If {source.face.name} is no face, name the middle of the pattern: --centre X,Y,Z."
             ) from None
         return face, PatternLayer.presets(name, face, **options)
-    return source.load_surface(), [PatternLayer(name, centre, **options)]
+    return source.load_surface("centre"), [PatternLayer(name, centre, **options)]
 
 
 @dataclass(frozen=True)

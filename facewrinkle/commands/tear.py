@@ -142,7 +142,7 @@ def _face(source: FaceOptions, report: Report) -> Face:
 
 def _surface(source: FaceOptions) -> Face:
     """Return the mesh as a surface that is no face; without --units, as large as a head."""
-    face = source.load_surface()
+    face = source.load_surface("start")
     if source.units is not None:
         return face
     return replace(face, unit=HEAD_SIZE / float(np.linalg.norm(np.ptp(face.points, axis=0))))
