@@ -19,11 +19,11 @@ STEPS = 30
 face = with_printed_muscles(fw.default_face())
 
 
-def played(expression, intensity=1.0):
+def played(expression, intensity=1.0, ramp=0.6):
     """All frames of an expression with wrinkles as printed, made in fewer iterations than the paper's."""
     sim = fw.Simulation(face, PRINTED, [fw.PrintedWrinkles(STEPS)])
     sim.express(expression, intensity)
-    return [frame.copy() for frame in sim.run(STEPS)]
+    return [frame.copy() for frame in sim.run(STEPS, ramp=ramp)]
 
 
 def drawn(frames, view, wireframe=False):
@@ -37,7 +37,7 @@ def drawn(frames, view, wireframe=False):
 # in proportion to the rate, and compression grows with the rate as well.
 
 rates = (0.4, 0.6, 0.8, 1.0)
-held = {rate: played("surprise", rate)[-1] for rate in rates}
+held = {rate: played("surprise", rate, ramp=0.1)[-1] for rate in rates}
 figure(drawn(held.values(), "forehead"))
 depths = [-float(held[rate]["W"].min()) for rate in rates]
 print("deepest furrow: " + ", ".join(f"{depth:.2f} mm at {rate:g}" for rate, depth in zip(rates, depths, strict=True)))
