@@ -188,7 +188,10 @@ def test_fibres_that_slide_do_not_pull_the_loose_skin():
 # --- the nasolabial fold on faces ------------------------------------------------------------------
 
 
-@pytest.fixture(params=(None, "ict_face_narrow", "makehuman_head_male"), ids=lambda stem: stem or "head")
+REAL = [pytest.param(stem, marks=pytest.mark.slow) for stem in ("ict_face_narrow", "makehuman_head_male")]
+
+
+@pytest.fixture(params=[None, *REAL], ids=lambda stem: stem or "head")
 def any_face(request, face, real_face):
     return face if request.param is None else real_face(request.param)
 

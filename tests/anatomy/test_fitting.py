@@ -78,6 +78,7 @@ def test_muscles_of_the_symmetric_face_cover_mirrored_skin(real_face):
             assert np.abs(left - right[mirror[1]]).max() < 0.05, name
 
 
+@pytest.mark.slow
 def test_a_real_face_moves_and_wrinkles(real_face):
     face = real_face("ict_face_narrow")
     sim = fw.Simulation(face)

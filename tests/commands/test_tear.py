@@ -37,6 +37,7 @@ def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
     assert volume[-1] > volume[0] > 0.0
 
 
+@pytest.mark.slow
 def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsys):
     face = fw.default_face()
     face.mesh.save(tmp_path / "face.ply")
@@ -59,6 +60,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     assert {"face", "tears_1", "tears_2"} <= moving
 
 
+@pytest.mark.slow
 def test_the_paper_s_tears_have_other_shapes(tmp_path):
     def tears(*options):
         folder = tmp_path / "_".join(["out", *options])

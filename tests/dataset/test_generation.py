@@ -63,6 +63,7 @@ def test_a_sample_is_the_same_in_any_order(small, backwards):
                 assert tar.extractfile(f"{index:09d}.{ending}").read() == content
 
 
+@pytest.mark.slow
 def test_what_a_scene_showed_before_does_not_show():
     """Lamps, the shader of skin, a texture and tears, in one scene: each sample comes once first and once second."""
     expression = {"neutral": 0.0, "named": 1.0, "names": ["happiness", "sadness"]}

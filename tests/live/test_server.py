@@ -186,6 +186,7 @@ def test_oversized_and_binary_messages_end_the_page(studio):
     assert asyncio.run(visit(lambda ws: ws.send_bytes(b"\0" * 64))) in (1003, 1006)
 
 
+@pytest.mark.slow
 def test_random_messages_are_answered_and_harm_nobody(studio):
     draw = random.Random(1)
 
@@ -242,6 +243,7 @@ def test_an_error_in_the_simulation_is_told_and_the_face_goes_on_with_the_next_c
     assert np.abs(np.asarray(studio.frame().points)[:n] - studio.face.points).max() > 5.0  # the jaw is open
 
 
+@pytest.mark.slow
 def test_a_page_that_stalls_slows_nobody_and_gets_the_newest_frame(studio):
     async def visit():
         async with page(studio) as stalled, page(studio) as other:
@@ -268,6 +270,7 @@ def test_a_page_that_stalls_slows_nobody_and_gets_the_newest_frame(studio):
     assert newest == last
 
 
+@pytest.mark.slow
 def test_a_page_that_vanishes_is_forgotten(studio):
     async def visit():
         async with page(studio) as other:
@@ -282,6 +285,7 @@ def test_a_page_that_vanishes_is_forgotten(studio):
     assert asyncio.run(visit()) == 1
 
 
+@pytest.mark.slow
 def test_wishes_do_not_queue(studio):
     async def visit():
         async with page(studio) as seen:
@@ -372,6 +376,7 @@ def test_a_port_in_use_is_an_error(face):
             Studio(face, port=port, browser=False)
 
 
+@pytest.mark.slow
 def test_a_frame_is_small_and_what_rests_is_not_sent_again(studio):
     async def visit():
         async with page(studio) as seen:

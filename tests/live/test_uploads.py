@@ -48,6 +48,7 @@ def scan(face, tmp_path):
     return {"head.ply": (tmp_path / "head.ply").read_bytes(), "head.json": json.dumps(landmarks).encode()}
 
 
+@pytest.mark.slow
 def test_a_scan_is_shown_and_undone(studio, scan):
     before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
     status, text = send(studio, scan)

@@ -54,6 +54,7 @@ def test_a_frame_is_that_of_a_settled_simulation(studio, face):
         studio.rates = {"AU99": 1.0}
 
 
+@pytest.mark.slow
 def test_folds_of_one_side_can_be_changed(studio, face):
     """With none on the left, the left has the anatomical creases alone; the right is as it was."""
     studio.rates = {"AU6": 1.0, "AU12": 1.0}
@@ -189,6 +190,7 @@ def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
     assert studio.document["tears"] == {}
 
 
+@pytest.mark.slow
 def test_pictures_meshes_and_sessions_are_saved_in_one_folder(studio, saved):
     async def visit():
         async with page(studio) as seen:
@@ -280,6 +282,7 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     studio._stage.play(False)
 
 
+@pytest.mark.slow
 def test_the_session_is_saved_while_the_timeline_plays_and_at_the_end(face, tmp_path):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.4, "offset": 1.0, "end": 2.0}
     path = tmp_path / "session.json"

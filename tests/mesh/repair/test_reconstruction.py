@@ -85,6 +85,7 @@ def test_a_face_in_pieces_with_small_gaps_is_closed_and_not_reconstructed():
     assert np.isin(clean.mesh.points, source.points).all()  # nothing was moved
 
 
+@pytest.mark.slow
 def test_a_face_in_pieces_that_face_inward_is_reconstructed(monkeypatch):
     pytest.importorskip("pymeshlab")
     monkeypatch.setattr(reconstruction, "SAMPLES", 6_000)  # many take long
