@@ -188,8 +188,7 @@ def rows_of(path: Path, columns: Sequence[str] = ()) -> list[dict[str, Any]]:
     try:
         with arrow()[1].ParquetFile(path) as file:
             known = [name for name in file.schema_arrow.names if not columns or name in columns]
-            rows: list[dict[str, Any]] = file.read(known).to_pylist()
-            return rows
+            return list(file.read(known).to_pylist())
     except MissingPackageError:
         raise
     except Exception as problem:  # whatever a damaged file provokes
