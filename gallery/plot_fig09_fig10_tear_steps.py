@@ -13,66 +13,68 @@ import pyvista as pv
 from scipy.interpolate import RegularGridInterpolator
 
 from facewrinkle.geometry.topology import euler_characteristic
-from facewrinkle.tears.shape import Shape, rough_film, solid, thickness
+from facewrinkle.tears.shape import Shape, extruded, outline, raised, rough_film, smoothed_head, solid, thickness
+from facewrinkle.tears.strip import grid_triangles
 
 LENGTH, HALF = 12.0, 1.5
-shape = Shape(half=HALF, height=0.9, trail=1.0, film=0.12)
+shape = Shape(half=HALF, height=0.9, trail=1.15, film=0.063)
 
 # %%
-# (a) The base surface: the skin under the tear, subdivided. The path runs along x.
+# (a) The base surface: a grid along the path, drawn in to the outline of the tear. The path runs along x.
 
-plane = pv.Plane(
-    center=(LENGTH / 2, 0.0, 0.0), i_size=LENGTH, j_size=2 * HALF, i_resolution=240, j_resolution=60
-).triangulate()
-points, triangles = np.asarray(plane.points, dtype=float), np.asarray(plane.regular_faces, dtype=np.int32)
-level, smooth_head = thickness(points[:, 0], points[:, 1], LENGTH - 0.1, shape)
-inside = (level > 0.0)[triangles].all(axis=1)
-kept, faces = np.unique(triangles[inside], return_inverse=True)
-base, faces = points[kept], faces.reshape(-1, 3).astype(np.int32)
-smooth_head = smooth_head[kept]
+rows, columns = 73, 19
+s = np.repeat(np.linspace(0.0, LENGTH, rows)[:, None], columns, axis=1)
+w = np.linspace(1.0, -1.0, columns) * outline(s, LENGTH, shape)
+base, faces = np.stack([s, -w, 0.0 * s], axis=-1).reshape(-1, 3), grid_triangles(rows, columns)
 
 
-def raised(height):
+def lifted(height):
     """The base moved up."""
-    return base + np.stack([0 * height, 0 * height, height], axis=1)
+    return base + np.stack([0.0 * height, 0.0 * height, height], axis=-1).reshape(-1, 3)
 
 
 def closed(height):
     """The closed tear whose top is at a height above the base."""
-    corners, tear = solid(base, raised(height), faces)
-    return pv.PolyData.from_regular_faces(corners, tear)
+    return pv.PolyData.from_regular_faces(*solid(base, lifted(height), faces))
 
 
 # %%
-# (b) The copy; (c) both joined; (d) the head, extruded; (e) smoothed; (f) with noise from moving least squares.
+# (b) The copy; (c) both joined; (d) the head, extruded; (e) that head smoothed by moving least squares; (f) with noise,
+# as high as on skin of roughness 0.5.
 
-flat = np.full(len(base), 0.25)
-block = np.where(base[:, 0] > LENGTH - 3.0, 0.9, 0.25)
-noise, spacing = rough_film(LENGTH, HALF, 0.3, 1, np.random.default_rng(2))
+film = Shape(HALF, shape.film, shape.trail, shape.film)
+block = extruded(s, thickness(s, w, LENGTH, film), LENGTH, shape)
+smooth = smoothed_head(s, w, block, LENGTH, shape)
+noise, spacing = rough_film(LENGTH, HALF, 0.5, 1, np.random.default_rng(2))
 grid = spacing * np.arange(noise.shape[0]), spacing * np.arange(-4, 5)
-bumps = RegularGridInterpolator(grid, noise, bounds_error=False, fill_value=0.0)(base[:, :2])
-noisy = smooth_head + 3.0 * shape.film * bumps * level[kept]
+noisy = smooth + raised(s, w, LENGTH, shape, 0.0, RegularGridInterpolator(grid, noise)(np.stack([s, w], axis=-1)))
+flat = np.full_like(s, 0.25)
 steps = {
     "(a) base surface": pv.PolyData.from_regular_faces(base, faces),
-    "(b) copy": pv.PolyData.from_regular_faces(raised(flat + 1.0), faces),
+    "(b) copy": pv.PolyData.from_regular_faces(lifted(flat + 1.0), faces),
     "(c) connected": closed(flat),
     "(d) head": closed(block),
-    "(e) smoothed": closed(np.maximum(smooth_head, 0.002)),
-    "(f) noise": closed(np.maximum(noisy, 0.002)),
+    "(e) smoothed": closed(smooth),
+    "(f) noise": closed(noisy),
 }
 
-plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1300, 560), border=False)
+# %%
+# The bumps are a tenth of a millimetre high: a low light from the side shows them.
+
+plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1300, 640), border=False, lighting="none")
+plotter.add_light(pv.Light(position=(12.0, 30.0, 8.0), focal_point=(6.0, 0.0, 0.0), intensity=1.3))
+plotter.add_light(pv.Light(light_type="headlight", intensity=0.7))
 for i, (title, mesh) in enumerate(steps.items()):
     plotter.subplot(*divmod(i, 3))
     plotter.set_background("white")
-    plotter.add_text(title, position=(12, 250), font_size=11, color="black")
+    plotter.add_text(title, position=(12, 285), font_size=11, color="black")
     if i < 2:
         plotter.add_mesh(steps["(a) base surface"], color="#b5442e")
     if i:
-        options = {"smooth_shading": True} if i > 3 else {}
-        plotter.add_mesh(mesh, color="#5a6470" if i < 3 else "#8fb6d6", specular=1.0, specular_power=40.0, **options)
-    plotter.camera_position = [(22.0, -20.0, 15.0), (6.2, 0.0, 0.2), (0.0, 0.0, 1.0)]
-    plotter.camera.zoom(1.9)
+        shading = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": 50.0} if i > 2 else {}
+        plotter.add_mesh(mesh, color="#5a6470" if i < 3 else "#8fb6d6", specular=0.3, specular_power=30.0, **shading)
+    plotter.camera_position = [(19.0, -13.0, 13.0), (6.4, 0.0, 0.2), (0.0, 0.0, 1.0)]
+    plotter.camera.zoom(1.5)
 plotter.show()
 
 # %%
@@ -80,5 +82,6 @@ plotter.show()
 
 tear = steps["(f) noise"]
 print(f"Euler characteristic {euler_characteristic(tear.regular_faces)}, volume {tear.volume:.1f} mm³")
+print(f"the noise raises the top by up to {1000.0 * (noisy - smooth).max():.0f} µm")
 assert euler_characteristic(tear.regular_faces) == 2
-assert (noisy >= smooth_head).all()
+assert (noisy >= smooth).all()

@@ -41,27 +41,26 @@ def farthest_behind(drop, skin, triangles, margin):
 
 
 @compiled
-def limit_heights(bottom, rest, normals, group, offsets, near, corners, balls, balls_at_rest, least, height):
+def limit_heights(bottom, rest, normals, vertex, triangle, corners, balls, balls_at_rest, least, height):
     """Lower heights so that every vertex stays less than half way to the skin ahead of it, and to other skin near it.
 
-    The triangles in question for a vertex of group g are near[offsets[g] : offsets[g + 1]], with their `corners`
-    (k, 3, 3), and balls (k, 4), centres and radii, around them in the frame and at rest.
+    Vertex `vertex[p]` is near triangle `triangle[p]` of those with these `corners` (k, 3, 3) and balls (k, 4), centres
+    and radii, around them in the frame and at rest.
     """
-    weights = np.empty(3)
-    for i in range(len(bottom)):
-        nearest = 3.0 * height[i]
-        for at in range(offsets[group[i]], offsets[group[i] + 1]):
-            j = near[at]
-            away, apart = 0.0, 0.0
-            for k in range(3):
-                away += (bottom[i, k] - balls[j, k]) ** 2
-                apart += (rest[i, k] - balls_at_rest[j, k]) ** 2
-            if np.sqrt(away) - balls[j, 3] > nearest:
-                continue
-            nearest = _met(bottom[i], normals[i], corners[j], least, nearest)
-            if np.sqrt(apart) > balls_at_rest[j, 3] + 4.0 * height[i]:
-                square = closest_in_triangle(bottom[i], corners[j, 0], corners[j, 1], corners[j, 2], weights)
-                nearest = min(nearest, np.sqrt(square))
+    weights, asked = np.empty(3), height.copy()
+    for p in range(len(vertex)):
+        i, j = vertex[p], triangle[p]
+        nearest = height[i] / 0.45
+        away, apart = 0.0, 0.0
+        for k in range(3):
+            away += (bottom[i, k] - balls[j, k]) ** 2
+            apart += (rest[i, k] - balls_at_rest[j, k]) ** 2
+        if np.sqrt(away) - balls[j, 3] > nearest:
+            continue
+        nearest = _met(bottom[i], normals[i], corners[j], least, nearest)
+        if np.sqrt(apart) > balls_at_rest[j, 3] + 4.0 * asked[i]:
+            square = closest_in_triangle(bottom[i], corners[j, 0], corners[j, 1], corners[j, 2], weights)
+            nearest = min(nearest, np.sqrt(square))
         height[i] = min(height[i], 0.45 * nearest)
 
 

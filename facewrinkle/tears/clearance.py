@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from . import _kernels as kernels
-from .footprint import overlapping
+from .strip import overlapping
 
 REACH = 2.5
 """Distance from the skin, in heights of the tear, within which other skin is looked up."""
@@ -18,14 +18,12 @@ SAME = 6e-8
 """Distance along a ray, in widths of the tear, below which it only meets the triangle that it starts on."""
 
 
+TALL = 0.3
+"""Share of the largest height from which on the reach is looked up apart: a head is much higher than its trail."""
+
+
 def kept_off(
-    bottom: Array,
-    rest: Array,
-    normals: Array,
-    height: Array,
-    under: IntArray,
-    skin: tuple[Array, Array, IntArray],
-    width: float,
+    bottom: Array, rest: Array, normals: Array, height: Array, skin: tuple[Array, Array, IntArray], width: float
 ) -> Array:
     """Return heights so low that every vertex stays less than half way to skin ahead of it, and to other skin near it.
 
@@ -34,8 +32,6 @@ def kept_off(
     bottom, rest, normals : ndarray, shape (n, 3)
         Vertices on the skin, the same at rest, and unit normals.
     height : ndarray, shape (n,)
-    under : ndarray of int, shape (n,)
-        The triangle of the skin that each vertex stands on.
     skin : tuple of ndarray
         Its points, its points at rest, and its triangles. Other skin is far from a vertex at rest.
     width : float
@@ -49,28 +45,24 @@ def kept_off(
     >>> points, at_rest = np.vstack([flat, flat + [0, 0, 1]]), np.vstack([flat, flat + [0, 50, 0]])
     >>> skin = points, at_rest, np.array([[0, 1, 2], [4, 3, 5]])
     >>> origin, up = np.zeros((1, 3)), np.array([[0.0, 0, 1]])
-    >>> kept_off(origin, origin, up, np.array([2.0]), np.array([0]), skin, width=3.0)
+    >>> kept_off(origin, origin, up, np.array([2.0]), skin, width=3.0)
     array([0.45])
     """
     points, at_rest, triangles = skin
-    hosts, group = np.unique(under, return_inverse=True)
-    tallest = np.zeros(len(hosts))
-    np.maximum.at(tallest, group, height)
-    around, reach = _balls(points[triangles[hosts]]), REACH * tallest
-    out = (around[:, 3] + reach)[:, None]
-    some = overlapping(points, triangles, (around[:, :3] - out).min(axis=0), (around[:, :3] + out).max(axis=0))
-    corners, balls = points[triangles[some]], _balls(points[triangles[some]])
-    found = cKDTree(balls[:, :3]).query_ball_point(around[:, :3], out[:, 0] + balls[:, 3].max())
-    owner = np.repeat(np.arange(len(hosts)), [len(each) for each in found])
-    near = np.fromiter(chain.from_iterable(found), np.int64, len(owner))
-    close = np.linalg.norm(balls[near, :3] - around[owner, :3], axis=1) < out[owner, 0] + balls[near, 3]
-    owner, near = owner[close], near[close]
-    offsets = np.searchsorted(owner, np.arange(len(hosts) + 1))
-    lowered = height.copy()
-    kernels.limit_heights(
-        bottom, rest, normals, group, offsets, near, corners, balls, _balls(at_rest[triangles[some]]), SAME * width,
-        lowered,
-    )  # fmt: skip
+    lowered, tall = height.copy(), height > TALL * height.max(initial=0.0)
+    for some in (np.flatnonzero(tall), np.flatnonzero(~tall)):
+        if not len(some):
+            continue
+        reach, places = REACH * height[some].max(), bottom[some]
+        beside = triangles[overlapping(points, triangles, places.min(axis=0) - reach, places.max(axis=0) + reach)]
+        corners = points[beside]
+        balls = _balls(corners)
+        found = cKDTree(places).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
+        triangle = np.repeat(np.arange(len(beside)), [len(near) for near in found])
+        vertex = some[np.fromiter(chain.from_iterable(found), np.int64, len(triangle))]
+        kernels.limit_heights(
+            bottom, rest, normals, vertex, triangle, corners, balls, _balls(at_rest[beside]), SAME * width, lowered
+        )
     return lowered
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -73,9 +74,7 @@ class Fall:
 
 @dataclass(frozen=True, eq=False)
 class Sampled:
-    """A tear at f times, on triangles that stay, in the unit of its surface: for animated files.
-
-    Where there is no water, the sheet of a stream is under the skin, and a drop is a point.
+    """A tear at f times, in the unit of its surface: for animated files. Before and after, it is a point.
 
     Attributes
     ----------
@@ -95,6 +94,25 @@ class Sampled:
     points: Array
     normals: Array
     triangles: IntArray
+
+    @classmethod
+    def of(cls, tear: Any, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
+        """Return a tear at times on frames of its surface; None if it is there at none of the times."""
+        found = {
+            k: tear.surface(t, on)
+            for k, (t, on) in enumerate(zip(times, frames, strict=True))
+            if tear.begin <= t <= tear.end
+        }
+        if not found:
+            return None
+        first, last = min(found), max(found)
+        points, normals = [], []
+        for k in range(len(times)):
+            mesh = found.get(k, found[first if k < first else last])
+            places = np.asarray(mesh.points, np.float64)
+            points.append(places if k in found else np.broadcast_to(places.mean(axis=0), places.shape))
+            normals.append(np.asarray(mesh.point_data["Normals"], np.float64))
+        return cls(np.stack(points), np.stack(normals), np.asarray(found[first].regular_faces, np.int32))
 
 
 class DrippingTear:
@@ -174,7 +192,6 @@ class DrippingTear:
             _check_size(self.diameter, support)
             self._start = support.start(start, max(self.diameter, 0.02 * support.size))
             self._bound = support.bound(self._start[None])
-        self._released: Array | None = None
         self._lattice = DropLattice(check_whole("resolution", resolution, 6, 512))
 
     # --- clocks --------------------------------------------------------------------------------
@@ -216,8 +233,7 @@ class DrippingTear:
         t : float
             Seconds, from `begin` to `end`.
         on : PolyData, optional
-            The face at this time. The tear hangs at its lid; once it has pinched off, it falls from where it hung then,
-            so that times must be asked for in order.
+            The face at this time. The tear hangs at its lid, and falls from there.
 
         Returns
         -------
@@ -236,7 +252,8 @@ class DrippingTear:
         skin = None if self._support is None else self._support.in_frame(on)[0]
         local = self._lattice.points(*self.sizes(t))
         local[:, 2] += self._shift(t)
-        points = self._anchor(t, skin) + local @ np.array([self._side, self.forward, self.down])
+        anchor = self._start if skin is None or self._bound is None else self._bound.at(skin.points)[0]
+        points = anchor + local @ np.array([self._side, self.forward, self.down])
         points += self._clearance(points, t, skin) * self.forward
         triangles, n = self._lattice.triangles, len(points)
         normals = vertex_normals(points, triangles)
@@ -246,7 +263,7 @@ class DrippingTear:
         return mesh
 
     def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
-        """Return the drop at times on triangles that stay; before and after it has shrunk to a point.
+        """Return the tear at times, on the same triangles; before and after it has shrunk to a point.
 
         Parameters
         ----------
@@ -257,23 +274,9 @@ class DrippingTear:
 
         Returns
         -------
-        Sampled, or None if there is no drop at any of the times.
+        Sampled, or None if there is no tear at any of the times.
         """
-        drops = {
-            k: self.surface(t, on)
-            for k, (t, on) in enumerate(zip(times, frames, strict=True))
-            if self.begin <= t <= self.end
-        }
-        if not drops:
-            return None
-        first, last = min(drops), max(drops)
-        points, normals = [], []
-        for k in range(len(times)):
-            drop = drops.get(k, drops[first if k < first else last])
-            places = np.asarray(drop.points, np.float64)
-            points.append(places if k in drops else np.broadcast_to(places.mean(axis=0), places.shape))
-            normals.append(np.asarray(drop.point_data["Normals"], np.float64))
-        return Sampled(np.stack(points), np.stack(normals), self._lattice.triangles)
+        return Sampled.of(self, times, frames)
 
     def _shift(self, t: float) -> float:
         """Return the shift of the formula's drop along the axis: its tip hangs at the lid until its centre falls."""
@@ -284,17 +287,6 @@ class DrippingTear:
             return -tip
         centre = moments(s, alpha, beta)[1] - tip
         return centre + self.fallen(t) - moments(*self.sizes(t))[1]
-
-    def _anchor(self, t: float, skin: SupportSurface | None) -> Array:
-        """Return the point (3,) at which the tear hangs, or hung when it pinched off."""
-        if t <= self.begin + self.hang:
-            self._released = None
-        if self._released is not None:
-            return self._released
-        anchor = self._start if skin is None or self._bound is None else self._bound.at(skin.points)[0]
-        if t > self.begin + self.hang:
-            self._released = anchor
-        return anchor
 
     def _clearance(self, points: Array, t: float, skin: SupportSurface | None) -> float:
         """Return how far forward the drop has to be to stay out of the skin on its whole way so far."""

@@ -380,26 +380,6 @@ class StreamPath:
         wobble = np.interp(row, np.arange(len(self.wobble)), self.wobble)
         return np.stack([wobble, map_coordinates(self.noise, [row, column], order=1, mode="nearest")])
 
-    def coordinates(self, points: Array, normals: Array, tree: cKDTree) -> Array:
-        """Return s, w and distance (3, n) of points (n, 3) of a surface with these normals, given a tree of the path.
-
-        s is the length up to the nearest place of the path, w the distance from there, positive on the right looking
-        up. Beyond its ends the path goes on straight, so that heads and starts are round.
-        """
-        last = len(self.points) - 2
-        k = np.clip(tree.query(points)[1][:, None] + np.arange(-2, 2), 0, last)
-        side, offset = np.diff(self.points, axis=0)[k], points[:, None] - self.points[k]
-        square = (side**2).sum(axis=2)
-        share = (offset * side).sum(axis=2) / square
-        share = np.clip(share, np.where(k > 0, 0.0, -np.inf), np.where(k < last, 1.0, np.inf))
-        offset -= share[:, :, None] * side
-        here = np.arange(len(points)), (offset**2).sum(axis=2).argmin(axis=1)
-        s = self.lengths[k[here]] + share[here] * np.sqrt(square[here])
-        away = np.linalg.norm(offset[here], axis=1)
-        right = (offset[here] * np.cross(side[here], normals)).sum(axis=1) >= 0.0
-        beyond = np.maximum(np.maximum(-s, s - self.lengths[-1]), 0.0)
-        return np.stack([s, np.where(right, away, -away), np.hypot(away, beyond)])
-
 
 def irregular_path(
     points: Array, begin: float, scale: float, half: float, roughness: float, degree: int, random: np.random.Generator

@@ -17,8 +17,17 @@ DRAINED = 0.85
 POOLING = 2.0
 """Thickening of the film per widening of the trail, both as shares: water stays where it is wide."""
 
+ROUNDING = 1e-9
+"""The level of the tear, 1 on the path and 0 on its outline, below which it is 0."""
+
 TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""
+
+BUMP = 3.0
+"""Height of the highest bumps of the trail, in thicknesses of its film."""
+
+REACH, SOFT = 4.0, 0.3
+"""Length over which an extruded head is smoothed, and epsilon of the weights, in halves of its width."""
 
 ROWS = 32
 """Rows of the grid of noise that are fitted together."""
@@ -55,18 +64,44 @@ class Shape:
         return Shape(self.half * factor, self.height * factor, self.trail * factor, self.film * factor)
 
 
-def thickness(
-    s: Array,
-    w: Array,
-    front: float,
-    shape: Shape,
-    wobble: Array | float = 0.0,
-    rough: Array | float = 0.0,
-    depth: float = 0.0,
-) -> tuple[Array, Array]:
-    """Return the level of the tear, which is 0 on its outline, and its thickness.
+def outline(s: Array, front: float, shape: Shape, wobble: Array | float = 0.0) -> Array:
+    """Return half the width of the tear: round in front, narrowing from the head into the trail, round at the start.
 
-    The head is round in front and tapers into the trail; across, its profile is a parabola.
+    Parameters
+    ----------
+    s : ndarray, shape (n,)
+        Position along the path.
+    front : float
+        Length of the path that is covered.
+    shape : Shape
+    wobble : ndarray, shape (n,)
+        Change of the trail's width, as a share.
+
+    Examples
+    --------
+    >>> outline(np.array([0.0, 3.0, 9.0, 10.0]), 10.0, Shape(1.0, 0.8, 0.5, 0.05)).round(3).tolist()
+    [0.0, 0.472, 1.0, 0.0]
+    """
+    width, ends = _straight(s, front, shape, wobble)
+    return np.asarray(width * np.sqrt(np.maximum(1.0 - ends, 0.0)))
+
+
+def _straight(s: Array, front: float, shape: Shape, wobble: Array | float) -> tuple[Array, Array]:
+    """Return half the width (n,) without the round ends, and what these take of the level (n,)."""
+    behind = (front - s) / shape.half
+    left = DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0)
+    trail = shape.trail * (1.0 + wobble) * left
+    cap, start = np.maximum(1.0 - behind, 0.0), np.maximum(1.0 - s / shape.trail, 0.0)
+    return trail + (shape.half - trail) * _head(behind), cap**2 + start**2
+
+
+def _head(behind: Array) -> Array:
+    """Return the share (n,) of the head, 1 in front and 0 in the trail, at distances behind the front in halves."""
+    return np.asarray(0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0)))
+
+
+def thickness(s: Array, w: Array, front: float, shape: Shape, wobble: Array | float = 0.0) -> Array:
+    """Return the thickness of the tear: across, its profile is a parabola, and along, it goes with the width.
 
     Parameters
     ----------
@@ -75,33 +110,105 @@ def thickness(
     front : float
         Length of the path that is covered.
     shape : Shape
-    wobble, rough : ndarray, shape (n,)
-        Change of the trail's width, and what is added to its thickness, as shares.
-    depth : float
-        Outside the outline, the height goes on below 0 as the level does, down to this level below 0.
+    wobble : ndarray, shape (n,)
+        Change of the trail's width, as a share.
 
     Returns
     -------
-    level : ndarray, shape (n,)
-        Above 0 inside the outline, 1 on the path.
-    height : ndarray, shape (n,)
-        0 outside the outline, unless it goes on below it.
+    ndarray, shape (n,)
+        0 outside the outline.
 
     Examples
     --------
-    >>> level, height = thickness(np.array([9.0, 3.0, 11.0]), np.zeros(3), 10.0, Shape(1.0, 0.8, 0.5, 0.05))
-    >>> height.round(3).tolist()
+    >>> thickness(np.array([9.0, 3.0, 11.0]), np.zeros(3), 10.0, Shape(1.0, 0.8, 0.5, 0.05)).round(3).tolist()
     [0.8, 0.05, 0.0]
     """
+    film, head = _film(s, front, shape, wobble)
+    return np.asarray((film + (shape.height - film) * head) * _level(s, w, front, shape, wobble))
+
+
+def raised(s: Array, w: Array, front: float, shape: Shape, wobble: Array | float, noise: Array) -> Array:
+    """Return what noise adds to the thickness: bumps on the trail, the paper's step four.
+
+    Parameters
+    ----------
+    s, w, front, shape, wobble
+        As of :func:`thickness`.
+    noise : ndarray, shape (n,)
+        At least 0; see :func:`rough_film`.
+
+    Examples
+    --------
+    A bump of noise 0.5 in the trail, and in the head, where none is seen:
+
+    >>> shape, s = Shape(1.0, 0.8, 0.5, 0.05), np.array([3.0, 9.0])
+    >>> raised(s, np.zeros(2), 10.0, shape, 0.0, np.full(2, 0.5)).round(3).tolist()
+    [0.075, 0.0]
+    """
+    film, head = _film(s, front, shape, wobble)
+    return np.asarray(BUMP * noise * film * (1.0 - head) * _level(s, w, front, shape, wobble))
+
+
+def _film(s: Array, front: float, shape: Shape, wobble: Array | float) -> tuple[Array | float, Array]:
+    """Return the thickness of the film on the path, and the share (n,) of the head in the thickness."""
+    return shape.film * (1.0 + POOLING * wobble), _head((front - s) / shape.half) ** 1.5
+
+
+def _level(s: Array, w: Array, front: float, shape: Shape, wobble: Array | float) -> Array:
+    """Return the level (n,) of the tear: 1 on the path, a parabola across, 0 on the outline and outside."""
+    width, ends = _straight(s, front, shape, wobble)
+    level = 1.0 - (w / width) ** 2 - ends
+    return np.where(level > ROUNDING, level, 0.0)
+
+
+def extruded(s: Array, height: Array, front: float, shape: Shape) -> Array:
+    """Return heights of a film after its end has been extruded: the paper's step three (Fig. 9 d).
+
+    Parameters
+    ----------
+    s, height : ndarray, shape (n,)
+        Position along the path, and thickness of the film.
+    front : float
+    shape : Shape
+
+    Examples
+    --------
+    >>> film = np.array([0.05, 0.05, 0.0])
+    >>> extruded(np.array([3.0, 9.0, 11.0]), film, 10.0, Shape(1.0, 0.8, 0.5, 0.05)).tolist()
+    [0.05, 0.8, 0.0]
+    """
+    return np.where((height > 0.0) & (s > front - 2.0 * shape.half), shape.height, height)
+
+
+def smoothed_head(s: Array, w: Array, height: Array, front: float, shape: Shape) -> Array:
+    """Return heights of an extruded head after smoothing by moving least squares of degree 0 (Fig. 9 e).
+
+    Behind the head nothing changes, and the outline stays on the skin.
+
+    Parameters
+    ----------
+    s, w, height : ndarray, shape (n,)
+        Position along the path, distance from it, and height.
+    front : float
+    shape : Shape
+
+    Examples
+    --------
+    In the trail, on the outline, and in the middle of the head, where its edges are near:
+
+    >>> s, w = np.array([2.0, 9.0, 9.0, 9.0]), np.array([0.0, -1.0, 0.0, 1.0])
+    >>> smoothed_head(s, w, np.array([0.05, 0.0, 0.8, 0.0]), 10.0, Shape(1.0, 0.8, 0.5, 0.05)).round(2).tolist()
+    [0.05, 0.0, 0.71, 0.0]
+    """
     behind = (front - s) / shape.half
-    head = 0.5 + 0.5 * np.cos(np.pi * np.clip((behind - 1.0) / TAPER, 0.0, 1.0))
-    left = DRAINED + (1.0 - DRAINED) * np.exp(-np.maximum(behind, 0.0) / 15.0)
-    half = shape.trail * (1.0 + wobble) * left
-    half += (shape.half - half) * head
-    cap, start = np.maximum(1.0 - behind, 0.0), np.maximum(1.0 - s / shape.trail, 0.0)
-    level = 1.0 - (w / half) ** 2 - cap**2 - start**2
-    film = shape.film * (1.0 + rough) * (1.0 + POOLING * wobble)
-    return level, (film + (shape.height - film) * head**1.5) * np.maximum(level, 0.0 - depth)
+    near = (behind > -1.0) & (behind < REACH)
+    out, places = height.copy(), np.stack([s[near], w[near]], axis=1)
+    if near.any():
+        smooth = moving_least_squares(places, places, height[near], 0, SOFT * shape.half)
+        smooth *= height[near].max() / max(smooth.max(), 1e-300)  # the head stays as high
+        share = np.clip(REACH - behind[near], 0.0, 1.0) * (height[near] > 0.0)
+        out[near] += share * (smooth - height[near])
+    return out
 
 
 def rough_film(

@@ -1,8 +1,9 @@
 """Tears that are shed: a bead of water that runs down a surface, with a wet trail behind it (Section 4.2).
 
-The paper's five steps: the surface under the tear, subdivided linearly (:mod:`.footprint`); a copy just above it,
-joined to it along the outline (:func:`.shape.solid`); the head (:func:`.shape.thickness`); noise on the top, raised by
-moving least squares (:func:`.shape.rough_film`); and the part that is covered at a time, ``h = s + c t``.
+The paper's five steps: the surface under the tear, a strip along its path (:mod:`.strip`); a copy just above it, joined
+to it along the outline (:func:`.shape.solid`); the head (:func:`.shape.thickness`, or :func:`.shape.extruded` and
+smoothed); noise on the top, raised by moving least squares (:func:`.shape.raised`); and the part that is covered at a
+time, ``h = s + c t``.
 """
 
 from __future__ import annotations
@@ -17,33 +18,23 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
-from ..array_types import Array, IntArray
-from ..errors import MeshError, ParameterError, check_range, check_whole, unknown_name
-from ..geometry.laplacian import neighbour_mean
+from ..array_types import Array
+from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import detail_normals
-from ..geometry.topology import boundary_loops, euler_characteristic, unique_edges
 from ..mesh import MeshLike, to_polydata
 from . import path as paths
 from .clearance import kept_off
 from .drop import Sampled
-from .footprint import Footprint, Part, footprint_under
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path
-from .shape import Shape, solid, thickness
+from .shape import Shape, extruded, outline, raised, smoothed_head, solid, thickness
+from .strip import Binding, Strip, bind, bulge, grid_triangles, strip_along
 from .support_surface import SupportSurface, support_surface
-
-SUNK = 0.5
-"""Level, below 0, at which a sheet on triangles that stay lies deepest below the skin around its outline."""
 
 EDGE = 0.002
 """Thickness at the very edge, mm: the paper's two surfaces that 'are seen as almost one'."""
 
-BUMP = 3.0
-"""Height of the highest bumps of the trail, in thicknesses of its film."""
-
-TRAIL_EDGES = 1.33
-"""Length of the edges of the mesh, at most, in halves of the width of the trail: on longer ones, from 1.7 on, narrow
-places of the trail fall between the vertices, and the tear comes apart.
-"""
+TRAIL_STEP = 0.37
+"""Distance of the points of the mesh, at most, in halves of the width of the trail, which is a parabola across."""
 
 LARGEST_SHARE = 0.15
 """Width and height of the largest tear, in diagonals of the surface's bounding box."""
@@ -192,7 +183,8 @@ class SheddingTear:
         A head by a formula, round in front and narrowing into the trail; or, as in the paper (Fig. 9 d and e), the end
         of the tear is extruded to its height and then smoothed.
     detail : float
-        Length of the edges of the mesh, at most, as a share of the width; those of a narrow trail are shorter.
+        Length of the edges of the mesh on the skin, at most, as a share of the width; those of a narrow trail are
+        shorter.
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
@@ -202,6 +194,8 @@ class SheddingTear:
     ----------
     paths : tuple of StreamPath
         The source's path, and those of its branches.
+    strips : tuple of Strip
+        The strips of the surface along these, at rest.
     shape : Shape
         In the unit of the surface.
     begin, end : float
@@ -253,7 +247,7 @@ class SheddingTear:
         self.shape = self._checked_shape(width, height, film.trail)
         half, unit = self.shape.half, self._support.unit
         self.begin = check_range("begin", begin, 0.0, 1e9)
-        self._detail = min(check_range("detail", detail, 0.03, 1.0) * 2.0 * half, TRAIL_EDGES * self.shape.trail)
+        self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, TRAIL_STEP * self.shape.trail)
         random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         finder = self._path_finder(route)
         found = finder.path(path, start, weight)
@@ -276,8 +270,17 @@ class SheddingTear:
         farthest = self.length if self._heights is None else float(self._heights[0][-1])
         self.end = self.begin + max(farthest - self.s, 0.0) / self.c + flow.hold
         self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
-        self._footprint: Footprint | None = None
-        self._check_disk()
+        self.strips = tuple(
+            strip_along(self._support, path, self._reach * path.scale, self._spacing) for path in self.paths
+        )
+        self._rest = np.concatenate([strip.rest.reshape(-1, 3) for strip in self.strips])
+        sheets, first = [], 0
+        for strip in self.strips:
+            sheets.append(first + grid_triangles(*strip.noise.shape))
+            first += strip.noise.size
+        self._sheet = np.concatenate(sheets)
+        self._closed = solid(self._rest, self._rest, self._sheet)[1]
+        self._binding: Binding | None = None
 
     def _checked_shape(self, width: float, height: float, trail: float) -> Shape:
         """Return the shape of the tear in the unit of the surface, after checking that the surface is large enough."""
@@ -295,13 +298,13 @@ class SheddingTear:
         """Return a finder of paths, after checking that the longest does not need too fine a mesh."""
         support, width = self._support, 2.0 * self.shape.half
         longest = min(route.length / support.unit, 20.0 * support.size)
-        if longest > LONGEST * self._detail:
+        if longest > LONGEST * self._spacing:
             raise ParameterError(
                 f"a tear {width * support.unit:g} mm wide and up to {longest * support.unit:.4g} mm long needs too "
                 "fine a mesh. Make it wider, give a larger detail, or a length of "
-                f"{LONGEST * self._detail * support.unit:.3g} mm at most."
+                f"{LONGEST * self._spacing * support.unit:.3g} mm at most."
             )
-        return PathFinder(support, *support.in_frame(route.on), width, 0.5 * self._detail, longest)
+        return PathFinder(support, *support.in_frame(route.on), width, self._spacing, longest)
 
     def _stream_paths(
         self, finder: PathFinder, points: Array, film: Film, route: Route, random: np.random.Generator
@@ -311,22 +314,6 @@ class SheddingTear:
         main = irregular_path(points, 0.0, 1.0, *water)
         branches = finder.branches(points, int(route.branches))
         return main, *(irregular_path(spilled, begin, 0.7, *water) for spilled, begin in branches)
-
-    def _check_disk(self) -> None:
-        """Raise a ParameterError if the whole tear would not be one piece without holes."""
-        footprint = self._footprint_in(self._support.points, self._support.triangles)
-        level, _ = self._thickness(footprint, self.length)
-        part = footprint.part(level)
-        if (
-            part is None
-            or np.count_nonzero(part.share == 0.0) < 0.9 * np.count_nonzero(level > 0.0)
-            or euler_characteristic(part.triangles) != 1
-            or len(boundary_loops(part.triangles)) != 1
-        ):
-            raise ParameterError(
-                "the tear would not be one piece without holes: its path runs around a hole of the surface, or over a "
-                "gap. Lead it elsewhere, or make it narrower."
-            )
 
     @property
     def length(self) -> float:
@@ -373,8 +360,9 @@ class SheddingTear:
         Returns
         -------
         PolyData
-            Closed, of genus 0, oriented outwards, nowhere in the skin; with "Normals", "thickness", and the normal of
-            the skin "under" it.
+            Closed, of genus 0 (one such solid for each of `paths`), oriented outwards, always of the same triangles,
+            which have no area where the tear has not come; with "Normals", "thickness", and the normal of the skin
+            "under" it. The second half of the points lies on the skin.
 
         Raises
         ------
@@ -383,121 +371,76 @@ class SheddingTear:
         MeshError
             For a frame of another surface.
         """
-        front = self.covered(t)
+        return self._body(self.covered(t), on)
+
+    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
+        """Return the tear at times; see :meth:`DrippingTear.sampled`."""
+        return Sampled.of(self, times, frames)
+
+    def _body(self, front: float, on: pv.PolyData | None) -> pv.PolyData:
+        """Return the tear that covers a length of its path: step two, the base and a copy of it, joined."""
         frame, rest = self._support.in_frame(on)
-        footprint = self._footprint_in(rest, frame.triangles)
-        level, thick = self._thickness(footprint, front)
-        part = footprint.part(level)
-        if part is None:
-            raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-        bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
+        self._binding = binding = bind(self._rest, rest, frame.triangles, self._binding)
+        normals, values, first = _frame_normals(frame, on), [], 0
+        grids = np.concatenate([binding.bound.at(frame.points), binding.bound.at(normals), self._rest], axis=1)
+        for k, strip in enumerate(self.strips):
+            last = first + strip.noise.size
+            values.append(self._raised(k, front, grids[first:last].reshape(*strip.noise.shape, 9)))
+            first = last
+        bottom, up, at_rest, thick = (np.concatenate(columns) for columns in zip(*values, strict=True))
+        height, wet = np.zeros(len(thick)), thick > 0.0
         skin = frame.points, rest, frame.triangles
-        height = self._above(bottom, bottom_rest, up, thick[part.first], part, skin, frame.unit)
+        height[wet] = kept_off(bottom[wet], at_rest[wet], up[wet], thick[wet], skin, 2.0 * self.shape.half)
         top = bottom + height[:, None] * up
-        shaded = detail_normals(bottom, top, part.triangles, up)
+        shaded = detail_normals(bottom, top, self._sheet, up)
         data = {"Normals": (shaded, -up), "thickness": (height, height), "under": (up, up)}
         mesh = to_polydata(
-            *solid(bottom, top, part.triangles),
+            np.concatenate([top, bottom]),
+            self._closed,
             {name: np.concatenate(of_top_and_bottom) for name, of_top_and_bottom in data.items()},
-            copy=False,
         )
         mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
 
-    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
-        """Return the tear at times on triangles that stay: a sheet over all that it ever wets, sunk where it is dry.
+    def _raised(self, k: int, front: float, grid: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the points (n, 3) of a strip, their normals, where they are at rest, and the thickness (n,) there.
 
         Parameters
         ----------
-        times : array_like, shape (f,)
-            Seconds; at those at which there is no tear all of it is sunk.
-        frames : sequence of PolyData
-            The surface at these times, always with the same triangles.
-
-        Returns
-        -------
-        Sampled, or None if there is no tear at any of the times.
+        k : int
+            Of the strip.
+        front : float
+        grid : ndarray, shape (r, c, 9)
+            The same of the whole strip, without the thickness.
         """
-        present = [self.begin <= t <= self.end for t in times]
-        if not any(present):
-            return None
-        frame, rest = self._support.in_frame(frames[0])
-        footprint = self._footprint_in(rest, frame.triangles)
-        shapes = [
-            self._thickness(footprint, self.covered(t), SUNK) if here else None
-            for t, here in zip(times, present, strict=True)
-        ]
-        part = footprint.part(np.max([shape[0] for shape in shapes if shape is not None], axis=0))
-        if part is None:
-            raise MeshError("nothing of the surface is under the tear. Are they frames of another surface?")
-        dry, points, normals = np.full(len(footprint.rest), -SUNK * self.shape.height), [], []
-        for on, shape in zip(frames, shapes, strict=True):
-            frame, _ = self._support.in_frame(on)
-            bottom, up, bottom_rest = part.at(frame.points, _normals(frame, on))
-            thick = dry if shape is None else shape[1]
-            height = part.between(thick)
-            skin = frame.points, rest, frame.triangles
-            wet = self._above(bottom, bottom_rest, up, np.maximum(height, 0.0), part, skin, frame.unit)
-            top = bottom + np.where(height > 0.0, wet, height)[:, None] * up
-            points.append(top)
-            normals.append(detail_normals(bottom, top, part.triangles, up))
-        return Sampled(np.stack(points), np.stack(normals), part.triangles)
+        strip, shape = self.strips[k], self.shape.scaled(self.paths[k].scale)
+        risen = bulge(grid[:, :, :3], grid[:, :, 3:6])[:, :, None]
+        run = min(front - strip.path.begin, float(strip.path.lengths[-1]))
+        if k and run < shape.half + shape.trail:
+            run = 0.0
+        grown = min(max((run - self.s) / (4.0 * shape.half), 0.0), 1.0)  # it fills as it begins to run
+        shape = replace(shape, half=shape.half * (0.7 + 0.3 * grown), height=shape.height * (0.6 + 0.4 * grown))
+        half = outline(strip.s, run, shape, strip.wobble) * (run > 0.0)
+        s, w, grid, moved = strip.within(np.concatenate([grid, risen], axis=2), run, half)
+        points, up, at_rest, (risen,) = grid[..., :3], grid[..., 3:6], grid[..., 6:9], np.moveaxis(grid[..., 9:], 2, 0)
+        up = up / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
+        points = points + (risen * moved)[:, :, None] * up
+        height = np.maximum(self._heights_of(strip, s, w, run, shape), np.maximum(EDGE / self._support.unit, risen))
+        height *= (half > 0.0)[:, None] & ~strip.ends
+        return points.reshape(-1, 3), up.reshape(-1, 3), at_rest.reshape(-1, 3), height.ravel()
 
-    def _above(
-        self,
-        bottom: Array,
-        bottom_rest: Array,
-        up: Array,
-        thick: Array,
-        part: Part,
-        skin: tuple[Array, Array, IntArray],
-        unit: float,
-    ) -> Array:
-        """Return the heights (n,) of water of some thickness (n,), which is nowhere in skin beside it."""
-        height = thick * (part.share == 0.0)
-        if self._extruded:
-            height = self._smoothed(height, part.triangles)
-        height = np.maximum(height, EDGE / unit)
-        return kept_off(bottom, bottom_rest, up, height, part.under, skin, 2.0 * self.shape.half)
-
-    def _footprint_in(self, rest: Array, triangles: IntArray) -> Footprint:
-        """Return the footprint in a mesh, and keep it for the next frame."""
-        known = self._footprint
-        self._footprint = footprint_under(self.paths, rest, triangles, self._reach, self._detail, known)
-        return self._footprint
-
-    def _thickness(self, footprint: Footprint, front: float, depth: float = 0.0) -> tuple[Array, Array]:
-        """Return level and height at the vertices of the footprint, the largest over all paths."""
-        level, height = np.empty(0), np.empty(0)
-        for k, path in enumerate(self.paths):
-            run = min(front - path.begin, float(path.lengths[-1]))
-            shape = self.shape.scaled(path.scale)
-            if k and run < shape.half + shape.trail:
-                continue
-            grown = min(max((run - self.s) / (4.0 * shape.half), 0.0), 1.0)  # it fills as it begins to run
-            head = Shape(shape.half * (0.7 + 0.3 * grown), shape.height * (0.6 + 0.4 * grown), shape.trail, shape.film)
-            coordinates = footprint.s[k], footprint.w[k]
-            bumps = footprint.wobble[k], BUMP * footprint.noise[k], depth
-            one, thick = thickness(*coordinates, run, head, *bumps)
-            if self._extruded:
-                film = replace(head, height=head.film)
-                one, thick = thickness(*coordinates, run, film, *bumps)
-                thick[(one > 0.0) & (footprint.s[k] > run - 2.0 * head.half)] = head.height
-            level, height = (np.maximum(level, one), np.maximum(height, thick)) if k else (one, thick)
-        return level, height
-
-    def _smoothed(self, height: Array, triangles: IntArray) -> Array:
-        """Heights (n,) after smoothing: over half of the head, means of neighbours; the outline stays on the skin."""
-        edges, sides = unique_edges(triangles)
-        inner = np.ones(len(height), bool)
-        inner[edges[np.bincount(sides.ravel()) == 1]] = False
-        mean = neighbour_mean(edges, len(height))
-        for _ in range(int(np.ceil((0.5 * self.shape.half / self._detail) ** 2)) + 2):
-            height = np.where(inner, 0.5 * (height + mean @ height), 0.0)
-        return height
+    def _heights_of(self, strip: Strip, s: Array, w: Array, run: float, shape: Shape) -> Array:
+        """Return the thickness (r, c) of a strip that has run so far: steps three and four, the head and the noise."""
+        wobble = strip.wobble[:, None]
+        bumps = raised(s, w, run, shape, wobble, strip.noise)
+        if not self._extruded:
+            return thickness(s, w, run, shape, wobble) + bumps
+        film = thickness(s, w, run, replace(shape, height=shape.film), wobble)
+        s = np.broadcast_to(s, w.shape)
+        return smoothed_head(s, w, extruded(s, film, run, shape), run, shape) + bumps
 
 
-def _normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
+def _frame_normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
     """Return the normals (n, 3) of a frame: those of its wrinkles, if a simulation made it."""
     if on is not None and on.GetPointData().HasArray("split_gamma"):
         wrinkled = on.point_data.get("Normals")

@@ -2,6 +2,7 @@
 
 what             checked against
 thickness        its formula written out point by point; its extent, head and trail; volume of the head by quadrature
+extruded head    the mean weighted by distance, written out
 noise of a film  moving least squares over all places, drawn from the same stream of random numbers; its bounds
 waves            the convolution with a bell written out
 solid            volume of prisms under a piecewise linear roof; each side met once in each direction
@@ -20,7 +21,22 @@ from scipy.spatial import Delaunay
 
 from facewrinkle.geometry.least_squares import moving_least_squares
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
-from facewrinkle.tears.shape import DRAINED, POOLING, TAPER, Shape, rough_film, solid, thickness, waves
+from facewrinkle.tears.shape import (
+    BUMP,
+    DRAINED,
+    POOLING,
+    SOFT,
+    TAPER,
+    Shape,
+    extruded,
+    outline,
+    raised,
+    rough_film,
+    smoothed_head,
+    solid,
+    thickness,
+    waves,
+)
 
 SHAPE = Shape(1.5, 1.1, 0.8, 0.12)
 ROUND = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
@@ -29,50 +45,72 @@ ROUND = Shape(half=1.5, height=0.9, trail=0.8, film=0.06)
 # --- thickness ----------------------------------------------------------------------------------
 
 
-def plain_thickness(s, w, front, shape, wobble=0.0, rough=0.0, depth=0.0):
-    """Level and height at one place."""
+def plain_thickness(s, w, front, shape, wobble=0.0, noise=0.0):
+    """Half the width, height and height of the bumps at one place."""
     behind = (front - s) / shape.half
     taper = min(max((behind - 1.0) / TAPER, 0.0), 1.0)
     head = (1.0 + math.cos(math.pi * taper)) / 2.0
     drained = DRAINED + (1.0 - DRAINED) * math.exp(-max(behind, 0.0) / 15.0)
     trail = shape.trail * (1.0 + wobble) * drained
     half = head * shape.half + (1.0 - head) * trail
-    level = 1.0 - (w / half) ** 2 - max(1.0 - behind, 0.0) ** 2 - max(1.0 - s / shape.trail, 0.0) ** 2
-    film = shape.film * (1.0 + rough) * (1.0 + POOLING * wobble)  # where it is wide, water stays
-    return level, max(level, -depth) * (film + (shape.height - film) * head**1.5)
+    ends = max(1.0 - behind, 0.0) ** 2 + max(1.0 - s / shape.trail, 0.0) ** 2
+    level = max(1.0 - (w / half) ** 2 - ends, 0.0)
+    film = shape.film * (1.0 + POOLING * wobble)  # where it is wide, water stays
+    height = level * (film + (shape.height - film) * head**1.5)
+    return half * math.sqrt(max(1.0 - ends, 0.0)), height, BUMP * noise * film * level * (1.0 - head**1.5)
 
 
-@pytest.mark.parametrize(("front", "depth"), [(2.0, 0.0), (5.0, 0.5), (17.0, 0.0), (60.0, 0.5)])
-def test_thickness_is_its_formula_written_out(front, depth):
+@pytest.mark.parametrize("front", [2.0, 5.0, 17.0, 60.0])
+def test_the_shape_is_its_formula_written_out(front):
     random = np.random.default_rng(3)
     s, w = random.uniform(-3.0, front + 3.0, 800), random.uniform(-2.0, 2.0, 800)
-    wobble, rough = random.uniform(-0.4, 0.4, 800), random.uniform(0.0, 1.0, 800)
-    found = np.stack(thickness(s, w, front, SHAPE, wobble, rough, depth), axis=1)
-    expected = [
-        plain_thickness(*place, front, SHAPE, *more, depth)
-        for *place, more in zip(s, w, np.c_[wobble, rough], strict=True)
-    ]
-    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
-    assert 20 < (found[:, 1] > 0.0).sum() < 780
+    wobble, noise = random.uniform(-0.4, 0.4, 800), random.uniform(0.0, 1.0, 800)
+    found = [
+        outline(s, front, SHAPE, wobble), thickness(s, w, front, SHAPE, wobble),
+        raised(s, w, front, SHAPE, wobble, noise),
+    ]  # fmt: skip
+    expected = [plain_thickness(*at[:2], front, SHAPE, *at[2:]) for at in zip(s, w, wobble, noise, strict=True)]
+    np.testing.assert_allclose(np.stack(found, axis=1), expected, rtol=1e-9, atol=1e-9)
+    assert 20 < (found[1] > 0.0).sum() < 780
+    assert (found[2] >= 0.0).all()
 
 
-def test_without_wobble_and_roughness_and_with_the_same_everywhere():
+def test_without_wobble_and_with_the_same_everywhere():
     s, w = np.random.default_rng(4).uniform(0.0, 20.0, (2, 300)) * [[1.0], [0.1]]
     none = np.zeros(300)
-    assert np.array_equal(thickness(s, w, 18.0, SHAPE), thickness(s, w, 18.0, SHAPE, none, none))
-    all_over = thickness(s, w, 18.0, SHAPE, 0.25, 0.5)
-    assert np.array_equal(all_over, thickness(s, w, 18.0, SHAPE, none + 0.25, none + 0.5))
+    assert np.array_equal(thickness(s, w, 18.0, SHAPE), thickness(s, w, 18.0, SHAPE, none))
+    assert np.array_equal(thickness(s, w, 18.0, SHAPE, 0.25), thickness(s, w, 18.0, SHAPE, none + 0.25))
+
+
+def test_an_extruded_head_is_smoothed_by_weights_of_distance():
+    """Moving least squares of degree 0 are the weighted mean; here written out for one place."""
+    s, w = (grid.ravel() for grid in np.meshgrid(np.arange(0.0, 20.01, 0.5), np.arange(-1.5, 1.6, 0.5), indexing="ij"))
+    film = thickness(s, w, 20.0, Shape(1.5, 0.12, 0.8, 0.12))
+    block = extruded(s, film, 20.0, SHAPE)
+    assert set(np.round(block[(s > 17.0) & (film > 0.0)], 12)) == {SHAPE.height}
+    np.testing.assert_array_equal(block[s <= 17.0], film[s <= 17.0])
+    smooth = smoothed_head(s, w, block, 20.0, SHAPE)
+    near = s > 20.0 - 4.0 * SHAPE.half
+    means = []
+    for x, y in zip(s[near], w[near], strict=True):
+        weight = 1.0 / ((s[near] - x) ** 2 + (w[near] - y) ** 2 + (SOFT * SHAPE.half) ** 2)
+        means.append((weight * block[near]).sum() / weight.sum())
+    at = (s[near] == 18.0) & (w[near] == 0.5)
+    expected = np.array(means)[at] * SHAPE.height / max(means)
+    assert smooth[near][at] == pytest.approx(expected, rel=1e-9)
+    assert (smooth[film == 0.0] == 0.0).all()
+    np.testing.assert_array_equal(smooth[~near], block[~near])
 
 
 def test_the_trail_is_a_parabola_of_the_film_that_narrows_to_what_is_drained():
     front = 2000.0
     w = np.linspace(-1.0, 1.0, 2000)  # none on the very edge
-    level, height = thickness(np.full_like(w, 30.0), w, front, SHAPE)
+    height = thickness(np.full_like(w, 30.0), w, front, SHAPE)
     half = SHAPE.trail * DRAINED
     np.testing.assert_allclose(height, SHAPE.film * np.maximum(1.0 - (w / half) ** 2, 0.0), atol=1e-12)
-    assert np.array_equal(level > 0.0, np.abs(w) < half - 1e-12)
+    assert np.array_equal(height > 0.0, np.abs(w) < half - 1e-9)
     behind = front - (1.0 + TAPER) * SHAPE.half
-    assert thickness(np.array([behind]), np.zeros(1), front, SHAPE)[1][0] == pytest.approx(SHAPE.film, rel=1e-12)
+    assert thickness(np.array([behind]), np.zeros(1), front, SHAPE)[0] == pytest.approx(SHAPE.film, rel=1e-12)
 
 
 def test_the_front_half_of_the_head_is_half_a_paraboloid():
@@ -80,7 +118,7 @@ def test_the_front_half_of_the_head_is_half_a_paraboloid():
     n = 1500
     middle = (np.arange(n) + 0.5) / n
     s, w = (a.ravel() for a in np.meshgrid(48.5 + 1.5 * middle, 3.0 * middle - 1.5, indexing="ij"))
-    _, height = thickness(s, w, 50.0, SHAPE)
+    height = thickness(s, w, 50.0, SHAPE)
     volume = height.mean() * SHAPE.half * 2.0 * SHAPE.half
     assert volume == pytest.approx(math.pi * SHAPE.half**2 * SHAPE.height / 4.0, rel=1e-5)
 
@@ -93,28 +131,29 @@ def test_a_larger_tear_is_the_same_tear_in_another_unit(factor, front):
     sizes = [getattr(larger, name) / getattr(SHAPE, name) for name in ("half", "height", "trail", "film")]
     assert sizes == pytest.approx([factor] * 4, rel=1e-15)
     s, w = np.linspace(-1.0, front, 60), np.linspace(-1.2, 1.3, 60)
-    level, height = thickness(s, w, front, SHAPE)
-    other_level, other_height = thickness(factor * s, factor * w, factor * front, larger)
-    np.testing.assert_allclose(other_level, level, rtol=1e-9, atol=1e-9)
+    height = thickness(s, w, front, SHAPE)
+    other_outline, other_height = (
+        outline(factor * s, factor * front, larger),
+        thickness(factor * s, factor * w, factor * front, larger),
+    )
+    np.testing.assert_allclose(other_outline, factor * outline(s, front, SHAPE), rtol=1e-9, atol=1e-9 * factor)
     np.testing.assert_allclose(other_height, factor * height, rtol=1e-9, atol=1e-9 * factor)
 
 
 def test_what_is_covered_is_h():
     s = np.linspace(-5.0, 80.0, 4000)
     for front in (10.0, 33.3, 70.0):
-        level, height = thickness(s, np.zeros_like(s), front, ROUND)
-        assert s[level > 0.0].max() == pytest.approx(front, abs=0.03)
-        assert s[level > 0.0].min() == pytest.approx(0.0, abs=0.03)
+        height = thickness(s, np.zeros_like(s), front, ROUND)
+        assert s[height > 0.0].max() == pytest.approx(front, abs=0.03)
+        assert s[height > 0.0].min() == pytest.approx(0.0, abs=0.03)
         assert s[np.argmax(height)] == pytest.approx(front - ROUND.half, abs=0.1)
         assert height.max() == pytest.approx(ROUND.height, rel=1e-3)
-    assert (height[level <= 0.0] == 0.0).all()
+        assert ((outline(s, front, ROUND) > 0.0) == ((s > 0.0) & (s < front))).all()
 
 
 def test_the_head_is_round_in_front():
-    w, s = np.meshgrid(np.linspace(-2.0, 2.0, 401), np.linspace(48.5, 50.5, 201))
-    level, _ = thickness(s.ravel(), w.ravel(), 50.0, ROUND)
-    away = np.hypot(s.ravel() - 48.5, w.ravel())
-    assert ((level > 0.0) == (away < ROUND.half)).mean() > 0.999
+    s = np.linspace(48.5, 50.0, 201)
+    np.testing.assert_allclose(outline(s, 50.0, ROUND), np.sqrt(ROUND.half**2 - (s - 48.5) ** 2), atol=1e-7)
 
 
 # --- noise --------------------------------------------------------------------------------------
