@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
@@ -425,7 +426,9 @@ class SheddingTear:
         points, up, at_rest, (risen,) = grid[..., :3], grid[..., 3:6], grid[..., 6:9], np.moveaxis(grid[..., 9:], 2, 0)
         up = up / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
         points = points + (risen * moved)[:, :, None] * up
-        height = np.maximum(self._heights_of(strip, s, w, run, shape), np.maximum(EDGE / self._support.unit, risen))
+        height = np.maximum(
+            self._heights_of(strip, s, w, run, shape), np.maximum(EDGE / self._support.unit, maximum_filter(risen, 3))
+        )
         height *= (half > 0.0)[:, None] & ~strip.ends
         return points.reshape(-1, 3), up.reshape(-1, 3), at_rest.reshape(-1, 3), height.ravel()
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
@@ -227,4 +227,4 @@ def bulge(points: Array, up: Array) -> Array:
         bend = p[1:-1] - 0.5 * (p[:-2] + p[2:])
         rise = (bend * np.moveaxis(up, axis, 0)[1:-1]).sum(axis=2)
         np.moveaxis(out, axis, 0)[1:-1] += np.maximum(rise, 0.0)
-    return np.asarray(maximum_filter(out, 3))
+    return out
