@@ -244,7 +244,7 @@ def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) ->
 
         def watch(number: int, frame: pv.PolyData) -> None:
             if recorder.output.series and crying.now:
-                merged = pv.merge(crying.now) if len(crying.now) > 1 else crying.now[0]
+                merged = pv.merge(crying.now, merge_points=False) if len(crying.now) > 1 else crying.now[0]
                 series.append((crying.times[number], merged))
             if number in moments:
                 for row, scene in zip(rows, still, strict=True):

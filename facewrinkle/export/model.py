@@ -149,7 +149,7 @@ def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
         surfaces += [tear] if tear.n_cells else []
     if not surfaces:
         return None
-    merged = pv.merge(surfaces) if len(surfaces) > 1 else surfaces[0]
+    merged = pv.merge(surfaces, merge_points=False) if len(surfaces) > 1 else surfaces[0]
     return replace(part_model(merged), colours=None, water=True)
 
 
