@@ -99,4 +99,4 @@ def test_wrong_values_that_python_would_let_pass(face, call, message):
 
 def test_misspelt_words_are_python_s_own_business():
     with pytest.raises(TypeError, match="colour"):
-        pv.Sphere().facewrinkle.tear(start=(0, 0.5, 0), colour="red")
+        pv.Sphere().facewrinkle.tear(start=(0, 0.5, 0), units="mm", colour="red")

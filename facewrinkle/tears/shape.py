@@ -194,11 +194,12 @@ def smoothed_head(s: Array, w: Array, height: Array, front: float, shape: Shape)
 
     Examples
     --------
-    In the trail, on the outline, and in the middle of the head, where its edges are near:
+    In the trail, and across the head, which is lower towards its edges:
 
-    >>> s, w = np.array([2.0, 9.0, 9.0, 9.0]), np.array([0.0, -1.0, 0.0, 1.0])
-    >>> smoothed_head(s, w, np.array([0.05, 0.0, 0.8, 0.0]), 10.0, Shape(1.0, 0.8, 0.5, 0.05)).round(2).tolist()
-    [0.05, 0.0, 0.71, 0.0]
+    >>> s, w = np.array([2.0, 9, 9, 9, 9, 9]), np.array([0.0, -1, -0.5, 0, 0.5, 1])
+    >>> block = np.array([0.05, 0, 0.8, 0.8, 0.8, 0])
+    >>> smoothed_head(s, w, block, 10.0, Shape(1.0, 0.8, 0.5, 0.05)).round(2).tolist()
+    [0.05, 0.0, 0.72, 0.8, 0.72, 0.0]
     """
     behind = (front - s) / shape.half
     near = (behind > -1.0) & (behind < REACH)

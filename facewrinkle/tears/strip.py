@@ -46,8 +46,8 @@ class Strip:
     >>> from facewrinkle.tears.support_surface import support_surface
     >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), 0.0, 1.0, np.zeros((65, 9)), 0.25, np.zeros(65))
     >>> strip = strip_along(support_surface(pv.Plane(i_size=20, j_size=20)), path, reach=2.0, spacing=0.5)
-    >>> strip.rest.shape, strip.rest[0, 1], strip.rest[-1, -2]
-    ((33, 11, 3), array([ 2.,  8.,  0.]), array([-2., -8.,  0.]))
+    >>> strip.rest.shape, strip.rest[0, 1].round(9).tolist(), strip.rest[-1, -2].round(9).tolist()
+    ((33, 11, 3), [2.0, 8.0, 0.0], [-2.0, -8.0, 0.0])
     """
 
     path: StreamPath
@@ -101,6 +101,16 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
     ------
     ParameterError
         If the path leaves the surface.
+
+    Examples
+    --------
+    On an upright sheet; one column lies outside on either side:
+
+    >>> import pyvista as pv
+    >>> from facewrinkle.tears.support_surface import support_surface
+    >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), 0.0, 1.0, np.zeros((65, 9)), 0.25, np.zeros(65))
+    >>> strip_along(support_surface(pv.Plane(i_size=20, j_size=20)), path, reach=1.0, spacing=0.5).w.round(2).tolist()
+    [-1.33, -1.0, -0.67, -0.33, 0.0, 0.33, 0.67, 1.0, 1.33]
     """
     count = int(np.ceil(path.lengths[-1] / spacing))
     line = resampled(path.points, path.lengths[-1] / max(count, 2))
@@ -175,6 +185,12 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
     ------
     MeshError
         If a point is near no triangle.
+
+    Examples
+    --------
+    >>> rest, triangles = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2]], np.int32)
+    >>> bind(np.array([[0.5, 0.5, 0.0]]), rest, triangles).bound.weights.round(9).tolist()
+    [[0.5, 0.25, 0.25]]
     """
     margin = 1e-6 * float(np.linalg.norm(np.ptp(points, axis=0)))
     near = triangles[overlapping(rest, triangles, points.min(axis=0) - margin, points.max(axis=0) + margin)]
@@ -220,6 +236,15 @@ def bulge(points: Array, up: Array) -> Array:
     """Return how far (r, c) the surface between points of a grid (r, c, 3) may rise above the facets between them.
 
     Where one crease crosses between neighbours, it rises no further than facets do that are raised by this much.
+
+    Examples
+    --------
+    A ridge 1 high along the middle row:
+
+    >>> points = np.zeros((3, 3, 3))
+    >>> points[1, :, 2] = 1.0
+    >>> bulge(points, np.tile([0.0, 0, 1], (3, 3, 1)))[1].tolist()
+    [1.0, 1.0, 1.0]
     """
     out = np.zeros(points.shape[:2])
     for axis in (0, 1):
