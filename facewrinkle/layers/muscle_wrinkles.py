@@ -84,6 +84,7 @@ class MuscleWrinkles:
         self._outer = outer_skin(face)
         self._zones = face.zones & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
+        self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
@@ -106,8 +107,9 @@ class MuscleWrinkles:
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
         self._buffers = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         self._asking_vertices = np.empty(0, int)
-        met = np.isin(np.arange(len(self._zones)), self._folds.muscle)
-        self._missed = np.flatnonzero(self._zones.any(axis=1) & ~met)
+        met = np.zeros(len(self._zones), bool)
+        met[self._folds.muscle] = True
+        self._missed = np.flatnonzero(self._folding & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
