@@ -12,8 +12,7 @@ from ..array_types import Image
 from ..export import output_folder
 from ..plotting import save_picture, side_by_side, stacked
 from ..plotting.views import Style
-from ..simulation import PRINTED, Refinement
-from ..simulation.fold_layers import Folds
+from ..simulation.fold_layers import Folds, refinement_for
 from .express import Peak, Performance, record
 from .options import FoldOptions, OutputOptions
 from .recorder import Scenes
@@ -70,7 +69,7 @@ def perform(
         face,
         face.atlas.contractions(expression),
         FRAMES,
-        PRINTED if options.folds == "printed" else Refinement(),
+        refinement_for(options.folds),
         options.layers(face, FRAMES),
         options,
         (SIZE, SIZE),

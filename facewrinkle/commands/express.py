@@ -19,7 +19,8 @@ from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
-from ..simulation import PRINTED, Refinement, Simulation
+from ..simulation import Refinement, Simulation
+from ..simulation.fold_layers import refinement_for
 from .options import FaceOptions, FoldOptions, OutputOptions
 from .parsing import Whole, WholeOrNone, parse_mixture
 from .recorder import Clip, Recorder, Scenes
@@ -93,7 +94,7 @@ def express(
         rates=rates,
         frames=frames,
         refinement=replace(
-            PRINTED if folds.folds == "printed" else Refinement(),
+            refinement_for(folds.folds),
             **_given(max_level=max_level, gamma_c=gamma_c, samples=samples),
             coarsen=output.save_animation is None,
         ),

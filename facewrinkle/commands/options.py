@@ -15,7 +15,7 @@ from ..anatomy.atlas import load_atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
-from ..errors import ParameterError, warn
+from ..errors import LandmarkError, ParameterError, warn
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
@@ -63,8 +63,11 @@ class FaceOptions:
             return self.face.stem
         return "" if self.identity is None else re.sub(r"[^\w.=-]+", "_", self.identity)[:100]
 
-    def load(self, report: Report | None = None) -> Face:
-        """Return the face; an error for options that do not go together. `report` shows the progress of the search."""
+    def load(self, report: Report | None = None, otherwise: str | None = None) -> Face:
+        """Return the face; an error for options that do not go together.
+
+        `report` shows the progress of the search; `otherwise` is what to do with a mesh that is no face.
+        """
         atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
         if self.face is not None and self.identity is not None:
             raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
@@ -75,7 +78,12 @@ class FaceOptions:
             return read_face(self.face, atlas)
         if self.face is not None:
             progress = None if report is None else report.progress
-            return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, progress, self.texture)
+            try:
+                return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, progress, self.texture)
+            except LandmarkError as problem:
+                if otherwise is None or self.landmarks is not None:
+                    raise
+                raise LandmarkError(f"{problem} If {self.face.name} is no face, {otherwise}") from None
         for name in ("landmarks", "units", "texture"):
             if getattr(self, name) is not None:
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")

@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import LandmarkError, ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_range, check_whole
 from ..geometry.smoothstep import smoothstep
 from ..layers.patterns_on_skin.base import Pattern
 from ..layers.patterns_on_skin.layer import PatternLayer
@@ -155,14 +155,7 @@ def _placed(
 ) -> tuple[Face, list[PatternLayer]]:
     """Return the face, and the layers: by landmarks, or about a centre on any surface."""
     if centre is None:
-        try:
-            face = source.load(report)
-        except LandmarkError as problem:
-            if source.face is None or source.landmarks is not None:
-                raise
-            raise LandmarkError(
-                f"{problem} If {source.face.name} is no face, name the middle of the pattern: --centre X,Y,Z."
-            ) from None
+        face = source.load(report, "name the middle of the pattern: --centre X,Y,Z.")
         return face, PatternLayer.presets(name, face, **options)
     return source.load_surface("centre"), [PatternLayer(name, centre, **options)]
 

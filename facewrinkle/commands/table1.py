@@ -19,8 +19,8 @@ from ..export import output_folder
 from ..files import written
 from ..plotting import Scene
 from ..plotting.views import Style
-from ..simulation import PRINTED, Refinement, Simulation
-from ..simulation.fold_layers import Folds
+from ..simulation import Simulation
+from ..simulation.fold_layers import Folds, refinement_for
 from .options import FaceOptions
 from .parsing import Whole
 from .report import Report
@@ -202,7 +202,7 @@ def criterion(folds: Folds) -> str:
     >>> criterion("printed")
     'Eq. 19 alone, gamma_c = 0.01'
     """
-    settings = PRINTED if folds == "printed" else Refinement()
+    settings = refinement_for(folds)
     samples = f"or fewer than {settings.samples:g} vertices per half wavelength" if settings.samples else "alone"
     return f"Eq. 19 {samples}, gamma_c = {settings.gamma_c:g}"
 

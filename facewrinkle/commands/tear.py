@@ -14,7 +14,7 @@ from cyclopts import Parameter
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..errors import LandmarkError, ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..geometry.normals import vertex_normals
 from ..plotting import side_by_side
@@ -37,6 +37,9 @@ HEAD_SIZE = 420.0
 
 CLOSE_MARGIN = 1.3
 """Height of the close-up on a mesh that is no face, in sizes of what the tears run over."""
+
+OTHERWISE = "name a place from which tears come: --start X,Y,Z."
+"""What to do with a mesh that is no face."""
 
 MOMENTS = 4
 """Pictures in a row, as in the paper's Figs. 11 and 12."""
@@ -106,7 +109,7 @@ def tear(
     places = [parse_numbers("start", place, (3,)) for place in start or ()]
     if places and expression is not None:
         raise ParameterError("--expression belongs to a face, --start to a mesh that is none: leave out one of them.")
-    face = _surface(source) if places else _face(source, report)
+    face = _surface(source) if places else source.load(report, OTHERWISE)
     mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):
@@ -126,18 +129,6 @@ def tear(
         },
     )
     report.say_time()
-
-
-def _face(source: FaceOptions, report: Report) -> Face:
-    """Return the face; where there is none on the mesh, the error says what to do."""
-    try:
-        return source.load(report)
-    except LandmarkError as problem:
-        if source.face is None or source.landmarks is not None:
-            raise
-        raise LandmarkError(
-            f"{problem} If {source.face.name} is no face, name a place from which tears come: --start X,Y,Z."
-        ) from None
 
 
 def _surface(source: FaceOptions) -> Face:

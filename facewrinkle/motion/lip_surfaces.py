@@ -11,7 +11,6 @@ through its skin, nor its skin through its lining.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from ..anatomy.face import Face
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.normals import vertex_normals
+from ..geometry.topology import pairs_of
 from . import _contact_kernels as kernels
 from .constraints import from_lips
 from .solids import STIFFNESS, Samples, samples_of
@@ -234,12 +234,8 @@ def _candidates(places: Array, flat: Array, triangles: npt.NDArray[np.integer]) 
     for size in np.unique(octave):
         similar = np.flatnonzero(octave == size)
         found = cKDTree(centres[similar]).query_ball_point(places, reach[similar].max()) if len(places) else []
-        pairs.append(
-            (
-                np.repeat(np.arange(len(places)), [len(f) for f in found]),
-                similar[np.fromiter(chain.from_iterable(found), np.int64)],
-            )
-        )
+        owner, hit = pairs_of(found)
+        pairs.append((owner, similar[hit]))
     those, hits = (np.concatenate(column) for column in zip(*pairs, strict=True))
     return those, hits
 
@@ -329,8 +325,8 @@ def _opposite(places: Array, normals: Array, middles: Array, facing: Array, reac
     tree = cKDTree(middles)
     for first in range(0, len(places), AT_ONCE):
         found = tree.query_ball_point(places[first : first + AT_ONCE], reach)
-        i = np.repeat(np.arange(first, first + len(found)), [len(f) for f in found])
-        k = np.fromiter(chain.from_iterable(found), np.int64, len(i))
+        i, k = pairs_of(found)
+        i += first
         offset = middles[k] - places[i]
         away = np.linalg.norm(offset, axis=1)
         across, beside = (facing[k] * offset).sum(axis=1), (normals[i] * offset).sum(axis=1)

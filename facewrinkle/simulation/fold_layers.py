@@ -12,6 +12,7 @@ from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
+from .refinement import PRINTED, Refinement
 
 Folds = Literal["wave", "paper", "printed"]
 
@@ -29,6 +30,17 @@ def with_printed_muscles(face: Face) -> Face:
     23
     """
     return face.with_atlas(printed_atlas()) if face.muscles and face.atlas is load_atlas() else face
+
+
+def refinement_for(folds: Folds) -> Refinement:
+    """Return the usual settings for folds: those of the paper for wrinkles as printed.
+
+    Examples
+    --------
+    >>> refinement_for("printed").samples, refinement_for("wave").samples
+    (0, 4.0)
+    """
+    return PRINTED if folds == "printed" else Refinement()
 
 
 def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:

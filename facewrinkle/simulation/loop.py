@@ -37,11 +37,10 @@ from ..motion.material import SkinMaterial
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
-from .fold_layers import Folds, fold_layers, with_printed_muscles
+from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscles
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
-    PRINTED,
     Hold,
     Refinement,
     Restless,
@@ -136,7 +135,7 @@ class Simulation:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         face = face if isinstance(face, Face) else surface(face)
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
-        self.refinement = refinement or (PRINTED if folds == "printed" else Refinement())
+        self.refinement = refinement or refinement_for(folds)
         self._marks: tuple[BoolArray, BoolArray] | None = None
         self._late, self._changed = False, False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level

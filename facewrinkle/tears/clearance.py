@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from itertools import chain
-
 import numpy as np
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
+from ..geometry.topology import pairs_of
 from . import _kernels as kernels
-from .strip import overlapping
+from .strip import balls_around, overlapping
 
 REACH = 2.5
 """Distance from the skin, in heights of the tear, within which other skin is looked up."""
 
 SAME = 6e-8
 """Distance along a ray, in widths of the tear, below which it only meets the triangle that it starts on."""
-
 
 TALL = 0.3
 """Share of the largest height from which on the reach is looked up apart: a head is much higher than its trail."""
@@ -56,17 +54,19 @@ def kept_off(
         reach, places = REACH * height[some].max(), bottom[some]
         beside = triangles[overlapping(points, triangles, places.min(axis=0) - reach, places.max(axis=0) + reach)]
         corners = points[beside]
-        balls = _balls(corners)
-        found = cKDTree(places).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
-        triangle = np.repeat(np.arange(len(beside)), [len(near) for near in found])
-        vertex = some[np.fromiter(chain.from_iterable(found), np.int64, len(triangle))]
+        balls = balls_around(corners)
+        near = cKDTree(places).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
+        triangle, vertex = pairs_of(near)
         kernels.limit_heights(
-            bottom, rest, normals, vertex, triangle, corners, balls, _balls(at_rest[beside]), SAME * width, lowered
+            bottom,
+            rest,
+            normals,
+            some[vertex],
+            triangle,
+            corners,
+            balls,
+            balls_around(at_rest[beside]),
+            SAME * width,
+            lowered,
         )
     return lowered
-
-
-def _balls(corners: Array) -> Array:
-    """Centres and radii (k, 4) of balls around triangles (k, 3, 3)."""
-    centres = corners.mean(axis=1)
-    return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])

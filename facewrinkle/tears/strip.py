@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -12,6 +11,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
 from ..geometry.interpolation import barycentric
+from ..geometry.topology import pairs_of
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
 
@@ -197,11 +197,8 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
     corners = rest[near]
     if last is not None and np.array_equal(last.corners, corners):
         return Binding(corners, last.hosts, BoundPoints(near[last.hosts], last.bound.weights))
-    centres = corners.mean(axis=1)
-    radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
-    found = cKDTree(points).query_ball_point(centres, radii + margin)
-    cell = np.repeat(np.arange(len(near)), [len(some) for some in found])
-    point = np.fromiter(chain.from_iterable(found), np.int64, len(cell))
+    balls = balls_around(corners)
+    cell, point = pairs_of(cKDTree(points).query_ball_point(balls[:, :3], balls[:, 3] + margin))
     weights = barycentric(points[point], corners[cell])
     away = np.linalg.norm(np.einsum("nk,nki->ni", weights, corners[cell]) - points[point], axis=1)
     order = np.lexsort((away, point))
@@ -217,6 +214,12 @@ def overlapping(points: Array, triangles: IntArray, low: Array, high: Array) -> 
     beyond = np.packbits(np.hstack([points < low, points > high]), axis=1)[:, 0]  # one bit for each side of the box
     a, b, c = triangles.T
     return np.flatnonzero((beyond[a] & beyond[b] & beyond[c]) == 0)
+
+
+def balls_around(corners: Array) -> Array:
+    """Return centres and radii (k, 4) of balls around triangles (k, 3, 3)."""
+    centres = corners.mean(axis=1)
+    return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])
 
 
 def grid_triangles(rows: int, columns: int) -> IntArray:
