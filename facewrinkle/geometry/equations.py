@@ -104,10 +104,40 @@ def shape(w: float | npt.ArrayLike, u: float, k0: float | Array = 1.0, alpha: fl
         raise ParameterError(f"the half cycle u must be positive, received {u!r}.")
     s = (np.asarray(w, dtype=np.float64) - u) / u
     if check_range("blunt", blunt, 0.0, 1.0) > 0.0:
-        below = (_below(s + blunt, _check_alpha(alpha)) - _below(s - blunt, alpha)) / (2.0 * blunt)
+        below = (fall_integral(s + blunt, _check_alpha(alpha)) - fall_integral(s - blunt, alpha)) / (2.0 * blunt)
     else:
-        below = np.abs(s) * (1.0 + s * s) ** _check_alpha(alpha)
+        below = fall(s, _check_alpha(alpha))
     return np.asarray(bulge_height(k0, alpha) - k0 * below)
+
+
+def fall(s, alpha):  # type: ignore[no-untyped-def]
+    """Return how far H falls from the top of the bulge (Eq. 4): ``|s| (1 + s^2)^alpha``, at k0 = 1 and s in [-1, 1].
+
+    Numbers or arrays; loops in machine code take the compiled form.
+
+    Examples
+    --------
+    >>> float(fall(-1.0, 2.0))
+    4.0
+    """
+    return np.abs(s) * (1.0 + s * s) ** alpha
+
+
+def fall_integral(s, alpha):  # type: ignore[no-untyped-def]
+    """Return the integral from 0 to s of :func:`fall`, which is repeated from [-1, 1] with the period 2.
+
+    Over a period it is twice the height of the bulge (Eq. 7), so that H takes no volume.
+
+    Examples
+    --------
+    >>> float(fall_integral(2.0, 1.0)) == 2.0 * bulge_height(1.0, 1.0)
+    True
+    """
+    cycles = np.rint(0.5 * s)
+    within = s - 2.0 * cycles
+    period = (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
+    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
+    return cycles * period + np.copysign(part, within)
 
 
 def half_cycle(length: float, lambda_w: float, n: int) -> float:
@@ -430,20 +460,11 @@ def zero_crossing(alpha: float) -> float:
     """
     ratio, low, high = float(bulge_height(1.0, _check_alpha(alpha))), 0.0, 1.0
     while low < (middle := 0.5 * (low + high)) < high:  # to the last bit; importing SciPy's solvers takes .2 s
-        if middle * (1.0 + middle * middle) ** alpha < ratio:
+        if fall(middle, alpha) < ratio:
             low = middle
         else:
             high = middle
     return high
-
-
-def _below(s: Array, alpha: float) -> Array:
-    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, which is repeated from [-1, 1] with the period 2."""
-    cycles = np.round(0.5 * s)
-    within = s - 2.0 * cycles
-    full = (2.0 ** (alpha + 1.0) - 1.0) / (alpha + 1.0)
-    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
-    return np.asarray(cycles * full + np.copysign(part, within))
 
 
 def deepest(wavelength: npt.ArrayLike, epsilon: npt.ArrayLike) -> Array:

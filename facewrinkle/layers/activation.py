@@ -9,10 +9,11 @@ from scipy.sparse import csr_array
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
+from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from . import _kernels as kernels
-from .compression import StrainField, along, orthonormal_tangents, principal, products
+from .compression import StrainField, orthonormal_tangents, per_length, principal, tangents_of
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
@@ -72,7 +73,7 @@ class Activation:
         weights = np.tile(QUARTERS, (len(hosts), 1))
         upright = vertex_normals(face.points, face.triangles)
         where, normals, metric = (
-            np.einsum("nc,nck->nk", weights, values[corners]) for values in (face.points, upright, field.metric)
+            interpolated(values, corners, weights) for values in (face.points, upright, field.metric)
         )
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
@@ -131,11 +132,8 @@ def _entries(
     envelope = muscle.envelope(where[near])
     inside, envelope = near[envelope > 0.0], envelope[envelope > 0.0]
     share = envelope * area[inside]
-    direction = muscle.fold_direction(where[inside])
-    direction = direction - (direction * normals[inside]).sum(axis=1, keepdims=True) * normals[inside]
-    direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-    squares = products(direction) / np.maximum(along(metric[inside], direction), 1e-6)[:, None]
-    return inside, share / max(share.sum(), 1e-300), squares, direction
+    direction = tangents_of(muscle.fold_direction(where[inside]), normals[inside])
+    return inside, share / max(share.sum(), 1e-300), per_length(metric[inside], direction), direction
 
 
 def _doubled(entries: list[Entries], depths: list[float]) -> BoolArray:

@@ -14,6 +14,7 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray
 from ..geometry import closest_point as closest
+from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import frozen
 from . import _kernels as kernels
@@ -98,6 +99,31 @@ def products(directions: Array) -> Array:
     """
     x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
     return np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y], axis=-1)
+
+
+def tangents_of(directions: Array, normals: Array) -> Array:
+    """Return unit tangents (n, 3) along the parts of directions (n, 3) that lie in a surface with unit normals (n, 3).
+
+    Examples
+    --------
+    >>> tangents_of(np.array([[3.0, 4.0, 7.0]]), np.array([[0.0, 0.0, 1.0]])).round(9).tolist()
+    [[0.6, 0.8, 0.0]]
+    """
+    flat = directions - (directions * normals).sum(axis=1, keepdims=True) * normals
+    return np.asarray(flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12))
+
+
+def per_length(metric: Array, tangents: Array) -> Array:
+    """Return the :func:`products` (n, 6) of tangents (n, 3) over their squared lengths in a rest metric (n, 6).
+
+    Times a change of the metric, they give the relative change of the squared length along each tangent.
+
+    Examples
+    --------
+    >>> per_length(np.array([[4.0, 1, 0, 0, 0, 0]]), np.array([[1.0, 0, 0]])).tolist()
+    [[0.25, 0.0, 0.0, 0.0, 0.0, 0.0]]
+    """
+    return np.asarray(products(tangents) / np.maximum(along(metric, tangents), 1e-6)[:, None])
 
 
 def compression_along(strain: Array, metric: Array, normals: Array, directions: Array) -> Array:
@@ -281,12 +307,11 @@ class Gathered:
             found = [closest.closest(points, inside, place) for place in places]
             at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
-            normal, rest = (np.einsum("pc,pck->pk", share, values[at]) for values in (upright, metric))
-            across = crease.fold_direction(places)
-            across -= (across * normal).sum(axis=1, keepdims=True) * normal / (normal**2).sum(axis=1, keepdims=True)
+            normal, rest = (interpolated(values, at, share) for values in (upright, metric))
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
             corners.append(at)
             weights.append(share)
-            tensors.append(products(across) / along(rest, across)[:, None])
+            tensors.append(per_length(rest, tangents_of(crease.fold_direction(places), normal)))
         # Read-only, as those of vertices are: machine code for both is the same.
         self._corners, self._weights = frozen(np.concatenate(corners).astype(np.int32)), frozen(np.concatenate(weights))
         self._products = np.concatenate(tensors)

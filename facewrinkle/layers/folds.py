@@ -12,8 +12,9 @@ import numpy.typing as npt
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.equations import deepest
+from ..geometry.interpolation import interpolated
 from .base import SurfacePoints
-from .compression import along, products
+from .compression import per_length, tangents_of
 from .entries import Entries, sorted_by_vertex
 
 BLUNT = 0.18
@@ -118,14 +119,12 @@ class Folds(Entries):
         starts, where, muscle_of, height, blunt, swing, cycle, coordinates, direction = sorted_by_vertex(
             [part[0] for part in parts], *zip(*parts, strict=True), n=len(vertices.points)
         )
+        at = vertices.corners[where], vertices.barycentric[where]
         if shares is not None:
-            part = (vertices.barycentric[where] * shares[vertices.corners[where]]).sum(axis=1)
+            part = interpolated(shares[:, None], *at)[:, 0]
             height, blunt, swing = part * height, part * blunt, part * swing
-        normal = vertices.normals[where]
-        direction = direction - (direction * normal).sum(axis=1, keepdims=True) * normal
-        direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-        tensors = np.einsum("pc,pck->pk", vertices.barycentric[where], metric[vertices.corners[where]])
-        squares = products(direction) / np.maximum(along(tensors, direction), 1e-6)[:, None]
+        direction = tangents_of(direction, vertices.normals[where])
+        squares = per_length(interpolated(metric, *at), direction)
         leads = _leading(where, np.abs(height), swing)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
         return cls(

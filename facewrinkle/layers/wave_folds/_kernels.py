@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...geometry.compilation import compiled
+from ...geometry.equations import fall, fall_integral
 from .._kernels import strain_at
+
+fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
+"""The cross-section H in machine code."""
 
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
@@ -54,49 +58,38 @@ NARROWEST = 0.6
 """Least spacing asked for, in wavelengths."""
 
 
-@compiled(inline="always")
-def risen(s, alpha, full):
-    """Integral from 0 to s of ``|t| (1 + t^2)^alpha``, repeated from [-1, 1] with the period 2, over which it is full.
-
-    ``full = (2^(alpha + 1) - 1) / (alpha + 1)``.
-    """
-    cycles = np.rint(0.5 * s)
-    within = s - 2.0 * cycles
-    part = ((1.0 + within * within) ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
-    return cycles * full + (part if within >= 0.0 else -part)
-
-
 @compiled
-def excesses(starts, corners, barycentric, strain, tangents, window, epsilon, excess, folding):
-    """Compression beyond the onset (p,), smoothly from 0; list the vertices (n,) that have any, and return how many.
+def excesses(vertices, strain, starts, tangents, window, now, folding):
+    """Compression beyond the onset, smoothly from 0; list the vertices that have any, and return how many.
 
-    `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and what
-    shears it along them, folds it less.
+    `vertices` are corners and barycentric coordinates of the points, `starts`, `tangents` and `window` those of their
+    waves. ``now.epsilon`` is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and
+    what shears it along them, folds it less.
     """
     count = 0
     for i in range(len(starts) - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         if first == last:
             continue
-        xx, yy, zz, yz, xz, xy = strain_at(i, corners, barycentric, strain)
+        xx, yy, zz, yz, xz, xy = strain_at(i, vertices[0], vertices[1], strain)
         some = False
         for p in range(first, last):
             x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
             sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-            change = x * sx + y * sy + z * sz
-            epsilon[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
-            excess[p] = 0.0
-            if epsilon[p] > ONSET - SOFT:
+            epsilon = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
+            excess = 0.0
+            if epsilon > ONSET - SOFT:
                 x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
                 shear = x * sx + y * sy + z * sz
                 change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
                 pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
+                e = epsilon + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
                 if e > SOFT:
-                    excess[p] = window[p] * e
+                    excess = window[p] * e
                 elif e > -SOFT:
-                    excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
-            some |= excess[p] > 0.0
+                    excess = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
+            now.epsilon[p], now.excess[p] = epsilon, excess
+            some |= excess > 0.0
         if some:
             folding[count] = i
             count += 1
@@ -124,47 +117,42 @@ def spacing_for(length, depth):
 
 
 @compiled
-def heights(
-    where, count, starts, theta, strength, length, wave, epsilon, excess, old, depth, age,
-    height, shown, spacing, across, active, deep, leading,
-):  # fmt: skip
-    """Heights at the first `count` vertices of `where`, the same with blunt furrows (`shown`), and the spacing needed.
+def heights(where, waves, depth, age, now, relief):
+    """Heights at the vertices `where`, the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
     are no longer than the skin that the compression frees.
     """
-    for t in range(count):
-        i = np.uint32(where[t])
+    starts, theta, strength, length, wave, old = waves
+    for i in where:
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        asked, furrowed = 0.0, 0.0
+        asked, furrowed, leading = 0.0, 0.0, first
         for p in range(first, last):
             furrowed += old[p]
-            e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
-            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
-            if deep[p] > 0.0:
-                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
-        leading[i] = first
-        for p in range(first + 1, last):
-            if deep[p] > deep[leading[i]]:
-                leading[i] = p
-        allowed = 1.0 / np.sqrt(max(asked, 1.0))
+            now.left[p] = e = share_of(p, first, last, now.excess, wave) if now.excess[p] > 0.0 else 0.0
+            now.deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
+            if now.deep[p] > 0.0:
+                asked += LONGER * (0.5 * np.pi * now.deep[p] / length[p]) ** 2 / now.epsilon[p]
+            if now.deep[p] > now.deep[leading]:
+                leading = p
+        relief.leading[i] = leading
+        relief.share[i] = allowed = 1.0 / np.sqrt(max(asked, 1.0))
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
         for p in range(first, last):
-            big, rest = allowed * deep[p], 0.0
+            big, rest = allowed * now.deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
-                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(now.epsilon[p], 0.0) / TAUT)
             if big + rest <= 0.0:
                 continue
             s = theta[p] / np.pi
             if big > 0.0:
                 steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
-                alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
-                top = 2.0**alpha
-                full = (2.0 * top - 1.0) / (alpha + 1.0)
-                bulge = 0.5 * full
-                total += big * (bulge - abs(s) * (1.0 + s * s) ** alpha) / top
-                mean = (risen(s + ROUNDED, alpha, full) - risen(s - ROUNDED, alpha, full)) / (2.0 * ROUNDED)
-                mild += big * (bulge - mean) / top
+                now.alpha[p] = alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
+                bulge, scale = 0.5 * fallen_integral(2.0, alpha), big / 2.0**alpha
+                now.height[p] = scale * (bulge - fallen(s, alpha))
+                total += now.height[p]
+                mean = (fallen_integral(s + ROUNDED, alpha) - fallen_integral(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
+                mild += scale * (bulge - mean)
             if rest > 0.0:
                 w = 0.5 * (1.0 - abs(s)) / FINE
                 cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
@@ -175,11 +163,11 @@ def heights(
                 wide = spacing_for(length[p], curved)
                 if wide < finest:
                     finest, lead = wide, np.int64(p)
-        height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
+        relief.height[i], relief.shown[i], relief.spacing[i], relief.active[i] = total, mild, finest, lead >= 0
         if lead >= 0:
             norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
             for c in range(3):
-                across[i, c] = wave[lead, c] / norm
+                relief.across[i, c] = wave[lead, c] / norm
 
 
 FACING = 0.3

@@ -19,7 +19,7 @@ from .families import FAINT, FoldShapes
 from .field import WaveField
 from .packets import Packets, Style
 from .recall import Recall
-from .waves import Waves
+from .waves import Now, Relief, Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
@@ -173,52 +173,36 @@ class WaveFolds:
         self._resize(len(self._waves.starts) - 1)
 
     def _resize(self, n: int) -> None:
-        p = len(self._waves.theta)
-        self._epsilon, self._excess, self._deep = (np.zeros(p) for _ in range(3))
-        self._height, self._shown, self._spacing = np.zeros(n), np.zeros(n), np.full(n, np.inf)
-        self._across, self._active = np.zeros((n, 3)), np.zeros(n, bool)
-        self._folding, self._count = np.zeros(n, np.int64), 0
-        starts = self._waves.starts
-        self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
-        self._aged = np.flatnonzero(np.diff(self._waves.starts)) if self._age > 0.0 else None
+        starts, p = self._waves.starts, len(self._waves.theta)
+        self._now, self._relief = Now(*np.zeros((6, p))), Relief.flat(n)
+        self._relief.leading[:] = np.where(np.diff(starts) > 0, starts[:-1], -1)
+        self._room = np.zeros(n, np.int64)
+        self._aged = np.flatnonzero(np.diff(starts)) if self._age > 0.0 else None
+        self._folding = self._room[:0]
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        waves = self._waves
-        before = self._folding[: self._count]
-        self._height[before], self._shown[before] = 0.0, 0.0
-        self._spacing[before], self._active[before] = np.inf, False
-        self._deep[:] = 0.0
-        self._count = kernels.excesses(
-            waves.starts, state.vertices.corners, state.vertices.barycentric, state.strain, waves.tangents,
-            waves.window, self._epsilon, self._excess, self._folding,
-        )  # fmt: skip
-        if self._aged is not None:
-            self._count = len(self._aged)
-            self._folding[: self._count] = self._aged
+        waves, now, relief, before = self._waves, self._now, self._relief, self._folding
+        relief.height[before] = relief.shown[before] = 0.0
+        relief.spacing[before], relief.active[before], relief.share[before] = np.inf, False, 1.0
+        now.deep[:] = now.height[:] = 0.0
+        now.alpha[:] = kernels.BLUNT_ALPHA
+        points = state.vertices.corners, state.vertices.barycentric
+        count = kernels.excesses(points, state.strain, waves.starts, waves.tangents, waves.window, now, self._room)
+        self._folding = self._room[:count] if self._aged is None else self._aged
+        columns = waves.starts, waves.theta, waves.strength, waves.length, waves.wave, waves.old
         beyond = self._beyond
-        depth = self._depth / beyond
-        kernels.heights(
-            self._folding, self._count, waves.starts, waves.theta, waves.strength, waves.length, waves.wave,
-            self._epsilon, self._excess, waves.old, depth, self._age,
-            self._height, self._shown, self._spacing, self._across, self._active, self._deep, self._leading,
-        )  # fmt: skip
-        spacing = self._spacing / self._face.unit
+        kernels.heights(self._folding, columns, self._depth / beyond, self._age, now, relief)
+        height, shown, spacing = relief.height, relief.shown, relief.spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
-            self._height, self._shown = (beyond * height for height in (self._height, self._shown))
-            spacing = spacing / np.sqrt(beyond)
-        level(self._height, self._shown, state.areas)
-        return Displacement(self._height, spacing, self._across, self._active, self._shown - self._height, bends=False)
+            height, shown, spacing = beyond * height, beyond * shown, spacing / np.sqrt(beyond)
+        level(height, shown, state.areas)
+        return Displacement(height, spacing, relief.across, relief.active, shown - height, bends=False)
 
     @property
     def _beyond(self) -> float:
         """Depth of the folds over that which skin of fixed length can fold."""
         return 1.0 if self.inextensible else max(self._depth, 1.0)
-
-    def _asked(self, deep: Array, length: Array, epsilon: Array) -> Array:
-        """Return the share (p,) of the freed length that folds ask for."""
-        longer = kernels.LONGER * np.square(0.5 * np.pi * deep / length)
-        return np.divide(longer, epsilon, out=np.zeros_like(deep), where=deep > 0.0)
 
     @property
     def age_shown(self) -> float:
@@ -227,12 +211,10 @@ class WaveFolds:
 
     def limited_share(self) -> float:
         """Return the share of the folds in the last frame that would be deeper if skin had no fixed length."""
-        waves, deep = self._waves, self._deep
+        waves, deep = self._waves, self._now.deep
         if not (self.inextensible and (deep > 0.0).any()):
             return 0.0
-        asked = self._asked(deep, waves.length, self._epsilon)
-        owner = np.repeat(np.arange(len(waves.starts) - 1), np.diff(waves.starts))
-        full = np.bincount(owner, asked, len(waves.starts) - 1)[owner] > 1.0
+        full = np.repeat(self._relief.share < 1.0, np.diff(waves.starts))
         steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
         folded = deep > DEEP_ENOUGH
         return float(((full | steepest) & folded).sum() / max(folded.sum(), 1))
@@ -246,33 +228,23 @@ class WaveFolds:
         families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
         is a number.
         """
-        waves, found = self._waves, []
-        first, last = int(waves.starts[vertex]), int(waves.starts[vertex + 1])
-        here, beyond = slice(first, last), self._beyond
-        asked = self._asked(self._deep[here], waves.length[here], self._epsilon[here])
-        share = 1.0 / max(float(asked.sum()), 1.0) ** 0.5
-        for p in range(first, last):
-            length, s = float(waves.length[p]), float(waves.theta[p]) / np.pi
-            own = kernels.share_of(p, first, last, self._excess, waves.wave) if self._excess[p] > 0.0 else 0.0
-            depth = share * float(self._deep[p])
-            sharp = min(depth / (kernels.SHARP_DEPTH * length), 1.0)
-            alpha = kernels.BLUNT_ALPHA + (kernels.SHARP_ALPHA - kernels.BLUNT_ALPHA) * sharp
-            bulge = 0.5 * (2.0 * 2.0**alpha - 1.0) / (alpha + 1.0)
-            height = depth * (bulge - abs(s) * (1.0 + s * s) ** alpha) / 2.0**alpha
-            found.append({
-                "family": int(waves.family[p]), "W": beyond * height, "D": beyond * depth,
-                "theta": float(waves.theta[p]), "L": length, "S": float(waves.strength[p]), "e": float(own),
-                "epsilon": float(self._epsilon[p]), "alpha": alpha, "share": share,
-            })  # fmt: skip
+        waves, now, beyond, share = self._waves, self._now, self._beyond, float(self._relief.share[vertex])
+        here = slice(int(waves.starts[vertex]), int(waves.starts[vertex + 1]))
+        columns = {
+            "family": waves.family[here], "W": beyond * now.height[here], "D": beyond * share * now.deep[here],
+            "theta": waves.theta[here], "L": waves.length[here], "S": waves.strength[here], "e": now.left[here],
+            "epsilon": now.epsilon[here], "alpha": now.alpha[here], "share": np.full(len(now.left[here]), share),
+        }  # fmt: skip
+        found = [dict(zip(columns, row, strict=True)) for row in np.transpose([*columns.values()]).tolist()]
         return sorted(found, key=lambda entry: -entry["D"])
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
-        some = self._leading >= 0
-        lead = self._leading[some]
+        some = self._relief.leading >= 0
+        lead = self._relief.leading[some]
         columns: list[tuple[str, np.ndarray, float]] = [
             ("theta", self._waves.theta, 0.0),
-            ("epsilon", self._epsilon, 0.0),
+            ("epsilon", self._now.epsilon, 0.0),
             ("family", self._waves.family, -1),
         ]
         out = {name: np.full(len(some), none, values.dtype) for name, values, none in columns}

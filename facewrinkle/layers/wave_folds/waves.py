@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
-from ...array_types import Array, IntArray
+from ...array_types import Array, BoolArray, IntArray
 from ...geometry.interpolation import interpolated
 from ..base import SurfacePoints
-from ..compression import along
+from ..compression import along, tangents_of
 from ..entries import Entries
 
 LONGEST = 1.7
@@ -69,13 +69,68 @@ class Waves(Entries):
         return cls(starts, family, e, e, e, e, e, np.empty((0, 3)), np.empty((0, 6)))
 
 
+class Now(NamedTuple):
+    """What the waves do in a frame, entry by entry, each an array of the shape (p,).
+
+    Attributes
+    ----------
+    epsilon, excess, left : ndarray
+        Compression across the lines; beyond the onset; what crossing families leave of that.
+    deep, alpha, height : ndarray
+        Depth, mm, before all families of a vertex share the length of the skin; shape exponent; height, mm.
+    """
+
+    epsilon: Array
+    excess: Array
+    left: Array
+    deep: Array
+    alpha: Array
+    height: Array
+
+
+class Relief(NamedTuple):
+    """What all waves together make of n vertices in a frame.
+
+    Attributes
+    ----------
+    height, shown, spacing : ndarray, shape (n,)
+        Height, height with blunt furrows, and spacing of the vertices that this needs, all mm.
+    across : ndarray, shape (n, 3)
+        Unit direction across the finest waves.
+    active : ndarray of bool, shape (n,)
+    leading : ndarray of int, shape (n,)
+        The deepest entry, -1 for none.
+    share : ndarray, shape (n,)
+        What the length of the skin leaves of all depths.
+    """
+
+    height: Array
+    shown: Array
+    spacing: Array
+    across: Array
+    active: BoolArray
+    leading: IntArray
+    share: Array
+
+    @classmethod
+    def flat(cls, n: int) -> Self:
+        """Return the relief of n vertices without folds.
+
+        Examples
+        --------
+        >>> Relief.flat(2).spacing
+        array([inf, inf])
+        """
+        zero, far, lead = np.zeros(n), np.full(n, np.inf), np.full(n, -1, np.int32)
+        return cls(zero, zero.copy(), far, np.zeros((n, 3)), np.zeros(n, bool), lead, np.ones(n))
+
+
 def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> Array:
     """Return the tangents (p, 6) across and along waves (p, 3) at the vertices `near`.
 
     They are of unit length in the rest metric (n0, 6).
     """
     normals, tensors = vertices.normals[near], interpolated(metric, vertices.corners[near], vertices.barycentric[near])
-    first = wave - (wave * normals).sum(axis=1, keepdims=True) * normals
-    first /= np.maximum(np.linalg.norm(first, axis=1, keepdims=True), 1e-12)
+    first = tangents_of(wave, normals)
     both = first, np.cross(normals, first)
     return np.hstack([each / np.sqrt(np.maximum(along(tensors, each), 1e-6))[:, None] for each in both])
