@@ -40,6 +40,7 @@ pictures: $(READY)  ## draw the pictures under test anew (look at them before th
 	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures
 
 bench: $(READY)  ## time the hot paths
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 

@@ -61,5 +61,5 @@ class SkinMaterial:
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
-            smallest = 1e-6 if name in ("decay", "rate", "normal_ratio") else 0.0
+            smallest = 1e-6 if name in ("decay", "rate", "normal_ratio", "bending") else 0.0
             check_range(name, value, smallest, 1e9)
