@@ -7,7 +7,7 @@ from pathlib import Path
 import facewrinkle as fw
 from facewrinkle.export import output_folder
 
-from . import emotions, folds, motion, performance, profiles, refinement, soundness, subjects, volume
+from . import emotions, folds, motion, performance, profiles, refinement, relief, soundness, subjects, volume
 from .report import OUTPUT, publish, run
 
 
@@ -32,8 +32,11 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         shapes = motion.read_shapes(motion.FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
         publish(motion.report(face, shapes, pictures=not quick), out)
         publish(emotions.report(face, shapes), out)
+        publish(relief.report(face, shapes), out)
     else:
-        left_out = "motion and emotions are left out. Give them to python -m analysis.motion and analysis.emotions."
+        left_out = (
+            "motion, emotions and relief are left out. Give them to python -m analysis.motion, .emotions and .relief."
+        )
         print(f"No captured shapes in {motion.FACES}: {left_out}")
     print(f"\n{out / 'index.html'}")
 
