@@ -30,35 +30,35 @@ COMMON = Parameter(negative=(), group="Options of all commands", show_default=Fa
 
 app = App(
     name="facewrinkle",
-    help="Wrinkles that muscles fold into faces: pictures, movies, meshes, and Table 1 of the paper.",
+    help="Dynamic wrinkles, dimples and tears for faces: pictures, movies, meshes, rigs and data sets.",
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
 app.command("facewrinkle.commands.express:express", help="Write pictures and a movie of an expression.")
-app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh and place skull, eyes and muscles under it.")
-app.command("facewrinkle.commands.tear:tear", help="Write pictures and a movie of a face that cries.")
+app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh, and place skull, eyes and muscles under it.")
+app.command("facewrinkle.commands.tear:tear", help="Write pictures and a movie of a crying face.")
 app.command("facewrinkle.commands.play:play", help="Write pictures and a movie of a recorded animation.")
 app.command("facewrinkle.commands.pattern:pattern", help="Write pictures and a movie of a wrinkle pattern.")
 app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
 app.command("facewrinkle.commands.rig:rig", help="Write a face with blend shapes that wrinkle, for other programs.")
-app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper and print both.")
+app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper, and print both side by side.")
 app.command(
     "facewrinkle.commands.info:info",
     help="List muscles, action units and expressions, or describe a mesh or a .face file.",
 )
+app.command("facewrinkle.commands.compile:compile_all", name="compile", help="Compile ahead of the first use.")
 app.command(
-    "facewrinkle.commands.compile:compile_all", name="compile", help="Compile what the first commands would wait for."
+    "facewrinkle.commands.info:atlas", help="Print the muscles, action units and expressions as a TOML file to edit."
 )
-app.command("facewrinkle.commands.info:atlas", help="Print muscles, action units and expressions, as a file to edit.")
-app.command("facewrinkle.commands.dataset:dataset", help="Make pictures of faces with labels, as training data.")
+app.command("facewrinkle.commands.dataset:dataset", help="Generate labelled pictures of faces for training.")
 app.command(
-    "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and Table 1."
+    "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and its Table 1."
 )
 
 
-@app.command(help="Print what completes commands and options in a shell.")
+@app.command(help="Print a shell-completion script.")
 def completion(shell: Literal["bash", "zsh", "fish"], /) -> None:
-    """Print what completes commands and options in a shell.
+    """Print a shell-completion script.
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ def _run(
     Parameters
     ----------
     verbose
-        Show the warnings of libraries, and where an error arose.
+        Show library warnings and tracebacks.
     no_outside
-        Read no images and other files that a mesh file names outside its own folder.
+        Ignore files outside the folder of a mesh file that it refers to.
     """
     with warnings.catch_warnings(), inside_only(no_outside), inputs_kept():
         if not verbose:

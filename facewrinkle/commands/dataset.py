@@ -48,7 +48,7 @@ def dataset(
     scheduler
         Address of a Dask scheduler whose workers see the same folder, such as tcp://10.0.0.1:8786.
     preview
-        Only draw 24 people into OUT.png, to look at before anyone waits.
+        Only draw 24 people into OUT.png: a quick preview before the long run.
     quiet
         Print nothing.
     """

@@ -59,9 +59,9 @@ def express(
     intensity
         How strong the expression is, 0 to 1.
     frames
-        Steps from the relaxed face to the held expression; half as many lead back.
+        Steps from the relaxed face to the held expression; half as many return.
     max_level
-        How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
+        How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     gamma_c
         Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03, or 0.01
         with --folds printed.
@@ -128,7 +128,7 @@ class Performance:
     rates : mapping of str to float
         Contraction rates by muscle.
     frames : int
-        Steps from the relaxed face to the held expression; half as many lead back.
+        Steps from the relaxed face to the held expression; half as many return.
     refinement : Refinement
     layers : sequence of Layer, optional
         Default: those of a :class:`facewrinkle.Simulation`.

@@ -45,7 +45,7 @@ def fit(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Find the face on a mesh and place skull, eyes and muscles under it.
+    """Find the face on a mesh, and place skull, eyes and muscles under it.
 
     Writes NAME.face, which other commands take with --face, NAME.png, a picture of the landmarks to check, and
     NAME.landmarks.json. Correct the "xyz" of some landmarks there and give it back with --landmarks: these are kept,
@@ -56,11 +56,11 @@ def fit(
     file
         A mesh of a face: OBJ, PLY, STL, glTF or a VTK format.
     landmarks
-        JSON file with the coordinates of some or all landmarks; the others are found by shape.
+        JSON file with the coordinates of some or all landmarks; the rest are detected.
     units
         Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
     texture
-        Photo to draw on the mesh. Default: the image that the file names or holds.
+        Photo of the skin. Default: the image that the file names or contains.
     atlas
         TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
     out

@@ -36,17 +36,17 @@ class FaceOptions:
         A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file of `facewrinkle fit`. Default: the
         built-in head.
     landmarks
-        JSON file with the coordinates of landmarks on --face. Default: all are found by shape.
+        JSON file with the coordinates of landmarks on --face. Default: all are detected.
     units
-        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes; of
-        what is no face, by its size.
+        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes, or
+        from the size of a mesh that is no face.
     identity
         Another person's face for the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
         facewrinkle.Identity.
     atlas
         TOML file with your own muscles, action units and expressions.
     texture
-        Photo to draw on --face. Default: the image that the file names or holds.
+        Photo of the skin of --face. Default: the image that the file names or contains.
     """
 
     face: Path | None = None
@@ -120,17 +120,17 @@ class FoldOptions:
         wave: they grow where the skin is compressed. printed: the 23 muscles and the wrinkles of Zhang, Sim and Tan,
         as their paper prints them. paper: by their formula, mended, and creases where all people have them.
     depth
-        Factor of the depth of all folds.
+        Factor on the depth of all folds.
     density
-        Factor of the number of lines, for waves.
+        Factor on the number of lines, for waves.
     length
-        Factor of the length of the lines, from 0.5 to 2, for waves.
+        Factor on the length of the lines, 0.5 to 2, for waves.
     seed
-        Another whole number is another person's lines, for waves.
+        Each whole number gives another person's lines, for waves.
     age
-        Lines that stay at rest, from 0 (none) to 1, for waves.
+        Lines at rest, from 0 (none) to 1, for waves.
     no_limit
-        Let folds become deeper than skin of fixed length can fold.
+        Allow folds deeper than the length of the skin permits.
     """
 
     folds: Folds = "wave"
@@ -190,13 +190,13 @@ class OutputOptions:
     size
         Size of each picture in pixels: 800, or 800x600.
     view
-        View of the close-ups, such as forehead or left_eye. Default: chosen by the wrinkles or tears.
+        View of the close-ups, such as forehead or left_eye. Default: where the wrinkles or tears are.
     fps
         Frames per second of the movie.
     movie
         Write a movie.
     series
-        Also write all frames as a time series (VTKHDF) for ParaView: some hundred kilobytes to a megabyte a frame.
+        Also write all frames as a time series (VTKHDF) for ParaView, up to 1 MB per frame.
     save_mesh
         Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
         (tears in a second file).
@@ -204,7 +204,7 @@ class OutputOptions:
         Also write the animation to this file, on one mesh: .glb, .gltf or .usd (a few morph targets, with eyes and
         teeth), or .pc2 (a point cache of the skin, beside an .obj).
     animation_error
-        The largest distance of any point of a .glb or .usd from where it should be, mm.
+        Largest position error in a .glb or .usd, mm.
     out
         Folder to write to. Default: output/NAME, or output/FACE/NAME for --face and --identity.
     quiet

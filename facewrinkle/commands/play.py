@@ -67,17 +67,17 @@ def play(
     shapes
         Shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
     gain
-        Factors of the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
+        Factors on the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
     take_fps
-        Frames per second of a take that does not tell its times.
+        Frames per second of a take without times.
     head
-        Turn the head as a take says.
+        Turn the head as in the take.
     speed
-        Factor of the speed: 0.5 plays at half speed.
+        Playback speed: 0.5 is half.
     max_level
-        How often a triangle may be split; 0 turns refinement off. Default: what most wrinkles need.
+        How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     moments
-        Largest number of pictures, which show the moments when wrinkles are deepest.
+        At most this many pictures, of the moments with the deepest wrinkles.
     follow
         Turn the camera with the head.
     """

@@ -29,12 +29,12 @@ def studio(
     mesh
         The face: as --face.
     host
-        Address to listen at. With others than 127.0.0.1, everybody in the network who knows the address that is printed
+        Address to listen on. With others than 127.0.0.1, everyone in the network who knows the printed address
         can use the studio.
     port
-        Port to listen at. Default: any that is free.
+        Port to listen on. Default: any free one.
     save_to
-        The one folder that the page may write to; the session is saved there by itself. Default: what is saved is
+        The only folder that the page may write to; the session is saved there automatically. Default: files are
         downloaded.
     browser
         Open the browser.

@@ -82,7 +82,7 @@ def table1(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Measure Table 1 of the paper and print both.
+    """Measure Table 1 of the paper, and print both side by side.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ def tear(
     plain: bool = False,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures and a movie of a face that cries.
+    """Write pictures and a movie of a crying face.
 
     Parameters
     ----------
@@ -84,11 +84,11 @@ def tear(
     reveal
         What grows evenly as they run: their length, or the height that they cover, as in the paper. Default: length.
     seed
-        Another number makes other tears.
+        Each number gives other tears.
     seconds
         Length of the movie.
     plain
-        Draw the movie without refraction, which is quicker.
+        Render the movie without refraction, which is faster.
     """
     output, stem = output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
