@@ -53,6 +53,9 @@ class FaceWrinkleAccessor:
     def __init__(self, mesh: pv.DataSet | pv.MultiBlock) -> None:
         self._mesh = mesh
 
+    def __repr__(self) -> str:
+        return f"facewrinkle on a {type(self._mesh).__name__}: pattern(...), tear(...)"
+
     def pattern(
         self,
         pattern: Any,

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..array_types import Image
 from ..checks import picture
-from ..errors import OutputError, ParameterError, check_whole, type_of
-from ..files import not_written, written
+from ..errors import ParameterError, check_whole, type_of
+from ..files import output_file, written
 
 LEVEL = 3
 """Compression of PNG files. At level 6 they are 4 % smaller and take twice as long; palettes get the best."""
@@ -84,6 +84,11 @@ def figure(image: Image) -> Any:
 def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
     """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
 
+    Raises
+    ------
+    OutputError
+        For a file that does not end in .png or cannot be written.
+
     Examples
     --------
     A picture with a palette of 16 colours:
@@ -96,15 +101,13 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
     """
     from PIL import Image as Pillow
 
+    path = output_file(path, (".png",))
     pixels = Pillow.fromarray(np.ascontiguousarray(picture(image)))
     if colours is not None:
         pixels = pixels.quantize(check_whole("colours", colours, 1, 256))
-    try:
-        with written(path) as whole:
-            pixels.save(whole, format="PNG", optimize=colours is not None, compress_level=LEVEL)
-    except ValueError as problem:
-        raise problem if isinstance(problem, OutputError) else not_written(path, str(problem)) from None
-    return Path(path)
+    with written(path) as whole:
+        pixels.save(whole, format="PNG", optimize=colours is not None, compress_level=LEVEL)
+    return path
 
 
 def reduced(image: Image, factor: int) -> Image:

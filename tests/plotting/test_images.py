@@ -34,8 +34,10 @@ def test_pictures_that_cannot_be_written(tmp_path):
     image = np.zeros((4, 4, 3), np.uint8)
     (tmp_path / "file").touch()
     for name in ("x" * 300 + ".png", "file/x.png", "null\0.png"):
-        with pytest.raises(OutputError, match="cannot be written"):
+        with pytest.raises(OutputError, match="cannot be (written|an output folder)"):
             save_picture(image, tmp_path / name)
+    with pytest.raises(OutputError, match=r"must end in \.png, received 'x\.jpg'"):
+        save_picture(image, tmp_path / "x.jpg")
     with pytest.raises(ParameterError, match="colours must lie in"):
         save_picture(image, tmp_path / "x.png", colours=257)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
