@@ -58,6 +58,7 @@ from .rigging import Rig as Rig
 from .rigging import Take as Take
 from .rigging import bake_layers as bake_layers
 from .rigging import bake_maps as bake_maps
+from .rigging import on_source as on_source
 from .rigging import read_take as read_take
 from .rigging import rig as rig
 from .rigging import write_layers as write_layers

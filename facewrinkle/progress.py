@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+import sys
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 
@@ -23,10 +25,25 @@ def silent(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
     return items
 
 
+LINES = "FACEWRINKLE_PROGRESS"
+"""Environment variable that asks for progress as lines on stderr, such as ``Shapes 3/26``, for a program that reads
+them.
+"""
+
+
 def bar(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
-    """Return the items; while they are done, a bar shows progress on stderr if that is a terminal."""
+    """Return the items; while they are done, a bar shows progress on stderr if that is a terminal, or lines do."""
+    if os.environ.get(LINES):
+        return _counted(items, what, total)
     from rich.console import Console
     from rich.progress import track
 
     console = Console(stderr=True)
     return track(items, what, total, console=console, transient=True) if console.is_terminal else items
+
+
+def _counted(items: Iterable[Any], what: str, total: int) -> Iterator[Any]:
+    """Yield the items, with a line before each."""
+    for number, item in enumerate(items):
+        print(f"{what} {number}/{total}", file=sys.stderr, flush=True)
+        yield item

@@ -7,11 +7,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
+from ..anatomy.face_file import SUFFIX
 from ..errors import ParameterError
 from ..export import output_folder
 from ..files import output_target, written
 from ..plotting import save_picture
-from ..rigging import bake_layers, write_layers
+from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label, report_text
 from ..rigging.sheet import sheet as draw_sheet
@@ -38,6 +39,7 @@ def rig(
     level: WholeOrNone = None,
     correctives: Whole = 0,
     halfway: bool = False,
+    same_mesh: bool = False,
     map_size: WholeOrNone = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
@@ -68,6 +70,10 @@ def rig(
     halfway
         In USD, lids, the jaw and other shapes whose way is curved get an in-between at half the weight: half a blink is
         then that of the simulation.
+    same_mesh
+        Write the shapes as displacements of the vertices of the mesh file itself, in its order, unit and axes, for
+        programs that have it open: NAME.npz, with the arrays names, points, deltas, reached, unit, and chart if the
+        file has no texture coordinates for maps. Masks are packed, four to a picture.
     map_size
         Width of maps, texels: a power of two from 64 to 2048. Default: 1024.
     format
@@ -97,23 +103,31 @@ def rig(
         raise ParameterError("--map-size belongs to wrinkles in maps: add --wrinkles maps, or leave it out.")
     if wrinkles == "maps" and level:
         raise ParameterError("--level splits triangles, and maps are for the mesh as it is: leave out --level.")
+    if same_mesh and (source.face is None or source.face.suffix == SUFFIX):
+        raise ParameterError("--same-mesh is about the vertices of a mesh file: name that, and give --landmarks.")
+    if same_mesh and level:
+        raise ParameterError("--level splits triangles, and --same-mesh splits none: leave out one of them.")
     size_of_maps = check_layer_size(MAP_SIZE if map_size is None else map_size)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded, stem = source.load(report), source.label or "head"
-    output_target(folder / f"{stem}.{format}")  # an error before the shapes are made, which takes a while
+    path = folder / f"{stem}.{'npz' if same_mesh else format}"
+    output_target(path)  # an error before the shapes are made, which takes a while
     made = make_rig(
         loaded,
         shapes,
         wrinkles,
-        level,
+        0 if same_mesh else level,
         correctives,
         halfway,
         progress=report.progress,
     )
-    files = write_rig_files(made, folder / f"{stem}.{format}", dense=dense)
+    if same_mesh and source.face is not None:
+        files = [on_source(made, source.face).save(path)]
+    else:
+        files = write_rig_files(made, path, dense=dense)
     if wrinkles == "maps":
         baked = bake_layers(made, size_of_maps, progress=report.progress)
-        files += write_layers(baked, files[0])
+        files += write_layers(baked, path, packed=same_mesh)
     if sheet:
         image = draw_sheet(made, progress=report.progress)
         files.append(save_picture(image, folder / f"{stem}_sheet.png"))
@@ -135,7 +149,7 @@ def rig(
             f"{label(mixed)}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
             for mixed, error in found
         )
-    if errors or made.drivers:
+    if errors or made.drivers or same_mesh:
         with written(folder / f"{stem}.rig.json") as whole:
             whole.write_text(report_text(made) if errors else facts_text(made), encoding="utf-8")
         files.append(folder / f"{stem}.rig.json")

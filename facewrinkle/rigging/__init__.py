@@ -2,6 +2,7 @@
 
 from .linear_rig import Rig, RigError, rig
 from .maps import Maps, bake_maps, write_maps
+from .on_source import SourceShapes, on_source
 from .performer import Performer
 from .sheet import sheet
 from .takes import Take, read_take
@@ -13,10 +14,12 @@ __all__ = [
     "Performer",
     "Rig",
     "RigError",
+    "SourceShapes",
     "Take",
     "WrinkleLayers",
     "bake_layers",
     "bake_maps",
+    "on_source",
     "read_take",
     "rig",
     "sheet",

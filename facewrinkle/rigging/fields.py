@@ -57,7 +57,7 @@ class Baker:
     """
 
     def __init__(self, face: Face, layers: list[Layer] | None, level: int) -> None:
-        self.face, self._motion = face, Held(face)
+        self.face, self._level, self._motion = face, level, Held(face)
         self.simulation = Simulation(face, Refinement(BEND, level, SAMPLES, coarsen=False), layers, motion=self._motion)
         self.models: dict[str, Model] = {}
 
@@ -65,7 +65,7 @@ class Baker:
         """Split all triangles that any of the poses needs, and make the models of the face at rest."""
         for _ in range(ROUNDS):
             before = self.simulation.forest.n_points
-            for pose in progress(poses, "Refining", len(poses)):
+            for pose in progress(poses, "Refining", len(poses)) if self._level else ():
                 self._grown(pose)
             if self.simulation.forest.n_points == before:
                 break
@@ -141,7 +141,7 @@ def shape_fields(
     poses: Mapping[tuple[object, ...], Pose],
     neutral: Pose,
     baker: Baker,
-    progress: Progress,
+    progress: Progress = silent,
 ) -> Fields:
     """Return what shapes change."""
     users: dict[tuple[object, ...], list[tuple[int, Shape, float]]] = {}

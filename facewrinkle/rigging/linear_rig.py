@@ -30,7 +30,7 @@ from .fields import (
     shape_fields,
 )
 from .maps import around_head, check_texture
-from .poses import Posing
+from .poses import Pose, Posing
 from .shapes import Shape, shapes_of
 
 Wrinkling = Literal["baked", "separate", "maps", "none"]
@@ -105,6 +105,8 @@ class Rig:
         Contractions and movements of the shapes, by name; without those that others drive.
     posing : Posing
         The simulation that brings the face into the poses of shapes.
+    poses : dict of tuple to Pose
+        Of all shapes, by their movements; see :attr:`facewrinkle.rigging.shapes.Shape.movement`.
     baker : Baker
         Places the mesh in these poses, with wrinkles if the rig has any.
 
@@ -127,6 +129,7 @@ class Rig:
     wrinkles: Wrinkling
     shapes: Mapping[str, Shape] = field(repr=False)
     posing: Posing = field(repr=False)
+    poses: Mapping[tuple[object, ...], Pose] = field(repr=False)
     baker: Baker = field(repr=False)
 
     def __repr__(self) -> str:
@@ -418,4 +421,4 @@ def rig(
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
-    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, wrinkled)
+    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, poses, wrinkled)

@@ -18,8 +18,9 @@ import numpy.typing as npt
 from ..errors import ParameterError, check_whole
 from ..files import written
 from ..geometry.smoothstep import smoothstep
+from ..mesh.seams import corner_texture
 from ..progress import Progress, silent
-from .fields import Baker, movement_poses
+from .fields import Baker
 from .linear_rig import Rig
 from .maps import (
     FoldMaps,
@@ -63,10 +64,14 @@ class WrinkleLayers:
         From -`most` to `most` mm; 32768 is none.
     most : float
         Of all heights, mm.
-    masks : dict of str to ndarray of uint8, shape (h, w, 4)
-        How much of each layer a shape brings in at weight 1; shapes without wrinkles have none.
+    masks : dict of str to ndarray of uint8, shape (h, w)
+        How much of its layer a shape brings in at weight 1; shapes without wrinkles have none.
     layer : dict of str to int
         Number of the layer, from 0, that a shape uses.
+    unit : float
+        Millimetres per unit of the mesh.
+    charted : bool
+        The texture coordinates are those of a chart around the head, as the mesh has none.
 
     Examples
     --------
@@ -82,6 +87,8 @@ class WrinkleLayers:
     most: float
     masks: Mapping[str, npt.NDArray[np.uint8]]
     layer: Mapping[str, int]
+    unit: float
+    charted: bool
 
 
 def check_layer_size(size: int) -> int:
@@ -134,7 +141,8 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     face = rig.face
     check_texture(face)
     shapes = {name: shape for name, shape in rig.shapes.items() if not shape.beyond}
-    poses = {m: pose for m, pose in movement_poses(shapes, rig.posing).items() if pose.rates.any() or m[1]}
+    poses = {shape.movement: rig.poses[shape.movement] for shape in shapes.values()}
+    poses = {movement: pose for movement, pose in poses.items() if pose.rates.any() or movement[1]}
     neutral, fine, smooth = rig.posing.neutral(), Baker(face, None, LEVEL), Baker(face, [], 0)
     fine.refine(list(poses.values()), neutral, progress)
     folds = FoldMaps(face, fine.frame(neutral), smooth.frame(neutral), size)
@@ -165,13 +173,10 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
             part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0) * smoothstep(strength[i] / FOLDED - 0.5)
             part = folds.blurred(part, AROUND)
             for name in users:
-                mask = np.zeros((size, size, 4), np.uint8)
-                mask[..., k] = folds.filled(as_bytes(part * sides[shapes[name].side]))
-                masks[name], layer[name] = mask, k
+                masks[name], layer[name] = folds.filled(as_bytes(part * sides[shapes[name].side])), k
     order = [name for name in rig.names if name in masks]
-    return WrinkleLayers(
-        normals, heights, most, {name: masks[name] for name in order}, {name: layer[name] for name in order}
-    )
+    ordered = {name: masks[name] for name in order}, {name: layer[name] for name in order}
+    return WrinkleLayers(normals, heights, most, *ordered, face.unit, corner_texture(face.mesh) is None)
 
 
 def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]:
@@ -198,18 +203,21 @@ def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int
     return [used.index(each) for each in number]
 
 
-def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
+def write_layers(layers: WrinkleLayers, path: str | Path, packed: bool = False) -> list[Path]:
     """Write layers of wrinkles beside a rig: PNG maps, masks where O3DE looks for them, and a table as JSON.
 
     The maps are ``NAME_wrinkle1_normal.png`` and ``NAME_wrinkle1_height.png`` and so on; masks are
     ``NAME_wrinklemasks/SHAPE_wrinklemask.tif``, whose red, green, blue and alpha are the shares of the layers 1 to 4.
-    ``NAME_wrinkles.json`` names the layer and the mask of each shape.
+    ``NAME_wrinkles.json`` names the layer of each shape, and the picture and channel of its mask. `unit_mm` is that of
+    the mesh; `texture_coordinates` are "own", the first set of the mesh, or those of a "chart" around the head.
 
     Parameters
     ----------
     layers : WrinkleLayers
     path : path
         Of the rig, with or without its ending.
+    packed : bool
+        Four masks to a picture, ``NAME_wrinklemasks1.png`` and so on, in place of one to each.
 
     Returns
     -------
@@ -230,29 +238,33 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     ['head_wrinkle1_normal.png', 'head_wrinkle1_height.png', 'browInnerUp_wrinklemask.tif', 'head_wrinkles.json']
     """
     path = Path(path)
-    stem = path.stem if path.suffix.lower() in (".glb", ".gltf", ".usd", ".usda", ".usdc") else path.name
+    stem = path.stem if path.suffix.lower() in (".glb", ".gltf", ".usd", ".usda", ".usdc", ".npz") else path.name
     files: list[Path] = []
     for k, (normal, height) in enumerate(zip(layers.normals, layers.heights, strict=True), start=1):
         for kind, image in (("normal", normal), ("height", height)):
             files.append(path.with_name(f"{stem}_wrinkle{k}_{kind}.png"))
             write_image(image, files[-1])
-    folder = path.with_name(f"{stem}_wrinklemasks")
+    pictures: dict[str, dict[int, str]] = {}  # names of shapes by channel
+    for k, name in enumerate(layers.masks):
+        where = f"{stem}_wrinklemasks{k // 4 + 1}.png" if packed else f"{stem}_wrinklemasks/{name}_wrinklemask.tif"
+        pictures.setdefault(where, {})[k % 4 if packed else layers.layer[name]] = name
     rows = {}
-    for name, mask in layers.masks.items():
-        files.append(folder / f"{name}_wrinklemask.tif")
-        write_image(mask, files[-1], "TIFF", compression="tiff_lzw")
-        rows[name] = {
-            "layer": layers.layer[name] + 1,
-            "channel": "rgba"[layers.layer[name]],
-            "mask": f"{folder.name}/{files[-1].name}",
-        }
+    for where, shapes in pictures.items():
+        files.append(path.parent / where)
+        pixels = np.zeros((*layers.heights[0].shape, 4), np.uint8)
+        for channel, name in shapes.items():
+            pixels[..., channel] = layers.masks[name]
+            rows[name] = {"layer": layers.layer[name] + 1, "channel": "rgba"[channel], "mask": where}
+        write_image(pixels, files[-1], **{} if packed else {"format": "TIFF", "compression": "tiff_lzw"})
     facts = {
         "layers": [
             {"normal": f"{stem}_wrinkle{k}_normal.png", "height": f"{stem}_wrinkle{k}_height.png"}
             for k in range(1, len(layers.normals) + 1)
         ],
         **conventions(layers.most),
-        "blend": "layer k by the sum over shapes of weight squared times channel k of the mask, at most 1",
+        "unit_mm": layers.unit,
+        "texture_coordinates": "chart" if layers.charted else "own",
+        "blend": "each layer by the sum over its shapes of weight squared times mask, at most 1",
         "shapes": rows,
     }
     files.append(path.with_name(f"{stem}_wrinkles.json"))

@@ -64,6 +64,22 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     assert "driven by products of weights" in said
 
 
+def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("FACEWRINKLE_PROGRESS", "lines")
+    mesh, marks = fw.write_mesh(face.mesh, tmp_path / "ä b.obj", face), tmp_path / "marks.json"
+    fw.anatomy.landmarks.write_landmarks(face.landmarks, marks)
+    options = ["--shapes", "browInnerUp+jawOpen", "--wrinkles", "maps", "--map-size", "64", "--same-mesh"]
+    assert main(["rig", str(mesh), "--landmarks", str(marks), *options, "--out", str(tmp_path / "out")]) == 0
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "ä b.npz", "ä b.rig.json", "ä b_wrinkle1_height.png", "ä b_wrinkle1_normal.png", "ä b_wrinklemasks1.png",
+        "ä b_wrinkles.json",
+    ]  # fmt: skip
+    with np.load(tmp_path / "out" / "ä b.npz") as shapes:
+        assert shapes["names"].tolist() == ["browInnerUp", "jawOpen"]
+        np.testing.assert_allclose(shapes["points"], np.asarray(face.points), atol=1e-4)
+    assert "Shapes 1/2" in capsys.readouterr().err.splitlines()
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -74,6 +90,9 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
         (["--correctives", "1000"], "correctives must lie in"),
         (["--shapes", "arkitt"], "Did you mean 'arkit'"),
         (["--level", "9"], "level must lie in [0, 5]"),
+        (["--same-mesh"], "name that, and give --landmarks"),
+        (["--same-mesh", "nobody.face"], "name that, and give --landmarks"),
+        (["--same-mesh", "nobody.obj", "--level", "1"], "leave out one of them"),
         (["nobody.obj", "--face", "somebody.obj"], "named twice"),
     ],
 )

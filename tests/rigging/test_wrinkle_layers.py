@@ -44,7 +44,7 @@ def shown(layers, weights):
     """Normals as a shader blends them: each layer by the sum of its masks, added to the flat one."""
     total = np.tile([0.0, 0.0, 1.0], (SIZE, SIZE, 1))
     for k, normal in enumerate(layers.normals):
-        share = sum(w**2 * layers.masks[name][..., k] / 255.0 for name, w in weights.items())
+        share = sum(w**2 * layers.masks[name] / 255.0 for name, w in weights.items() if layers.layer[name] == k)
         total += np.clip(share, 0.0, 1.0)[..., None] * (normal / 127.5 - 1.0 - [0.0, 0.0, 1.0])
     return total / np.linalg.norm(total, axis=-1, keepdims=True)
 
@@ -65,7 +65,7 @@ def test_layers_show_the_wrinkles_of_a_shape(face, layers, unit):
 
 
 def test_masks_of_a_side_stay_there(layers):
-    left, right = (layers.masks[f"noseSneer{side}"].max(axis=2).astype(float) for side in ("Left", "Right"))
+    left, right = (layers.masks[f"noseSneer{side}"].astype(float) for side in ("Left", "Right"))
     assert layers.layer["noseSneerLeft"] == layers.layer["noseSneerRight"]
     column = np.arange(SIZE)[None]
     places = [(mask * column).sum() / mask.sum() for mask in (left, right)]
@@ -93,13 +93,28 @@ def test_files_are_where_engines_look(layers, tmp_path):
     files = fw.write_layers(layers, tmp_path / "head.glb")
     assert all(path.exists() for path in files)
     mask = np.asarray(Image.open(tmp_path / "head_wrinklemasks" / "browInnerUp_wrinklemask.tif"))
-    np.testing.assert_array_equal(mask, layers.masks["browInnerUp"])
     table = json.loads((tmp_path / "head_wrinkles.json").read_text())
     row = table["shapes"]["browInnerUp"]
-    assert mask[..., "rgba".index(row["channel"])].max() > 200
+    channel = "rgba".index(row["channel"])
+    assert channel == row["layer"] - 1  # as O3DE blends them
+    np.testing.assert_array_equal(mask[..., channel], layers.masks["browInnerUp"])
+    assert not np.delete(mask, channel, axis=2).any()
     for each in table["layers"]:
         assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
         assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
+
+
+def test_masks_are_packed_four_to_a_picture(layers, tmp_path):
+    files = fw.write_layers(layers, tmp_path / "head.npz", packed=True)
+    assert len([path for path in files if "wrinklemasks" in path.name]) == (len(layers.masks) + 3) // 4
+    table = json.loads((tmp_path / "head_wrinkles.json").read_text())
+    assert table["unit_mm"] == 1.0
+    assert table["texture_coordinates"] == "own"
+    assert list(table["shapes"]) == list(layers.masks)
+    for name, row in table["shapes"].items():
+        picture = np.asarray(Image.open(tmp_path / row["mask"]))
+        np.testing.assert_array_equal(picture[..., "rgba".index(row["channel"])], layers.masks[name])
+        assert row["layer"] == layers.layer[name] + 1
 
 
 def test_a_face_without_texture_gets_a_chart(face):
@@ -110,7 +125,9 @@ def test_a_face_without_texture_gets_a_chart(face):
     uv = made.parts["face"].uv
     assert len(uv) == len(made.mesh.points)
     assert 0.0 <= uv.min() < uv.max() <= 1.0
-    assert fw.bake_layers(made, 128).masks["browInnerUp"].max() > 200
+    baked = fw.bake_layers(made, 128)
+    assert baked.masks["browInnerUp"].max() > 200
+    assert baked.charted
 
 
 def test_what_cannot_be_baked_is_refused(face, smooth):
