@@ -13,7 +13,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.layers.wave_folds.field import WaveField
-from facewrinkle.layers.wave_folds.packets import Style
+from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.simulation.fold_shapes import fold_shapes
 
 FRAMES, RAMP = 80, 40
@@ -74,6 +74,6 @@ def test_lines_are_found_once_per_face(notes):
     between = time.perf_counter()
     field = WaveField(face, shapes, 1.0, Style(seed=7))
     end = time.perf_counter()
-    packets = sum(len(own.x) for own in field.lines.packets)
-    notes["lines of a face"] = f"shapes {between - begin:.2f} s, {packets} packets {end - between:.2f} s (goal: 1 s)"
-    assert packets > 1000
+    waves = sum(len(own.phase) for own in field.lines.values())
+    notes["lines of a face"] = f"shapes {between - begin:.2f} s, {waves} waves {end - between:.2f} s (goal: 1 s)"
+    assert waves > 1000

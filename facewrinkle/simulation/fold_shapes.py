@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
-from ..layers.wave_folds.packets import Style
+from ..layers.wave_folds.stripes import Style
 from ..motion.action_units import units_of
 from ..motion.base import Motion
 from ..motion.material import SkinMaterial

@@ -313,9 +313,7 @@ class Wearing:
         return {"worn": self.height.copy()}
 
 
-@pytest.mark.parametrize("most", [3000, 100_000], ids=["forgetful", "mindful"])
-def test_settling_afresh_is_settling_after_a_reset(face, monkeypatch, most):
-    monkeypatch.setattr("facewrinkle.layers.wave_folds.recall.MOST", most)
+def test_settling_afresh_is_settling_after_a_reset(face):
     remembering = [fw.PrintedWrinkles(3), Wearing()]
     sim = fw.Simulation(face, layers=[*fold_layers(face, "wave", age=0.8), *remembering])
 

@@ -170,106 +170,54 @@ def heights(where, waves, depth, age, now, relief):
                 relief.across[i, c] = wave[lead, c] / norm
 
 
-FACING = 0.3
-"""Packets act on each other, and on points, only where the cosine of their normals is larger than this."""
-
-
 @compiled
-def pairs(own, others, order, along, reach):
-    """Pairs (p,) and (p,) of points (m, 3) and others (n, 3) that are less than the reach (m,) of the first apart.
+def waves_at(where, points, ground, stripes, out):
+    """Phase, strength and wave vector (p,) of the sum of the plane waves at the corners of the split triangle that each
+    of some points lies in, by its barycentric coordinates there.
 
-    `order` (n,) sorts the others along x, and `along` (n,) is their x in this order.
+    `points` are hosts, corners and barycentric coordinates of all points, `where` (p,) numbers of those that are asked
+    for; `ground` the base triangles, their row and the level; `stripes` triangles, places, waves, phases and strengths.
     """
-    owner, second = [0][:0], [0][:0]
-    for i in range(len(own)):
-        x, y, z = own[i, 0], own[i, 1], own[i, 2]
-        for s in range(np.searchsorted(along, x - reach[i]), np.searchsorted(along, x + reach[i])):
-            j = order[s]
-            square = (x - others[j, 0]) ** 2 + (y - others[j, 1]) ** 2 + (z - others[j, 2]) ** 2
-            if square < reach[i] * reach[i]:
-                owner.append(i)
-                second.append(j)
-    return np.array(owner), np.array(second)
-
-
-@compiled
-def thinned(first, second, order):
-    """Mark the points (p,) of a greedy choice in a given order: none that is paired with one taken before."""
-    taken = np.zeros(len(order), np.bool_)
-    for q in order:
-        free = True
-        for s in range(first[q], first[q + 1]):
-            free = free and not taken[second[s]]
-        taken[q] = free
-    return taken
-
-
-@compiled
-def align(phase, first, second, weight, turn, flip, sweeps):
-    """Gauss-Seidel sweeps, to and fro, that lower ``sum w |psi_j - psi_i exp(i omega_ij)|^2`` over unit psi."""
-    m = len(phase)
-    re, im, c, s = np.empty(m), np.empty(m), np.empty(len(turn)), np.empty(len(turn))
-    for j in range(m):  # loops compile faster than expressions of arrays
-        re[j], im[j] = np.cos(phase[j]), np.sin(phase[j])
-    for q in range(len(turn)):
-        c[q], s[q] = weight[q] * np.cos(turn[q]), weight[q] * np.sin(turn[q])
-    for sweep in range(sweeps):
-        for t in range(m):
-            j = t if sweep % 2 == 0 else m - 1 - t
-            a, b = 0.0, 0.0
-            for q in range(first[j], first[j + 1]):
-                i = second[q]
-                a += re[i] * c[q] - im[i] * s[q]
-                b += flip[q] * (re[i] * s[q] + im[i] * c[q])
-            size = np.hypot(a, b)
-            if size > 0.0:
-                re[j], im[j] = a / size, b / size
-    for j in range(m):
-        phase[j] = np.arctan2(im[j], re[j])
-
-
-@compiled
-def waves_at(places, normals, x, n, d, k, share, sigma, phase, support, first, second, theta, strength, wave):
-    """Phase, strength and wave vector of the sum of all packets that are paired with each place; 0 without any.
-
-    Packets look away from a place, or count, by :data:`FACING`, and fade out at the distance `support`.
-    """
-    for p in range(len(places)):
-        nearest, lead = np.inf, -1
-        for s in range(first[p], first[p + 1]):
-            j = second[s]
-            square, facing = 0.0, 0.0
+    hosts, corners, barycentric = points
+    base, row, level = ground
+    triangles, places, waves, phases, shares = stripes
+    theta, strength, wave = out
+    weights = np.empty(3)
+    for p in range(len(where)):
+        i = where[p]
+        weights[:] = 0.0
+        for c in range(3):
             for g in range(3):
-                square += (places[p, g] - x[j, g]) ** 2
-                facing += n[j, g] * normals[p, g]
-            if facing > FACING and square < nearest:  # its direction is that which the others are counted along
-                nearest, lead = square, j
-        if lead < 0:
-            continue
-        re, im, total, kx, ky, kz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for s in range(first[p], first[p + 1]):
-            j = second[s]
-            square, facing, ours, same = 0.0, 0.0, 0.0, 0.0
+                if base[hosts[i], c] == corners[i, g]:
+                    weights[c] += barycentric[i, g]
+        t = row[hosts[i]]
+        u, v, w = weights[0], weights[1], weights[2]
+        for _ in range(level):  # its corner parts, by their corner first, then the middle one
+            u, v, w, part = 2.0 * u, 2.0 * v, 2.0 * w, 3
+            if u >= 1.0:
+                u, part = u - 1.0, 0
+            elif v >= 1.0:
+                u, v, w, part = v - 1.0, w, u, 1
+            elif w >= 1.0:
+                u, v, w, part = w - 1.0, u, v, 2
+            else:
+                u, v, w = 1.0 - w, 1.0 - u, 1.0 - v
+            t = 4 * t + part
+        weights[0], weights[1], weights[2] = u, v, w
+        lead = triangles[t, np.argmax(weights)]  # its direction is that which the others are counted along
+        re, im, kx, ky, kz = 0.0, 0.0, 0.0, 0.0, 0.0
+        for c in range(3):
+            j = triangles[t, c]
+            angle, same = phases[j], 0.0
             for g in range(3):
-                way = places[p, g] - x[j, g]
-                square += way * way
-                facing += n[j, g] * normals[p, g]
-                ours += way * d[j, g]
-                same += d[j, g] * d[lead, g]
-            if facing <= FACING:
-                continue
-            across, along = sigma[j, 0], sigma[j, 1]
-            w = np.exp(-0.5 * (ours * ours / across**2 + max(square - ours * ours, 0.0) / along**2))
-            w *= (1.0 - square / (support * support)) ** 2
-            sign = 1.0 if same >= 0.0 else -1.0
-            angle = phase[j] + k[j] * ours
-            re += w * share[j] * np.cos(angle)
-            im += w * share[j] * sign * np.sin(angle)
-            total += w
-            kx += w * sign * k[j] * d[j, 0]
-            ky += w * sign * k[j] * d[j, 1]
-            kz += w * sign * k[j] * d[j, 2]
-        if total > 1e-9:
-            theta[p] = np.arctan2(im, re)
-            strength[p] = np.hypot(re, im) / total
-            wave[p, 0], wave[p, 1], wave[p, 2] = kx / total, ky / total, kz / total
+                place = u * places[triangles[t, 0], g] + v * places[triangles[t, 1], g] + w * places[triangles[t, 2], g]
+                angle += waves[j, g] * (place - places[j, g])
+                same += waves[j, g] * waves[lead, g]
+            signed = weights[c] if same >= 0.0 else -weights[c]
+            re += weights[c] * shares[j] * np.cos(angle)
+            im += signed * shares[j] * np.sin(angle)
+            kx += signed * waves[j, 0]
+            ky += signed * waves[j, 1]
+            kz += signed * waves[j, 2]
+        theta[p], strength[p] = np.arctan2(im, re), np.hypot(re, im)
+        wave[p, 0], wave[p, 1], wave[p, 2] = kx, ky, kz

@@ -143,7 +143,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
             some = np.flatnonzero(squared)
             total[some] += squared[some, None] * products(where[some]) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
         total = _evened(total, around)
-        if window_of(total).any():
+        if window_of(strength_of(total)).any():
             found[name] = total
     return found
 
@@ -169,6 +169,6 @@ def strength_of(tensor: Array) -> Array:
     return np.sqrt(np.maximum(tensor[:, :3].sum(axis=1), 0.0))
 
 
-def window_of(tensor: Array) -> Array:
+def window_of(compression: Array) -> Array:
     """Return the window (n,) of a family, 1 where its motions compress the skin well and 0 where they hardly do."""
-    return smoothstep((strength_of(tensor) - FAINT) / (FULL - FAINT))
+    return smoothstep((compression - FAINT) / (FULL - FAINT))

@@ -1,4 +1,4 @@
-"""The lines of a face: the packets of all its families, and their waves at given points."""
+"""The lines of a face, those of all its families, and their waves at given points."""
 
 from __future__ import annotations
 
@@ -9,75 +9,56 @@ import numpy as np
 from ...anatomy.face import Face, per_face
 from ...array_types import Array
 from ...errors import ParameterError
-from ...geometry import _mesh_kernels as mesh_kernels
 from ...geometry.interpolation import interpolated
-from ...geometry.normals import vertex_normals
 from ..base import SurfacePoints
 from ..compression import StrainField
 from ..entries import sorted_by_vertex
-from .families import FoldShapes, strength_of, tensors_of
-from .packets import KEPT, Packets, Style
+from .families import FoldShapes, tensors_of
+from .stripes import KEPT, Stripes, Style, found_stripes
 from .tissue import anatomical, firmness, grain, wavelengths
 from .waves import AGED, GONE, LONGEST, WHOLE, Waves, directed
 
 ENOUGH, MOST = 0.2, 4
 """Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
 
-COMPRESSION = "compression"
 
+def lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, Stripes]:
+    """Return the lines of a face by family, of those that compress the skin somewhere; they are found once.
 
-class Lines:
-    """The lines of a face, found from its motions.
-
-    Parameters
-    ----------
-    face : Face
-    shapes : FoldShapes
-    density : float
-        Lines per millimetre, relative to what the thickness of the skin suggests.
-    style : Style
-
-    Attributes
-    ----------
-    names : tuple of str
-        Families that compress the skin somewhere.
-    packets : list of Packets
-        Of these families.
-    compression : list of ndarray, shape (n0,)
-        The compression of each family in full motion.
+    Raises
+    ------
+    ParameterError
+        For shapes with lines of another face.
     """
+    return per_face(face, "lines", (shapes, density, style), lambda: _lines_of(face, shapes, density, style))
 
-    def __init__(self, face: Face, shapes: FoldShapes, density: float, style: Style) -> None:
-        if shapes.lines is not None and (density, style) == (1.0, Style()):
-            arrays = dict(shapes.lines)
-        else:
-            arrays = found_lines(face, shapes, density, style)
-        self.names = tuple(arrays["names"].tolist())
-        columns = [{name: arrays[f"{name} {k}"] for name in (*KEPT, COMPRESSION)} for k in range(len(self.names))]
-        self.packets = [Packets.of_arrays(own) for own in columns]
-        self.compression = [own[COMPRESSION] for own in columns]
-        sizes = {(len(packets.window), len(packets.zone)) for packets in self.packets}
-        if sizes - {(len(face.points), len(face.triangles))}:
+
+def _lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, Stripes]:
+    arrays = shapes.lines
+    if arrays is None or (density, style) != (1.0, Style()):
+        arrays = found_lines(face, shapes, density, style)
+    lines = {
+        name: Stripes(face, int(arrays[f"level {k}"]), **{c: arrays[f"{c} {k}"].astype(np.float64) for c in KEPT})
+        for k, name in enumerate(arrays["names"].tolist())
+    }
+    for own in lines.values():
+        if len(own.compression) != len(face.points) or len(own.phase) != len(own.ground.points):
             raise ParameterError(
                 f"the lines that wave folds were given are not of this face, which has {len(face.points)} vertices and "
                 f"{len(face.triangles)} triangles. Give FoldShapes without lines, and they are found."
             )
-
-    @staticmethod
-    def of(face: Face, shapes: FoldShapes, density: float, style: Style) -> Lines:
-        """Return the lines of a face; those found before are not found anew."""
-        return per_face(face, "lines", (shapes, density, style), lambda: Lines(face, shapes, density, style))
+    return lines
 
 
 def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
-    """Find the lines of a face; return their arrays."""
-    tensors = tensors_of(face, shapes)
+    """Find the lines of a face; return the arrays that they are stored as, with seven digits."""
     length, under = wavelengths(face) / density, (grain(face), anatomical(face))
+    tensors = tensors_of(face, shapes)
     arrays: dict[str, np.ndarray] = {"names": np.array(list(tensors), dtype=np.str_)}
-    for k, (family, tensor) in enumerate(tensors.items()):
-        packets = Packets(face, family, tensor, length, style, *under)
-        arrays |= {f"{name} {k}": getattr(packets, name) for name in KEPT}
-        arrays[f"{COMPRESSION} {k}"] = strength_of(tensor)
+    for k, (name, tensor) in enumerate(tensors.items()):
+        stripes = found_stripes(face, name, tensor, length, style, under)
+        arrays |= {f"{column} {k}": getattr(stripes, column).astype(kind) for column, kind in KEPT.items()}
+        arrays[f"level {k}"] = np.array(stripes.level)
     return arrays
 
 
@@ -90,13 +71,13 @@ class WaveField:
     shapes : FoldShapes
     density : float
     style : Style
-        See :class:`Lines`.
+        See :func:`lines_of`.
     amounts : ndarray, shape (n0,), optional
         Factors of the strength at the base vertices.
 
     Attributes
     ----------
-    lines : Lines
+    lines : dict of str to Stripes
         Found on this face, or on the one that the shapes are of.
 
     Raises
@@ -113,18 +94,15 @@ class WaveField:
         style: Style | None = None,
         amounts: Array | None = None,
     ) -> None:
-        self._home = shapes.face or face
-        if self._home is not face and not np.array_equal(self._home.triangles, face.triangles):
+        home = shapes.face or face
+        if home is not face and not np.array_equal(home.triangles, face.triangles):
             raise ParameterError(
-                f"the shapes that wave folds were given are of a face of {len(self._home.triangles)} triangles, and "
+                f"the shapes that wave folds were given are of a face of {len(home.triangles)} triangles, and "
                 f"this one has {len(face.triangles)}, or others. Give a new WaveFolds() to the simulation of each face."
             )
-        self.lines = Lines.of(self._home, shapes, density, style or Style())
+        self.lines = lines_of(home, shapes, density, style or Style())
         self._face, self._unit, self._amounts = face, face.unit, amounts
         self._length = wavelengths(face) / density
-        self._places: tuple[Array, Array] | None = None
-        if self._home is not face:
-            self._places = self._home.points * self._home.unit, vertex_normals(self._home.points, face.triangles)
 
     @cached_property
     def _metric(self) -> Array:
@@ -134,14 +112,11 @@ class WaveField:
     def _of_families(self) -> list[Array]:
         """Window, firmness, wavelength and compression (n0, 4) of each family, at the base vertices."""
         firm = firmness(self._face) if self._amounts is None else firmness(self._face) * self._amounts
-        return [
-            np.stack([packets.window, firm, self._length, most], axis=1)
-            for packets, most in zip(self.lines.packets, self.lines.compression, strict=True)
-        ]
+        return [np.stack([own.window, firm, self._length, own.compression], axis=1) for own in self.lines.values()]
 
     def level_needed(self, face: Face) -> int:
         """Return the level at which nine in ten triangles with lines have five edges or more in each wavelength."""
-        zones = [packets.zone for packets in self.lines.packets]
+        zones = [own.zone for own in self.lines.values()]
         inside = face.triangles[np.any(zones, axis=0)] if zones else face.triangles[:0]
         if not len(inside):
             return 0
@@ -153,14 +128,14 @@ class WaveField:
     def at(self, vertices: SurfacePoints) -> Waves:
         """Return the waves at points of the surface."""
         parts = []
-        for number, packets in enumerate(self.lines.packets):
-            near = np.flatnonzero(packets.zone[vertices.host])
+        for number, own in enumerate(self.lines.values()):
+            near = np.flatnonzero(own.zone[vertices.host])
             if not len(near):
                 continue
             values = interpolated(self._of_families[number], vertices.corners[near], vertices.barycentric[near])
             folding = (values[:, 0] > 0.0) & (values[:, 1] > 0.0)
             near, values = near[folding], values[folding]
-            theta, strength, wave = packets.at(*self._where(vertices, near))
+            theta, strength, wave = own.at(vertices, near)
             size = np.sqrt((wave * wave).sum(axis=1))
             some = np.flatnonzero((strength > GONE) & (size > 1e-6))
             if not len(some):
@@ -168,19 +143,10 @@ class WaveField:
             window, firm, length, most = values[some].T
             near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
-            own = np.minimum(2.0 * np.pi / size, LONGEST * length)
-            old = AGED * own * np.sqrt(most) * strength**2 * window
+            longest = np.minimum(2.0 * np.pi / size, LONGEST * length)
+            old = AGED * longest * np.sqrt(most) * strength**2 * window
             family = np.full(len(near), number, np.int32)
             tangents = directed(wave, vertices, near, self._metric)
-            parts.append((near, family, theta, strength, np.ascontiguousarray(window), own, old, wave, tangents))
+            parts.append((near, family, theta, strength, np.ascontiguousarray(window), longest, old, wave, tangents))
         n = len(vertices.points)
         return Waves(*sorted_by_vertex(*zip(*parts, strict=True), n=n)) if parts else Waves.none(n)
-
-    def _where(self, vertices: SurfacePoints, near: np.ndarray) -> tuple[Array, Array]:
-        """Return places, mm, and normals of some vertices on the face that the lines were found on."""
-        if self._places is None:
-            return np.ascontiguousarray(vertices.points[near] * self._unit), vertices.normals[near]
-        at = vertices.corners[near], vertices.barycentric[near]
-        places, normals = (interpolated(values, *at) for values in self._places)
-        mesh_kernels.normalise(normals)
-        return places, normals

@@ -17,8 +17,7 @@ from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField
-from .packets import Packets, Style
-from .recall import Recall
+from .stripes import Stripes, Style
 from .waves import Now, Relief, Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
@@ -127,9 +126,9 @@ class WaveFolds:
         self.shapes, self._shapes_found = shapes, (shapes, face)
 
     @property
-    def lines(self) -> dict[str, Packets]:
-        """The wave packets of each family, once the layer is on a face."""
-        return dict(zip(self._field.lines.names, self._field.lines.packets, strict=True))
+    def lines(self) -> dict[str, Stripes]:
+        """The lines of each family, once the layer is on a face."""
+        return self._field.lines
 
     def level_needed(self, face: Face) -> int:
         """Return how often triangles have to be split, at most, to carry the folds on a face."""
@@ -158,18 +157,17 @@ class WaveFolds:
         self._depth = self.depth * face.fold_depth
         self._amounts = amounts(self.amount, face)
         self._field = self._found(face, self._amounts)
-        if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines.names]):
+        if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines]):
             raise ParameterError(
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."
             )
-        self._recall = Recall(self._field)
         self._waves = Waves.none(0)
         self._resize(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        self._waves = self._waves.followed(change.kept, self._recall.at(created))
+        self._waves = self._waves.followed(change.kept, self._field.at(created))
         self._resize(len(self._waves.starts) - 1)
 
     def _resize(self, n: int) -> None:

@@ -14,12 +14,12 @@ from ..compression import along, tangents_of
 from ..entries import Entries
 
 LONGEST = 1.7
-"""Greatest wavelength of an entry, relative to that of the skin: where packets disagree, their sum has too small a wave
-vector.
+"""Greatest wavelength of an entry, relative to that of the skin: where directions turn, the sum of waves has too small
+a wave vector.
 """
 
 GONE, WHOLE = 0.12, 0.67
-"""Strength of the sum of packets below which there is no line, and from which it is whole."""
+"""Strength of the sum of waves below which there is no line, and from which it is whole."""
 
 AGED = 0.2
 """Depth of the lines of old skin over wavelength times the root of the compression that a family has in full motion."""

@@ -34,7 +34,7 @@ from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
 from facewrinkle.layers.wave_folds.field import WaveField
-from facewrinkle.layers.wave_folds.packets import Style
+from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
 from facewrinkle.motion.base import Undriven
 from facewrinkle.simulation.fold_shapes import fold_shapes
@@ -108,10 +108,10 @@ def test_folds_lie_across_the_compression_as_far_apart_as_the_thickness_says(she
 def test_the_length_of_lines_is_where_they_are_deep_and_not_where_they_lie(vertically, pressed):
     found = []
     for length in (0.5, 1.0, 2.0):
-        (packets,) = (
+        (stripes,) = (
             pressed(WaveFolds(families=vertically, length=length), PRESSED, level=0)[0].layers[0].lines.values()
         )
-        found.append((packets.phase, (packets.share > 0.5 * packets.share.max()).mean()))
+        found.append((stripes.phase, (stripes.share > 0.5 * stripes.share.max()).mean()))
     np.testing.assert_array_equal(found[0][0], found[1][0])
     np.testing.assert_array_equal(found[2][0], found[1][0])
     (_, short), (_, usual), (_, long) = found
@@ -187,11 +187,11 @@ PROCESS = """
 import hashlib, numpy as np, facewrinkle as fw, pyvista as pv
 from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds import FoldShapes
-from facewrinkle.layers.wave_folds.packets import Style
+from facewrinkle.layers.wave_folds.stripes import Style
 face = fw.default_face()
 field = WaveField(face, FoldShapes({"all": [face.points * [1.0, 0.8, 1.0]]}), 1.0, Style())
-packets = field.lines.packets[0]
-parts = [getattr(packets, name).tobytes() for name in ("x", "d", "k", "phase", "share")]
+stripes = field.lines["all"]
+parts = [getattr(stripes, name).tobytes() for name in ("wave", "phase", "share")]
 print(hashlib.sha256(b"".join(parts)).hexdigest())
 """
 
@@ -220,7 +220,7 @@ def cosines(face, field, name):
         RedGreenForest(face.triangles), face.points, vertex_normals(face.points, face.triangles)
     )
     waves = field.at(vertices)
-    own = waves.family == field.lines.names.index(name)
+    own = waves.family == list(field.lines).index(name)
     out = np.zeros(len(face.points))
     out[np.repeat(np.arange(len(out)), np.diff(waves.starts))[own]] = (np.cos(waves.theta) * waves.window)[own]
     return out
@@ -248,8 +248,8 @@ def test_a_mesh_in_metres_has_the_same_lines(face):
         for s, units in ((1.0, 1.0), (0.001, 1000.0))
     )
     one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, metres))
-    assert one.lines.names == other.lines.names
-    for name in one.lines.names:
+    assert list(one.lines) == list(other.lines)
+    for name in one.lines:
         assert likeness(cosines(own, one, name), cosines(metres, other, name)) > 1.0 - 1e-6
 
 

@@ -1,0 +1,266 @@
+"""Stripes: the lines of a family, found once on the surface at rest.
+
+Each vertex of the skin that a family folds has a wave: direction across the lines, wavelength, phase and strength. The
+phases lower the stripe energy of Knoeppel et al., "Stripe Patterns on Surfaces" (ACM Trans. Graph. 34, 2015). Lines
+branch and end where the phases of neighbours cannot agree.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+
+from ...anatomy.face import Face
+from ...array_types import Array, BoolArray
+from ...geometry.normals import vertex_normals
+from ...geometry.smoothstep import smoothstep
+from ..base import SurfacePoints
+from ..compression import along, orthonormal_tangents, principal
+from . import _kernels as kernels
+from .families import strength_of, window_of
+from .ground import Ground, OtherSide, Smoother, Smoothing, level_for
+from .tissue import OTHERS, OWN
+
+STEPS, ALIGNED = 20, (0.55, 1.3)
+"""Steps in which phases are aligned, and how far across and along the lines in each, in wavelengths (all such lengths
+are standard deviations).
+"""
+
+STRIATED = (0.40, 2.6)
+"""The same of random numbers that are averaged along the lines, so that each line has its own."""
+
+EVEN = 1.0
+"""The same of directions and random numbers that are averaged all around."""
+
+WANDER, UNEVEN, WIDER = 0.06, 0.3, 0.12
+"""At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
+and of the logarithm of the wavelength; and the mean of that.
+"""
+
+UNDIRECTED, DIRECTED = 0.05, 0.35
+"""Difference of the principal values of a family's tensor over their sum, below which skin that is compressed in all
+directions has no lines, and from which it has all.
+"""
+
+SWIRLING, ORDERED = 0.45, 0.75
+"""Order of the directions within a wavelength (1 where all are parallel, 0 where they turn round) below which there are
+no lines, and from which there are all.
+"""
+
+FAINTEST = 0.3
+"""Strength of the weakest lines, relative to the strongest."""
+
+ALIKE = 1.1
+"""Weight of the other side of the face at symmetry 1, relative to that of the own side."""
+
+KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "share": np.float32}
+"""Arrays that stripes are stored as. Where compression begins decides which triangles have lines: it is kept whole."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """Choices that the lines of a face depend on.
+
+    Attributes
+    ----------
+    seed : int
+    irregularity : float
+        0: lines as parallel and alike as the compression lets them; 1: as on faces.
+    symmetry : float
+        0: left and right are drawn independently of each other; 1: nearly mirrored.
+    length : float
+        Multiplies the distance along the lines within which they are as strong. Where they lie does not change.
+    """
+
+    seed: int = 0
+    irregularity: float = 1.0
+    symmetry: float = 0.5
+    length: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stripes:
+    """The lines of one family on a face.
+
+    Attributes
+    ----------
+    face : Face
+    level : int
+        How often the triangles of its zone are split.
+    wave : ndarray, shape (n, 3)
+        Wave vectors at the vertices of the :class:`Ground`, 1/mm: across the lines, ``2 pi / L`` long.
+    phase, share : ndarray, shape (n,)
+        Phase, radians: 0 on a bulge, pi in a furrow; and strength in [0, 1].
+    compression : ndarray, shape (n0,)
+        The compression of the family in full motion, at the base vertices.
+    """
+
+    face: Face
+    level: int
+    wave: Array
+    phase: Array
+    share: Array
+    compression: Array
+
+    @cached_property
+    def window(self) -> Array:
+        """The window (n0,) of the family at the base vertices."""
+        return window_of(self.compression)
+
+    @cached_property
+    def zone(self) -> BoolArray:
+        """Base triangles (m0,) on which the family has lines."""
+        return zone_of(self.face, self.compression)
+
+    @cached_property
+    def ground(self) -> Ground:
+        """The vertices that waves are known at."""
+        return Ground(self.face, self.zone, self.level)
+
+    def at(self, points: SurfacePoints, near: npt.NDArray[np.int64]) -> tuple[Array, Array, Array]:
+        """Return phase (n,), strength (n,) and wave vector (n, 3) at some points, numbers (n,), that lie in the zone.
+
+        Inside a triangle it is the sum of the plane waves at its corners.
+        """
+        theta, strength, wave = np.empty(len(near)), np.empty(len(near)), np.empty((len(near), 3))
+        ground = self.ground
+        kernels.waves_at(
+            near, (points.host, points.corners, points.barycentric), (ground.base, ground.row, ground.level),
+            (ground.triangles, ground.points, self.wave, self.phase, self.share), (theta, strength, wave),
+        )  # fmt: skip
+        return theta, strength, wave
+
+
+def zone_of(face: Face, compression: Array) -> BoolArray:
+    """Return the base triangles (m0,) that a family with a compression (n0,) in full motion has lines on."""
+    return np.asarray((window_of(compression) > 0.0)[face.triangles].any(axis=1))
+
+
+def found_stripes(
+    face: Face, name: str, tensor: Array, length: Array, style: Style, under: tuple[Array, Array]
+) -> Stripes:
+    """Find the stripes of a family.
+
+    Parameters
+    ----------
+    face : Face
+    name : str
+        Name of the family, on which its random numbers depend.
+    tensor : ndarray, shape (n0, 6)
+        See :func:`facewrinkle.layers.wave_folds.families.tensors_of`.
+    length : ndarray, shape (n0,)
+        Wavelength at the base vertices, mm.
+    style : Style
+    under : tuple of ndarray, shape (n0, 6)
+        :func:`facewrinkle.layers.wave_folds.tissue.grain` and ``anatomical`` there.
+    """
+    compression = strength_of(tensor)
+    zone = zone_of(face, compression)
+    ground = Ground(face, zone, level_for(face, zone, length))
+    rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
+    normals, local = ground.at(vertex_normals(face.points, face.triangles)), ground.at(length)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    other = OtherSide.of_points(face, ground.points, normals, 0.7 * local)
+    area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
+
+    def random(smooth: Smoother, symmetry: float) -> Array:
+        values = smooth(smooth(other.added(smoothing.white(rng), symmetry)))
+        values = values - values.mean()
+        return np.asarray(np.clip(values / max(float(values.std()), 1e-9), -2.0, 2.0))
+
+    even = smoothing.over(0.25 * EVEN**2 * area * np.eye(3))
+    d, share = _directions(even, ground.at(tensor), normals)
+    turn = WANDER * style.irregularity * random(even, -style.symmetry)[:, None]
+    d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
+    share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
+
+    def directed(across: float, along: float) -> Array:
+        squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
+        return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
+
+    alike = ALIKE * style.symmetry
+    uneven = random(smoothing.over(directed(*STRIATED)), alike)
+    wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]
+    psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), wave, other, alike, rng)
+    lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)), alike)
+    share = share * np.hypot(*psi.T) * _strengths(lines, style)
+    return Stripes(face, ground.level, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
+
+
+def _directions(even: Smoother, tensors: Array, normals: Array) -> tuple[Array, Array]:
+    """Return the directions (n, 3) across the lines, and how strong (n,) these can be."""
+    d, single = _principal(even(even(tensors)), normals)
+    squares = np.stack([d[:, a] * d[:, b] for a, b in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], axis=1)
+    order = _principal(even(even(squares)), normals)[1]
+    share = smoothstep((single - UNDIRECTED) / (DIRECTED - UNDIRECTED))
+    return d, share * smoothstep((order - SWIRLING) / (ORDERED - SWIRLING))
+
+
+def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
+    """Return the tangents (n, 3) of the largest value of tensors (n, 6), and how far (n,) that exceeds the least one,
+    over their sum.
+    """
+    flat = np.tile([1.0, 1.0, 1.0, 0.0, 0.0, 0.0], (len(normals), 1))
+    values, _, tangents = principal(tensors, *orthonormal_tangents(flat, normals))
+    # Not along an axis of a face: signs, on which phases depend, are no matter of rounding on the median plane.
+    tangents *= np.where(tangents @ [0.3779, 0.8137, 0.4416] < 0.0, -1.0, 1.0)[:, None]
+    return tangents, np.diff(values, axis=1)[:, 0] / np.maximum(values.sum(axis=1), 1e-30)
+
+
+def _left(grain: Array, anatomical: Array, d: Array) -> Array:
+    """Return the share (n,) of the lines that muscles under the skin let be, all of those across their fibres, and that
+    anatomical folds leave, which are drawn once.
+    """
+    taken = OTHERS * anatomical[:, :3].sum(axis=1) + (OWN - OTHERS) * along(anatomical, d)
+    return np.asarray((1.0 - grain[:, :3].sum(axis=1) + along(grain, d)) ** 2 * (1.0 - np.clip(taken, 0.0, 1.0)))
+
+
+def _strengths(lines: Array, style: Style) -> Array:
+    """Return the strength (n,) of each line, by random numbers (n,)."""
+    rank = np.argsort(np.argsort(lines, kind="stable")) / max(len(lines) - 1, 1)
+    lowest, length = 1.0 + (FAINTEST - 1.0) * min(style.irregularity, 1.0), style.length
+    lowest = lowest * (2.0 * length - 1.0) if length < 1.0 else 1.0 - (1.0 - lowest) / length
+    return np.asarray(lowest + (1.0 - lowest) * rank**0.8)
+
+
+# --- phases ------------------------------------------------------------------------------------------
+
+
+def _aligned(smooth: Smoother, wave: Array, other: OtherSide, alike: float, rng: np.random.Generator) -> Array:
+    """Return waves (n, 2) of phases that agree along the lines and across them: their cosine and sine, shorter where
+    neighbours cannot agree.
+
+    Each step lowers the stripe energy, and brings all to the length 1 again.
+    """
+    phase = 2.0 * np.pi * rng.random(len(wave))
+    psi = np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    images = wave[other.twin] @ other.mirror
+    sign = _signs(images, wave[other.of])
+    turns = _turned(sign * (images * other.way).sum(axis=1), sign)
+    for _ in range(STEPS):
+        psi = smooth(other.added_waves(psi, turns, alike))
+        psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), 1e-12)
+    return smooth(psi)
+
+
+def _turns(ground: Ground, wave: Array) -> Array:
+    """Return what brings waves from the corners of triangles to their middles, (m, 3, 2, 2)."""
+    own = wave[ground.triangles]
+    sign, corners = _signs(own, own[:, :1]), ground.points[ground.triangles]
+    mean = (sign[:, :, None] * own).mean(axis=1)
+    return _turned(np.einsum("mk,mck->mc", mean, corners.mean(axis=1)[:, None] - corners), sign)
+
+
+def _signs(waves: Array, others: Array) -> Array:
+    """Return -1 (...) for waves (..., 3) that run against others, which are conjugated then; else 1."""
+    return np.where((waves * others).sum(axis=-1) >= 0.0, 1.0, -1.0)
+
+
+def _turned(angle: Array, sign: Array) -> Array:
+    """Return matrices (..., 2, 2) that turn waves by angles, conjugated before where the sign is -1."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([np.stack([c, -sign * s], axis=-1), np.stack([s, sign * c], axis=-1)], axis=-2)
