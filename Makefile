@@ -13,7 +13,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs package lint clean
+.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs package blender lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
@@ -53,6 +53,9 @@ analysis: $(READY)  ## redo every table and plot, with a page of them all, in ou
 
 package: $(READY)  ## build source distribution and wheel, and run the wheel without the repository
 	$(BIN)/python -m tools.check_package
+
+blender: $(READY)  ## zip the extension for Blender into dist/
+	$(BIN)/python tools/zip_extension.py
 
 mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
 	$(BIN)/python tools/mutants.py

@@ -1,0 +1,59 @@
+"""Landmarks as empties that can be dragged, and back as the file that the package reads."""
+
+import json
+
+import bpy
+import numpy as np
+
+from .exchange import turn
+
+ENTRY = "facewrinkle"
+"""Custom property of an empty: what the package wrote about the landmark, as JSON, and where it was put."""
+
+
+def empties(obj):
+    """Empties of a mesh by the name of their landmark."""
+    return {json.loads(each[ENTRY])["name"]: each for each in obj.children if each.type == "EMPTY" and ENTRY in each}
+
+
+def show(obj, path):
+    """Make empties of a file of landmarks, in a collection of their own; return how many were estimated."""
+    remove(obj)
+    marks = json.loads(path.read_text(encoding="utf-8"))["landmarks"]
+    collection = bpy.data.collections.new(f"{obj.name} landmarks")
+    obj.users_collection[0].children.link(collection)
+    to_local = np.linalg.inv(turn(obj)).T
+    size = 0.04 * np.linalg.norm(np.subtract(marks["eye_l_centre"]["xyz"], marks["eye_r_centre"]["xyz"]))
+    for name, entry in marks.items():
+        empty = bpy.data.objects.new(f"{name} of {obj.name}", None)
+        empty.parent = obj
+        empty.empty_display_type = "PLAIN_AXES" if entry.get("estimated") else "SPHERE"
+        empty.empty_display_size = size
+        empty.show_in_front = True
+        empty.location = np.array(entry["xyz"]) @ to_local
+        empty.scale = [1.0 / length for length in obj.matrix_world.to_scale()]
+        empty[ENTRY] = json.dumps({"name": name, "put": list(empty.location), **entry})
+        collection.objects.link(empty)
+    return sum(bool(entry.get("estimated")) for entry in marks.values())
+
+
+def write(obj, path):
+    """Write the landmarks, those that were dragged at their new places; return False if there are none."""
+    found = {}
+    for empty in empties(obj).values():
+        entry = json.loads(empty[ENTRY])
+        place, put = np.array(empty.location), entry.pop("put")
+        if not np.allclose(place, put, rtol=1e-5, atol=1e-7):
+            entry["xyz"] = (place @ turn(obj).T).tolist()
+        found[entry.pop("name")] = entry
+    path.write_text(json.dumps({"landmarks": found}), encoding="utf-8")
+    return bool(found)
+
+
+def remove(obj):
+    for empty in empties(obj).values():
+        holders = empty.users_collection
+        bpy.data.objects.remove(empty)
+        for holder in holders:
+            if not holder.objects and not holder.children:
+                bpy.data.collections.remove(holder)

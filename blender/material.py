@@ -1,0 +1,179 @@
+"""Wrinkle maps in the artist's materials: a group of nodes behind her own normal map, which the shape keys drive."""
+
+import json
+
+import bpy
+import numpy as np
+
+from .exchange import Refusal
+
+CHART = "facewrinkle"
+"""Name of the UV map that is made for a mesh without any."""
+
+MOST_MOVED = ("mouthSmileLeft", "mouthSmileRight", "browInnerUp", "noseSneerLeft", "noseSneerRight")
+"""Skin is what these keys move; eyes and teeth stay."""
+
+SKIN = 0.05
+"""A material with a smaller share of the moved polygons is not that of the skin."""
+
+
+def group_name(obj):
+    return f"facewrinkle {obj.name}"
+
+
+def add(obj, folder, stem, stored):
+    """Wire the maps in a folder into the materials of the skin; return the number of these."""
+    remove(obj)
+    facts = json.loads((folder / f"{stem}_wrinkles.json").read_text(encoding="utf-8"))
+    layer = obj.data.uv_layers.active if "chart" not in stored else _chart(obj, stored["chart"])
+    if layer is None:
+        raise Refusal(f"{obj.name} has no UV map for the wrinkles: unwrap it, or remove the last one to get a chart.")
+    group = _group(obj, folder, facts, layer.name)
+    materials = _of_skin(obj, stored)
+    for material in materials:
+        _wire(material, group)
+    return len(materials)
+
+
+def _chart(obj, chart):
+    """Return a UV map with places by vertex."""
+    layer = obj.data.uv_layers.get(CHART) or obj.data.uv_layers.new(name=CHART)
+    corners = np.empty(len(obj.data.loops), np.int32)
+    obj.data.loops.foreach_get("vertex_index", corners)
+    layer.data.foreach_set("uv", chart[corners].astype(np.float32).ravel())
+    return layer
+
+
+def _of_skin(obj, stored):
+    """Return the materials of the polygons that the face moves; a new one where there is none."""
+    if not any(obj.data.materials):
+        obj.data.materials.append(bpy.data.materials.new(group_name(obj)))
+    chosen = np.isin(stored["names"], MOST_MOVED) if np.isin(stored["names"], MOST_MOVED).any() else slice(None)
+    moved = np.abs(stored["deltas"][chosen]).max(axis=(0, 2)) > 0.0
+    counts = np.zeros(len(obj.data.materials))
+    for polygon in obj.data.polygons:
+        counts[polygon.material_index] += moved[list(polygon.vertices)].any()
+    used = np.flatnonzero(counts > SKIN * counts.sum())
+    return list(dict.fromkeys(obj.data.materials[k] for k in used if obj.data.materials[k] is not None))
+
+
+class _Nodes:
+    """Makes nodes of a tree, and links what they are given."""
+
+    def __init__(self, tree):
+        self.tree = tree
+
+    def node(self, kind, *values, **settings):
+        node = self.tree.nodes.new(kind)
+        for name, value in settings.items():
+            setattr(node, name, value)
+        for socket, value in zip(node.inputs, values):  # noqa: B905 - the first few
+            if isinstance(value, bpy.types.NodeSocket):
+                self.tree.links.new(value, socket)
+            else:
+                socket.default_value = value
+        return node
+
+    def math(self, operation, *values):
+        return self.node("ShaderNodeMath", *values, operation=operation).outputs[0]
+
+    def vector(self, operation, *values):
+        return self.node("ShaderNodeVectorMath", *values, operation=operation).outputs[0]
+
+    def scaled(self, vector, factor):
+        node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
+        self.tree.links.new(factor, node.inputs["Scale"])
+        return node.outputs[0]
+
+
+def _group(obj, folder, facts, uv):
+    """Return the group: masks times squares of weights, the layers' slopes by these, and the normal behind its own."""
+    group = bpy.data.node_groups.new(group_name(obj), "ShaderNodeTree")
+    sockets = group.interface
+    sockets.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector").hide_value = True
+    strength = sockets.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
+    strength.default_value, strength.min_value, strength.max_value = 1.0, 0.0, 3.0
+    sockets.new_socket("Normal", in_out="OUTPUT", socket_type="NodeSocketVector")
+    make = _Nodes(group)
+    given, uv_map = make.node("NodeGroupInput"), make.node("ShaderNodeUVMap", uv_map=uv)
+
+    def picture(name):
+        image = bpy.data.images.load(str(folder / name))
+        image.colorspace_settings.name, image.alpha_mode = "Non-Color", "CHANNEL_PACKED"
+        image.pack()  # the folder is temporary
+        return make.node("ShaderNodeTexImage", uv_map.outputs[0], image=image)
+
+    masks, sums = {}, {}
+    for shape, row in facts["shapes"].items():
+        if row["mask"] not in masks:
+            node = picture(row["mask"])
+            apart = make.node("ShaderNodeSeparateColor", node.outputs["Color"])
+            masks[row["mask"]] = dict(zip("rgba", [*apart.outputs[:3], node.outputs["Alpha"]], strict=True))
+        share = make.math("MULTIPLY", masks[row["mask"]][row["channel"]], _weight(make, obj, shape))
+        k = row["layer"] - 1
+        sums[k] = make.math("ADD", sums[k], share) if k in sums else share
+    slope = (0.0, 0.0, 0.0)
+    for k, share in sums.items():
+        normal = picture(facts["layers"][k]["normal"]).outputs["Color"]
+        own = make.vector("SUBTRACT", normal, (0.5, 0.5, 1.0))
+        slope = make.vector("ADD", slope, make.scaled(own, make.math("MINIMUM", share, 1.0)))
+    colour = make.vector("ADD", make.scaled(slope, given.outputs["Strength"]), (0.5, 0.5, 1.0))
+    folded = make.node("ShaderNodeNormalMap", uv_map=uv)
+    group.links.new(colour, folded.inputs["Color"])
+    smooth = make.node("ShaderNodeNewGeometry").outputs["Normal"]
+    # A material without a normal map gives none: that of the mesh takes its place.
+    length = make.node("ShaderNodeVectorMath", given.outputs["Normal"], operation="LENGTH").outputs["Value"]
+    before = make.vector("ADD", given.outputs["Normal"], make.scaled(smooth, make.math("LESS_THAN", length, 0.5)))
+    turned = make.vector("ADD", before, make.vector("SUBTRACT", folded.outputs[0], smooth))
+    make.node("NodeGroupOutput", make.vector("NORMALIZE", turned))
+    return group
+
+
+def _weight(make, obj, shape):
+    """Return the square of a key's value: skin folds with it."""
+    node = make.node("ShaderNodeValue", name=shape, label=shape)
+    driver = node.outputs[0].driver_add("default_value").driver
+    variable = driver.variables.new()
+    variable.name, target = "w", variable.targets[0]
+    target.id_type, target.id, target.data_path = "KEY", obj.data.shape_keys, f'key_blocks["{shape}"].value'
+    driver.expression = "w * w"
+    return node.outputs[0]
+
+
+def _wire(material, group):
+    """Put the group before the normal of each Principled BSDF of a material, behind what is linked there."""
+    if material.node_tree is None:
+        material.use_nodes = True
+    tree = material.node_tree
+    for shader in [node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"]:
+        normal, node = shader.inputs["Normal"], tree.nodes.new("ShaderNodeGroup")
+        node.node_tree, node.location = group, (shader.location.x - 220, shader.location.y - 320)
+        if normal.is_linked:
+            tree.links.new(normal.links[0].from_socket, node.inputs["Normal"])
+        tree.links.new(node.outputs[0], normal)
+
+
+def remove(obj):
+    """Take the group out of all materials, with its images, the chart and a material that was made for it."""
+    group = bpy.data.node_groups.get(group_name(obj))
+    if group is None:
+        return
+    images = {node.image for node in group.nodes if node.type == "TEX_IMAGE"}
+    for material in bpy.data.materials:
+        tree = material.node_tree
+        for node in [each for each in tree.nodes if getattr(each, "node_tree", None) == group] if tree else ():
+            before = node.inputs["Normal"].links
+            for link in list(node.outputs[0].links):
+                target = link.to_socket
+                if before:
+                    tree.links.new(before[0].from_socket, target)
+            tree.nodes.remove(node)
+    bpy.data.node_groups.remove(group)
+    for image in images:
+        if image is not None and not image.users:
+            bpy.data.images.remove(image)
+    if (chart := obj.data.uv_layers.get(CHART)) is not None:
+        obj.data.uv_layers.remove(chart)
+    if (own := bpy.data.materials.get(group_name(obj))) is not None:
+        obj.data.materials.pop(index=obj.data.materials.find(own.name))
+        bpy.data.materials.remove(own)

@@ -1,0 +1,229 @@
+"""What an artist can do: each operator runs a command of the package and brings its result into the scene."""
+
+import bpy
+import numpy as np
+from bpy.props import BoolProperty, EnumProperty, StringProperty
+
+from . import exchange, keys, landmarks, material
+from .exchange import Refusal
+from .process import Run
+
+
+class Settings(bpy.types.PropertyGroup):
+    replace: BoolProperty(name="Replace", description="Replace your own shape keys that have ARKit's names")
+    size: EnumProperty(
+        name="Maps",
+        description="Width of the wrinkle maps in pixels",
+        items=[(str(n), f"{n} px", "") for n in (256, 512, 1024, 2048)],
+        default="1024",
+    )
+
+
+def python():
+    addon = bpy.context.preferences.addons.get(__package__)
+    return addon.preferences.python if addon is not None else ""
+
+
+def on_mesh(context):
+    """Return True if a mesh is selected, and not being edited."""
+    return context.object is not None and context.object.type == "MESH" and context.mode == "OBJECT"
+
+
+class Command:
+    """A command of the package on the selected mesh: it blocks where a script calls it, and else runs beside."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+
+    @classmethod
+    def poll(cls, context):
+        return on_mesh(context)
+
+    def begin(self, context):
+        obj, self.run, self.timer = context.object, None, None
+        self.mesh = obj.name  # the object itself may be another after an undo
+        exchange.check(obj)
+        self.run = Run(python())
+        exchange.send(obj, self.run.folder / "head.obj")
+        marks = self.run.folder / "marks.json"
+        given = ["--landmarks", marks] if landmarks.write(obj, marks) else []
+        self.run.start(*self.arguments(context), *given, "--out", self.run.folder)
+
+    def end(self, context):
+        self.run.result()
+        said = self.finish(context)
+        for note in self.run.notes[:3]:
+            self.report({"WARNING"}, note)
+        self.report({"INFO"}, said)
+
+    @property
+    def obj(self):
+        found = bpy.data.objects.get(self.mesh)
+        if found is None:
+            raise Refusal(f"{self.mesh} was deleted or renamed while its face was at work: run it again.")
+        return found
+
+    def guarded(self, step, context):
+        """Run a step; return False after what went wrong was told."""
+        try:
+            step(context)
+        except Refusal as problem:
+            self.report({"ERROR"}, str(problem))
+            return False
+        return True
+
+    def close(self, context):
+        if self.timer is not None:
+            context.window_manager.event_timer_remove(self.timer)
+            context.window_manager.progress_end()
+            context.workspace.status_text_set(None)
+        if self.run is not None:
+            self.run.close()
+
+    def execute(self, context):
+        try:
+            done = self.guarded(self.begin, context) and self.guarded(self.end, context)
+            return {"FINISHED" if done else "CANCELLED"}
+        finally:
+            self.close(context)
+
+    def invoke(self, context, event):
+        if bpy.app.background:
+            return self.execute(context)
+        if not self.guarded(self.begin, context):
+            self.close(context)
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0.0, 1.0)
+        self.timer = manager.event_timer_add(0.2, window=context.window)
+        manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self.close(context)
+            self.report({"INFO"}, "Cancelled: nothing was changed.")
+            return {"CANCELLED"}
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        if self.run.running:
+            context.window_manager.progress_update(self.run.share)
+            said = f"facewrinkle: {self.run.step} {100 * self.run.share:.0f} %   (Esc: cancel)"
+            context.workspace.status_text_set(said)
+            return {"PASS_THROUGH"}
+        done = self.guarded(self.end, context)
+        self.close(context)
+        return {"FINISHED" if done else "CANCELLED"}
+
+    def cancel(self, context):
+        """Called by Blender when it closes the window or the file."""
+        self.close(context)
+
+
+class FindFace(Command, bpy.types.Operator):
+    """Find the face of the selected mesh; drag what is wrong, and the other commands go by it"""
+
+    bl_idname, bl_label = "facewrinkle.find_face", "Find Face"
+
+    def arguments(self, context):
+        return ["fit", self.run.folder / "head.obj"]
+
+    def finish(self, context):
+        guessed = landmarks.show(self.obj, self.run.folder / "head.landmarks.json")
+        return f"Landmarks found; {guessed} are estimated (crosses)."
+
+
+class Shapes(Command):
+    """What adding shapes has in common; Blender loses classes of operators that others are made of."""
+
+    def arguments(self, context):
+        return ["rig", self.run.folder / "head.obj", "--same-mesh", "--wrinkles", self.wrinkles]
+
+    def finish(self, context):
+        with np.load(self.run.folder / "head.npz") as stored:
+            return self.take(context, dict(stored))
+
+    def take(self, context, stored):
+        count, far = keys.add(self.obj, stored, context.scene.facewrinkle.replace), int((~stored["reached"]).sum())
+        return f"{count} shape keys." + (f" {far} vertices lie far from the face." if far else "")
+
+
+class AddShapes(Shapes, bpy.types.Operator):
+    """Add ARKit's shape keys to the selected mesh; its vertices, other keys and modifiers stay"""
+
+    bl_idname, bl_label, wrinkles = "facewrinkle.add_shapes", "Add ARKit Shapes", "none"
+
+
+class AddWrinkles(Shapes, bpy.types.Operator):
+    """Add ARKit's shape keys, and wrinkle maps to the material that they drive"""
+
+    bl_idname, bl_label, wrinkles = "facewrinkle.add_wrinkles", "Add Shapes with Wrinkles", "maps"
+
+    def arguments(self, context):
+        return [*super().arguments(context), "--map-size", context.scene.facewrinkle.size]
+
+    def take(self, context, stored):
+        said = super().take(context, stored)
+        count = material.add(self.obj, self.run.folder, "head", stored)
+        return f"{said} Wrinkles in {count} material{'' if count == 1 else 's'}."
+
+
+class LoadTake(bpy.types.Operator):
+    """Load a take of Live Link Face as keyframes of the shape keys"""
+
+    bl_idname, bl_label, bl_options = "facewrinkle.load_take", "Load Performance", {"REGISTER", "UNDO"}
+    filepath: StringProperty(subtype="FILE_PATH")
+    filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
+
+    @classmethod
+    def poll(cls, context):
+        return on_mesh(context) and context.object.data.shape_keys is not None
+
+    def invoke(self, context, event):
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        try:
+            self.report({"INFO"}, f"{keys.perform(context.object, self.filepath)} shape keys move.")
+        except Refusal as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class Clear(bpy.types.Operator):
+    """Remove the shape keys, wrinkles and landmarks that were added here"""
+
+    bl_idname, bl_label, bl_options = "facewrinkle.clear", "Clear", {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return on_mesh(context)
+
+    def execute(self, context):
+        for each in (material, keys, landmarks):
+            each.remove(context.object)
+        return {"FINISHED"}
+
+
+class Test(bpy.types.Operator):
+    """Start this Python and see if it has facewrinkle"""
+
+    bl_idname, bl_label = "facewrinkle.test", "Test"
+
+    def execute(self, context):
+        run = None
+        try:
+            run = Run(python())
+            run.start("rig", "--help")
+            run.result()
+            self.report({"INFO"}, "facewrinkle is there.")
+        except Refusal as problem:
+            self.report({"ERROR"}, str(problem))
+        finally:
+            if run is not None:
+                run.close()
+        return {"FINISHED"}
+
+
+CLASSES = (Settings, FindFace, AddShapes, AddWrinkles, LoadTake, Clear, Test)

@@ -1,0 +1,43 @@
+"""The panel in the sidebar of the 3D view, and the preferences."""
+
+import bpy
+
+from . import landmarks, operators
+
+
+class Preferences(bpy.types.AddonPreferences):
+    bl_idname = __package__
+    python: bpy.props.StringProperty(
+        name="Python",
+        description="The Python that has facewrinkle; empty: the facewrinkle that the system finds",
+        subtype="FILE_PATH",
+    )
+
+    def draw(self, context):
+        self.layout.prop(self, "python")
+        self.layout.operator(operators.Test.bl_idname)
+
+
+class FacePanel(bpy.types.Panel):
+    bl_idname, bl_label = "VIEW3D_PT_facewrinkle", "facewrinkle"
+    bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "Face"
+
+    def draw(self, context):
+        layout, obj, settings = self.layout, context.object, context.scene.facewrinkle
+        if obj is None or obj.type != "MESH":
+            layout.label(text="Select the mesh of a head.")
+            return
+        layout.operator(operators.FindFace.bl_idname)
+        if found := landmarks.empties(obj):
+            layout.label(text=f"{len(found)} landmarks: drag what is wrong.")
+        column = layout.column(align=True)
+        column.prop(settings, "replace")
+        column.operator(operators.AddShapes.bl_idname)
+        column = layout.column(align=True)
+        column.prop(settings, "size")
+        column.operator(operators.AddWrinkles.bl_idname)
+        layout.operator(operators.LoadTake.bl_idname)
+        layout.operator(operators.Clear.bl_idname)
+
+
+CLASSES = (Preferences, FacePanel)

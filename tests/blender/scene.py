@@ -1,0 +1,196 @@
+"""PYTHON scene.py SCENARIO FOLDER: plays a scenario with the extension in Blender, and prints what came of it as JSON.
+
+FOLDER holds `python`, which the extension runs in place of a Python with facewrinkle.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import bpy  # first: it brings the others
+
+# isort: split
+import addon_utils
+import bmesh
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT))
+folder = Path(sys.argv[2])
+
+
+def begin():
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    addon_utils.enable("blender", default_set=True)
+    bpy.context.preferences.addons["blender"].preferences.python = str(folder / "python")
+
+
+def head(path):
+    """An artist's head: turned, scaled and moved, n-gons, two UV maps, a modifier, a key and materials of her own."""
+    bpy.ops.wm.obj_import(filepath=str(path))
+    (obj,) = bpy.context.selected_objects
+    bpy.context.view_layer.objects.active = obj
+    obj.name, mesh = "Änne's head", obj.data
+    work = bmesh.new()
+    work.from_mesh(mesh)
+    work.faces.ensure_lookup_table()
+    back = sorted(work.faces, key=lambda face: face.calc_center_median().z)[:40]  # away from the face
+    bmesh.ops.dissolve_faces(work, faces=back[:2] if back[0].edges[0] in back[1].edges else [back[0]])
+    work.to_mesh(mesh)
+    work.free()
+    mesh.uv_layers.new(name="second", do_init=True)
+    mesh.uv_layers.active_index = 0
+    obj.rotation_euler, obj.scale, obj.location = (1.2, 0.3, 0.4), (0.1, 0.1, 0.1), (3.0, -2.0, 5.0)
+    skin, other = (bpy.data.materials.new(name) for name in ("skin", "other"))
+    skin.use_nodes = other.use_nodes = True
+    tree = skin.node_tree
+    bump = tree.nodes.new("ShaderNodeBump")
+    tree.links.new(bump.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+    mesh.materials.clear()
+    mesh.materials.append(skin)
+    mesh.materials.append(other)
+    obj.modifiers.new("Subdivision", "SUBSURF")
+    obj.shape_key_add(name="Basis")
+    mine = obj.shape_key_add(name="mine")
+    for point in mine.points:
+        point.co *= 1.03
+    mine.value = 0.25
+    bpy.context.view_layer.update()
+    return obj
+
+
+def places(points):
+    values = np.empty(3 * len(points), np.float32)
+    points.foreach_get("co", values)
+    return values.reshape(-1, 3).astype(float)
+
+
+def state(obj):
+    """All that must not change."""
+    keys, trees = obj.data.shape_keys, [each.node_tree for each in obj.data.materials if each and each.node_tree]
+    return {
+        "vertices": places(obj.data.vertices).tolist(),
+        "faces": [list(face.vertices) for face in obj.data.polygons],
+        "keys": {key.name: [key.value, places(key.points).tolist()] for key in keys.key_blocks} if keys else None,
+        "uv": [layer.name for layer in obj.data.uv_layers],
+        "modifiers": [each.name for each in obj.modifiers],
+        "materials": [each.name for each in obj.data.materials],
+        "links": [sorted(f"{x.from_node.name} {x.to_node.name} {x.to_socket.name}" for x in t.links) for t in trees],
+        "place": [list(row) for row in obj.matrix_world],
+        "counts": [len(bpy.data.images), len(bpy.data.node_groups), len(bpy.data.objects)],
+    }
+
+
+def told(operator, **options):
+    """Return the sentence with which an operator refuses; "" if it does what it should."""
+    try:
+        operator(**options)
+    except RuntimeError as problem:
+        return str(problem).strip()
+    return ""
+
+
+def everything(path):
+    """All operators on a head; then save, open again, and clear."""
+    from blender import exchange, landmarks
+
+    obj = head(path)
+    before, found = state(obj), {}
+    bpy.context.scene.facewrinkle.size = "256"
+    found["find"] = told(bpy.ops.facewrinkle.find_face)
+    found["landmarks"] = len(obj.children)
+    exchange.send(obj, folder / "sent.obj")
+    landmarks.write(obj, folder / "marks.json")
+    found["add"] = told(bpy.ops.facewrinkle.add_wrinkles)
+    after = state(obj)
+    names = [name for name in after["keys"] if name not in before["keys"]]
+    turn = np.array(obj.matrix_world.to_3x3())
+    rest = places(obj.data.shape_keys.reference_key.points)
+    deltas = np.array([places(obj.data.shape_keys.key_blocks[name].points) - rest for name in names])
+    np.savez(folder / "keys.npz", names=names, deltas=deltas @ turn.T)
+    found["kept"] = all(after["keys"][name] == before["keys"][name] for name in before["keys"]) and all(
+        after[name] == before[name] for name in ("vertices", "faces", "uv", "modifiers", "materials", "place")
+    )
+    (group,) = bpy.data.node_groups
+    found["drivers"] = len(group.animation_data.drivers)
+    found["images"] = len(bpy.data.images)
+    key = obj.data.shape_keys.key_blocks["browInnerUp"]
+    key.value = 0.5
+    bpy.context.view_layer.update()
+    graph = bpy.context.evaluated_depsgraph_get()
+    tree = group.evaluated_get(graph)
+    found["driven"] = tree.nodes["browInnerUp"].outputs[0].default_value
+    key.value = 0.0
+    bpy.ops.wm.save_as_mainfile(filepath=str(folder / "ä b.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(folder / "ä b.blend"))
+    obj = bpy.context.object
+    found["same after opening"] = state(obj) == after
+    found["packed"] = all(each.packed_file and tuple(each.size) == (256, 256) for each in bpy.data.images)
+    found["clear"] = told(bpy.ops.facewrinkle.clear)
+    found["as before"] = state(obj) == before
+    return found
+
+
+def prepared(path):
+    """Keys that are ready: undo, foreign keys, a take; and all that is refused."""
+    obj, found = head(path), {}
+    before = state(obj)
+    bpy.ops.ed.undo_push(message="before")
+    found["add"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["count"] = len(obj.data.shape_keys.key_blocks)
+    bpy.ops.ed.undo_push(message="keys")
+    bpy.ops.ed.undo()
+    obj = bpy.context.object
+    found["undone"] = state(obj) == before
+    foreign = obj.shape_key_add(name="jawOpen")
+    foreign.value = 0.5
+    found["foreign"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["untouched"] = foreign.value == 0.5 and len(obj.data.shape_keys.key_blocks) == 3
+    bpy.context.scene.facewrinkle.replace = True
+    found["replaced"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["again"] = told(bpy.ops.facewrinkle.add_shapes)
+    action = bpy.data.actions.new("hers")
+    obj.data.shape_keys.animation_data_create().action = action
+    found["take"] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / "take.csv"))
+    values = []
+    for frame in (1, 2):
+        bpy.context.scene.frame_set(frame)
+        values.append(obj.data.shape_keys.key_blocks["jawOpen"].value)
+    found["values"], found["hers"] = values, action.use_fake_user
+    found["no take"] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / "python"))
+    (folder / "keys.npz").rename(folder / "other.npz")
+    found["no result"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["killed"] = told(bpy.ops.facewrinkle.find_face)
+    bpy.context.preferences.addons["blender"].preferences.python = str(folder / "nobody")
+    found["missing"] = told(bpy.ops.facewrinkle.add_shapes)
+    bpy.context.preferences.addons["blender"].preferences.python = sys.executable
+    found["without"] = told(bpy.ops.facewrinkle.add_shapes)
+    obj.modifiers.new("Mirror", "MIRROR")
+    found["mirror"] = told(bpy.ops.facewrinkle.add_shapes)
+    obj.data.clear_geometry()
+    found["empty"] = told(bpy.ops.facewrinkle.add_shapes)
+    return found
+
+
+def cancelled(path):
+    """A run that is cancelled: its process ends, and its folder goes."""
+    from blender import process
+
+    run = process.Run(str(folder / "python"))
+    run.start("wait")
+    while run.share == 0.0:
+        pass
+    seen = run.step, run.share, run.running
+    run.close()
+    return {"seen": seen, "running": run.running, "folder": run.folder.exists()}
+
+
+def no_face(path):
+    bpy.ops.mesh.primitive_monkey_add()
+    before = state(bpy.context.object)
+    found = {"suzanne": told(bpy.ops.facewrinkle.add_shapes)}
+    return found | {"as before": state(bpy.context.object) == before}
+
+
+begin()
+print("found " + json.dumps(globals()[sys.argv[1]](*sys.argv[3:4] or [None])))

@@ -1,0 +1,161 @@
+"""The extension for Blender, headless, where FACEWRINKLE_BLENDER names a Python that has bpy (too large to install for
+every run of the tests).
+
+what                                   checked against
+keys on an artist's own mesh           the package's rig, at the same places
+her mesh, keys, materials, modifiers   what they were before
+what is refused                        one sentence, and nothing done
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+import facewrinkle as fw
+from facewrinkle.processes import environment
+
+BLENDER = os.environ.get("FACEWRINKLE_BLENDER", "")
+FACES = Path(__file__).parents[3] / "shared" / "faces"
+in_blender = pytest.mark.skipif(not BLENDER, reason="FACEWRINKLE_BLENDER names no Python with bpy")
+
+FAKE = """#!{python}
+import shutil, sys, time
+from pathlib import Path
+if "wait" in sys.argv:
+    print("Shapes 3/4", file=sys.stderr, flush=True)
+    time.sleep(60)
+elif "rig" in sys.argv and Path("{folder}/keys.npz").exists():
+    shutil.copy("{folder}/keys.npz", Path(sys.argv[-1]) / "head.npz")
+elif "rig" in sys.argv:
+    print("facewrinkle: something must be done.", file=sys.stderr)
+    sys.exit(1)
+else:
+    import os
+    os.kill(os.getpid(), 9)
+"""
+
+
+def played(scenario, folder, *arguments):
+    command = [BLENDER, Path(__file__).parent / "scene.py", scenario, folder, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=900)
+    found = [line for line in done.stdout.splitlines() if line.startswith("found ")]
+    assert found, done.stderr
+    return json.loads(found[0].removeprefix("found "))
+
+
+def script(folder, text):
+    path = folder / "python"
+    path.write_text(text)
+    path.chmod(0o755)
+
+
+@pytest.fixture
+def package(tmp_path):
+    """A folder, with an umlaut and a space, whose `python` has this very package."""
+    folder = tmp_path / "ä b"
+    folder.mkdir()
+    script(folder, f'#!/bin/sh\nPYTHONPATH="{environment()["PYTHONPATH"]}" exec {sys.executable} "$@"\n')
+    return folder
+
+
+@pytest.fixture
+def fake(tmp_path):
+    """A folder whose `python` has keys ready."""
+    script(tmp_path, FAKE.format(python=sys.executable, folder=tmp_path))
+    return tmp_path
+
+
+def needed(name):
+    if not (FACES / name).exists():
+        pytest.skip(f"{name} is not beside the repository")
+    return FACES / name
+
+
+@in_blender
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["makehuman_head_male", "ict_face_narrow"])
+def test_an_artists_head_gets_keys_and_wrinkles_and_is_else_as_it_was(package, name):
+    path = needed(f"{name}.obj")
+    found = played("everything", package, path)
+    assert [found[name] for name in ("find", "add", "clear")] == ["", "", ""]
+    assert found["landmarks"] == 33
+    assert found["kept"]
+    assert found["same after opening"]
+    assert found["packed"]
+    assert found["images"] <= 16
+    assert found["drivers"] > 40
+    assert found["driven"] == pytest.approx(0.25)
+    assert found["as before"]
+    face = fw.fit_face(package / "sent.obj", package / "marks.json")
+    rig, keys = fw.rig(face, "arkit", "none", level=0), np.load(package / "keys.npz")
+    assert tuple(keys["names"]) == rig.names
+    given = np.asarray(fw.read_surface(package / "sent.obj").points, np.float64)
+    own = rig.parts["face"].points[: len(face.points)]  # not their twins at seams, where shapes fade otherwise
+    away, nearest = cKDTree(own).query(given)
+    assert away.max() * face.unit < 1e-3
+    assert np.abs(keys["deltas"] - rig.deltas[:, nearest]).max() * face.unit < 0.05
+
+
+@in_blender
+def test_keys_are_added_undone_and_animated_and_errors_are_sentences(fake, face):
+    mesh = fw.write_mesh(face.mesh, fake / "mesh.obj", face)
+    deltas = np.zeros((2, len(face.points), 3), np.float32)
+    deltas[0, :, 1] = 1.0
+    np.savez(
+        fake / "keys.npz", names=["jawOpen", "browInnerUp"], deltas=deltas, reached=np.ones(len(face.points), bool)
+    )
+    rows = "\n".join(f"01:00:00:{30 + 2.5 * k:.1f},61,{0.2 + 0.1 * k:.1f}" for k in range(3))  # 24 frames a second
+    (fake / "take.csv").write_text(f"Timecode,BlendShapeCount,JawOpen\n{rows}\n")
+    found = played("prepared", fake, mesh)
+    assert [found[name] for name in ("add", "replaced", "again", "take")] == [""] * 4
+    assert found["count"] == 4
+    assert found["undone"]
+    assert found["untouched"]
+    assert found["values"] == pytest.approx([0.2, 0.3], abs=1e-5)
+    assert found["hers"]
+    sentences = {
+        "foreign": "1 shape keys of these names, such as jawOpen: tick Replace",
+        "no take": "is no take of Live Link Face: it needs a column Timecode",
+        "no result": "something must be done.",
+        "killed": "facewrinkle ended early (code -9)",
+        "missing": "nobody cannot be run (No such file or directory). Set the Python that has facewrinkle",
+        "without": "has no facewrinkle: install it there. Set the Python",
+        "mirror": "Apply the Mirror modifier",
+        "empty": "has no faces: select the mesh of the head",
+    }
+    for name, sentence in sentences.items():
+        assert sentence in found[name]
+        assert "\n" not in found[name]
+        assert "Traceback" not in found[name]
+
+
+@in_blender
+def test_a_cancelled_run_leaves_nothing(fake):
+    found = played("cancelled", fake)
+    assert found == {"seen": ["Shapes", 0.75, True], "running": False, "folder": False}
+
+
+@in_blender
+@pytest.mark.slow
+def test_a_mesh_that_is_no_face_is_refused(package):
+    found = played("no_face", package)
+    assert "no face was found" in found["suzanne"]
+    assert found["as before"]
+
+
+def test_the_extension_is_zipped(tmp_path):
+    root = Path(__file__).parents[2]
+    subprocess.run([sys.executable, root / "tools" / "zip_extension.py", tmp_path / "x.zip"], check=True)
+    with zipfile.ZipFile(tmp_path / "x.zip") as whole:
+        names = set(whole.namelist())
+    assert {"blender_manifest.toml", "__init__.py", "LICENSE"} <= names
+    assert not [name for name in names if "__pycache__" in name]
