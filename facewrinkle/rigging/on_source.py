@@ -50,6 +50,15 @@ class SourceShapes:
         Millimetres per unit of the mesh.
     chart : ndarray, shape (n, 2), optional
         Texture coordinates of the rig's maps, if the mesh has none.
+
+    Examples
+    --------
+    One shape that lifts one of two vertices of a mesh in metres:
+
+    >>> deltas = np.float32([[[0.0, 0, 0], [0, 0, 0.01]]])
+    >>> shapes = SourceShapes(("up",), np.eye(2, 3), deltas, np.ones(2, bool), 1000.0)
+    >>> float(np.abs(shapes.deltas[0]).max() * shapes.unit)
+    10.0
     """
 
     names: tuple[str, ...]
