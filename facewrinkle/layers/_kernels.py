@@ -80,16 +80,15 @@ def strain_epsilon(starts, corners, barycentric, strain, products, out):
 
 
 @compiled
-def amplitudes(
-    where, starts, muscle, unit, blunt, swing, steep, cycle, direction, epsilon, k0, smallest,
-    height, shown, share, spacing, across, active,
-):  # fmt: skip
+def amplitudes(where, folds, epsilon, k0, smallest, relief):
     """Sum of k0 H At A over the entries of each vertex in `where`, the same with blunt H (`shown`), and the half cycle
     of the finest fold that matters.
 
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
     entries together ask for more than that, each gets the `share` for which the skin suffices.
     """
+    starts, muscle, unit, blunt, swing, steep, cycle, direction = folds
+    height, shown, spacing, across, active, share = relief
     for k in range(where.shape[0]):
         i = where[k]
         total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
@@ -98,20 +97,17 @@ def amplitudes(
             if depth > 0.0:
                 on = True
                 if epsilon[p] > 0.0:
-                    e = min(epsilon[p], 1.0)
-                    deep = depth * np.sin(0.5 * np.pi * e)
+                    deep = depth * np.sin(0.5 * np.pi * min(epsilon[p], 1.0))
                     total += deep * unit[p]
                     mild += deep * blunt[p]
                     asked += deep * steep[p] / np.sqrt(epsilon[p])
                     if cycle[p] < finest and deep * swing[p] > smallest:
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)
-        height[i] = total * share[i]
-        shown[i] = mild * share[i]
-        spacing[i] = finest
-        active[i] = on
+        height[i], shown[i], spacing[i], active[i] = total * share[i], mild * share[i], finest, on
         if lead >= 0:
-            across[i, 0], across[i, 1], across[i, 2] = direction[lead, 0], direction[lead, 1], direction[lead, 2]
+            for c in range(3):
+                across[i, c] = direction[lead, c]
 
 
 @compiled(inline="always")

@@ -89,6 +89,17 @@ def along(tensors: Array, directions: Array) -> Array:
     return np.asarray((tensors * products(directions)).sum(axis=-1))
 
 
+def dyads(directions: Array) -> Array:
+    """Return the components (n, 6) of the symmetric tensors ``m m^T`` of directions m (n, 3).
+
+    Examples
+    --------
+    >>> dyads(np.array([[0.6, 0.8, 0.0]])).round(9).tolist()
+    [[0.36, 0.64, 0.0, 0.0, 0.0, 0.48]]
+    """
+    return products(directions) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+
+
 def products(directions: Array) -> Array:
     """Return the factors (..., 6) of a symmetric tensor's components in ``m^T T m``, for directions m (..., 3).
 

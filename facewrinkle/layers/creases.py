@@ -51,9 +51,9 @@ class Creases(MuscleWrinkles):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         found = super().displacement(state)
-        height, blunt, *_ = self._buffers
-        kernels.level(height, blunt, state.areas)
-        return replace(found, shading_offset=blunt - height)
+        height, shown = self._relief.height, self._relief.shown
+        kernels.level(height, shown, state.areas)
+        return replace(found, shading_offset=shown - height)
 
     def _compressed(self, state: SurfaceState) -> Array:
         epsilon = super()._compressed(state)

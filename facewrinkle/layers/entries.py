@@ -1,15 +1,15 @@
-"""Tables with some rows for each vertex of a mesh that is refined: none, one or several."""
+"""Tables with some rows for each vertex of a mesh that is refined, none, one or several; and what these make of it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from ..array_types import IntArray
+from ..array_types import Array, BoolArray, IntArray
 
 Column = npt.NDArray[Any]
 
@@ -83,3 +83,37 @@ def sorted_by_vertex(vertices: Sequence[IntArray], *columns: Sequence[Column], n
     order = np.argsort(where, kind="stable")
     starts = np.searchsorted(where[order], np.arange(n + 1)).astype(np.int32)
     return starts, *(np.concatenate(column)[order] for column in columns)
+
+
+class Relief(NamedTuple):
+    """What all folds of a layer together make of n vertices in a frame.
+
+    Attributes
+    ----------
+    height, shown, spacing : ndarray, shape (n,)
+        Height, mm; height with blunt furrows, mm; and spacing of the vertices that this needs, infinite for none.
+    across : ndarray, shape (n, 3)
+        Unit direction across the finest folds.
+    active : ndarray of bool, shape (n,)
+    share : ndarray, shape (n,)
+        What the length of the skin leaves of all depths.
+    """
+
+    height: Array
+    shown: Array
+    spacing: Array
+    across: Array
+    active: BoolArray
+    share: Array
+
+    @classmethod
+    def flat(cls, n: int) -> Self:
+        """Return the relief of n vertices without folds.
+
+        Examples
+        --------
+        >>> Relief.flat(2).spacing
+        array([inf, inf])
+        """
+        flat, across = np.zeros((2, n)), np.zeros((n, 3))
+        return cls(flat[0], flat[1], np.full(n, np.inf), across, np.zeros(n, bool), np.ones(n))

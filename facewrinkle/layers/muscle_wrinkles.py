@@ -16,6 +16,7 @@ from . import _kernels as kernels
 from .activation import Activation
 from .base import Displacement, SurfacePoints, SurfaceState
 from .compression import StrainField
+from .entries import Relief
 from .folds import Folds
 
 SMALLEST = 0.5
@@ -90,7 +91,7 @@ class MuscleWrinkles:
         self._folds = Folds.none(0)
         self._missed, self._asking_vertices = np.empty(0, int), np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
-        self._epsilon, self._height, self._share = np.empty(0), np.empty(0), np.empty(0)
+        self._epsilon, self._relief = np.empty(0), Relief.flat(0)
         self._labels: dict[str, np.ndarray] = {}
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
@@ -100,12 +101,8 @@ class MuscleWrinkles:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
         self._epsilon = np.zeros(len(self._folds.muscle))
-        self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
-        self._share = np.ones(len(self._height))
-        self._labels = {}
-        n = len(self._height)
+        self._relief, self._labels = Relief.flat(len(self._folds.starts) - 1), {}
         self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
-        self._buffers = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         self._asking_vertices = np.empty(0, int)
         met = np.zeros(len(self._zones), bool)
         met[self._folds.muscle] = True
@@ -117,17 +114,17 @@ class MuscleWrinkles:
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0 = self._k0 * self.rates
-        height, blunt, spacing, across, active = self._buffers
-        spacing[self._asking_vertices], active[self._asking_vertices] = np.inf, False
-        kernels.amplitudes(
-            self._folded, folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
-            folds.direction, self._epsilon, k0, SMALLEST, height, blunt, self._share, spacing, across, active,
+        relief = self._relief
+        relief.spacing[self._asking_vertices], relief.active[self._asking_vertices] = np.inf, False
+        columns = (
+            folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
+            folds.direction,
         )  # fmt: skip
-        self._ask(k0, state.vertices, spacing, across, active)
-        self._height = height
-        return Displacement(height, spacing, across, active, blunt - height)
+        kernels.amplitudes(self._folded, columns, self._epsilon, k0, SMALLEST, tuple(relief))
+        self._ask(k0, state.vertices, relief)
+        return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
-    def _ask(self, k0: Array, vertices: SurfacePoints, spacing: Array, across: Array, active: BoolArray) -> None:
+    def _ask(self, k0: Array, vertices: SurfacePoints, relief: Relief) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
         asking = self._missed[k0[self._missed] > 0.0]
         self._asking_vertices = (
@@ -135,9 +132,9 @@ class MuscleWrinkles:
         )
         for k in asking:
             where, muscle = self._zone_vertices[k], self._muscles[k]
-            spacing[where] = np.minimum(spacing[where], muscle.half_cycles(vertices.points[where]))
-            across[where] = muscle.fold_direction(vertices.points[where])
-            active[where] = True
+            relief.spacing[where] = np.minimum(relief.spacing[where], muscle.half_cycles(vertices.points[where]))
+            relief.across[where] = muscle.fold_direction(vertices.points[where])
+            relief.active[where] = True
 
     # --- epsilon, from the deformation gradient: in place of Eqs. 8 and 9 ------------------------------
 
@@ -159,8 +156,8 @@ class MuscleWrinkles:
 
     def limited_share(self) -> float:
         """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
-        folded = self._folded[np.abs(self._height[self._folded]) > DEEP_ENOUGH]
-        return float((self._share[folded] < 1.0).mean()) if self.inextensible and len(folded) else 0.0
+        folded = self._folded[np.abs(self._relief.height[self._folded]) > DEEP_ENOUGH]
+        return float((self._relief.share[folded] < 1.0).mean()) if self.inextensible and len(folded) else 0.0
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
@@ -171,14 +168,14 @@ class MuscleWrinkles:
             self._labels = {
                 name: _scattered(some, v, fill) for name, v, fill in zip(LABELS, values, (0.0, 0.0, -1), strict=True)
             }
-        return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._height.copy()}
+        return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
 
     def fields_of(self, index: int, rate: float) -> dict[str, np.ndarray]:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere."""
         folds = self._folds
         entries = np.flatnonzero(folds.muscle == index)
         where = np.repeat(np.arange(len(folds.leading)), np.diff(folds.starts))[entries]
-        share, height = anisotropy(self._epsilon[entries]) * self._share[where], folds.height[entries]
+        share, height = anisotropy(self._epsilon[entries]) * self._relief.share[where], folds.height[entries]
         columns = {
             "lambda": folds.coordinates[entries, 0],
             "gamma": folds.coordinates[entries, 1],
@@ -201,7 +198,7 @@ class MuscleWrinkles:
             index = int(folds.muscle[entry])
             height, gathered = float(folds.height[entry]), float(anisotropy(self._epsilon[entry : entry + 1])[0])
             whole = float(self._k0[index] * self.rates[index]) * height * gathered
-            share = float(self._share[vertex])
+            share = float(self._relief.share[vertex])
             found.append({
                 "muscle": index, "W": whole * share, "k0": float(self._k0[index]), "rate": float(self.rates[index]),
                 "H At": height, "A": gathered, "share": share, "epsilon": float(self._epsilon[entry]),

@@ -14,18 +14,15 @@ fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="alwa
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
 
-ALONG = 0.5
-"""Share of the stretch along the lines that is taken from the compression across them: it is no fold but Poisson's."""
-
-SHEARED = 1.0
-"""Share of the shear along the lines that is taken likewise: skin that is compressed askew to a line folds less there.
+ALONG, SHEARED = 0.5, 1.0
+"""Shares of the stretch along the lines (which thins skin across them by itself) and of the shear along them (skin that
+is compressed askew to a line folds less there) that are taken from the compression across them.
 """
 
-SPENT = 0.75
-"""Depth of folds relative to the deepest that skin of fixed length allows; the rest of it shortens or thickens."""
-
-STEEPEST = 0.22
-"""Greatest depth of a fold in wavelengths: from there on its walls touch."""
+SPENT, STEEPEST = 0.75, 0.22
+"""Depth of folds relative to the deepest that skin of fixed length allows (the rest shortens or thickens), and the
+greatest in wavelengths: from there on its walls touch.
+"""
 
 CROSSING = 0.3
 """Share of each other's compression that families take whose lines cross at right angles; parallel ones take all."""
@@ -39,14 +36,8 @@ LONGER = 1.4
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
 
-FINE = 0.11
-"""Half width of the lines of old skin, in wavelengths (a standard deviation)."""
-
-NARROW = 4.2
-"""Curvature in the bottom of such a line, relative to that of a wave of the same depth: ``2 / (2 pi 0.11)^2``."""
-
-TAUT = 0.15
-"""Stretch across the lines that smooths out the lines of old skin."""
+FINE, TAUT = 0.11, 0.15
+"""Half width of the lines of old skin, in wavelengths (a standard deviation), and the stretch that smooths them out."""
 
 LEAST = 0.15
 """Folds less deep than this, mm, ask for no triangles."""
@@ -59,13 +50,14 @@ NARROWEST = 0.6
 
 
 @compiled
-def excesses(vertices, strain, starts, tangents, window, now, folding):
+def excesses(vertices, strain, waves, epsilon, excess, folding):
     """Compression beyond the onset, smoothly from 0; list the vertices that have any, and return how many.
 
-    `vertices` are corners and barycentric coordinates of the points, `starts`, `tangents` and `window` those of their
-    waves. ``now.epsilon`` is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and
+    `vertices` are corners and barycentric coordinates of the points, `waves` starts, tangents and window of their
+    waves. `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and
     what shears it along them, folds it less.
     """
+    starts, tangents, window = waves
     count = 0
     for i in range(len(starts) - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
@@ -76,20 +68,19 @@ def excesses(vertices, strain, starts, tangents, window, now, folding):
         for p in range(first, last):
             x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
             sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-            epsilon = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
-            excess = 0.0
-            if epsilon > ONSET - SOFT:
+            epsilon[p] = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
+            excess[p] = 0.0
+            if epsilon[p] > ONSET - SOFT:
                 x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
                 shear = x * sx + y * sy + z * sz
                 change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
                 pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-                e = epsilon + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
+                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
                 if e > SOFT:
-                    excess = window[p] * e
+                    excess[p] = window[p] * e
                 elif e > -SOFT:
-                    excess = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
-            now.epsilon[p], now.excess[p] = epsilon, excess
-            some |= excess > 0.0
+                    excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
+            some |= excess[p] > 0.0
         if some:
             folding[count] = i
             count += 1
@@ -117,40 +108,44 @@ def spacing_for(length, depth):
 
 
 @compiled
-def heights(where, waves, depth, age, now, relief):
+def heights(where, waves, compression, depth, age, entries, relief, leading):
     """Heights at the vertices `where`, the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
-    are no longer than the skin that the compression frees.
+    are no longer than the skin that the compression frees. `leading` (n,) gets the deepest entry of each, and
+    `entries` what is left to them of the compression, their depths, shape exponents and heights.
     """
     starts, theta, strength, length, wave, old = waves
+    epsilon, excess = compression
+    left, deep, shape, high = entries
+    height, shown, spacing, across, active, share = relief
     for i in where:
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        asked, furrowed, leading = 0.0, 0.0, first
+        asked, furrowed, deepest = 0.0, 0.0, first
         for p in range(first, last):
             furrowed += old[p]
-            now.left[p] = e = share_of(p, first, last, now.excess, wave) if now.excess[p] > 0.0 else 0.0
-            now.deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
-            if now.deep[p] > 0.0:
-                asked += LONGER * (0.5 * np.pi * now.deep[p] / length[p]) ** 2 / now.epsilon[p]
-            if now.deep[p] > now.deep[leading]:
-                leading = p
-        relief.leading[i] = leading
-        relief.share[i] = allowed = 1.0 / np.sqrt(max(asked, 1.0))
+            left[p] = e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
+            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
+            if deep[p] > 0.0:
+                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
+            if deep[p] > deep[deepest]:
+                deepest = p
+        leading[i] = deepest
+        share[i] = allowed = 1.0 / np.sqrt(max(asked, 1.0))
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
         for p in range(first, last):
-            big, rest = allowed * now.deep[p], 0.0
+            big, rest = allowed * deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
-                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(now.epsilon[p], 0.0) / TAUT)
+                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
             if big + rest <= 0.0:
                 continue
             s = theta[p] / np.pi
             if big > 0.0:
                 steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
-                now.alpha[p] = alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
+                shape[p] = alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
                 bulge, scale = 0.5 * fallen_integral(2.0, alpha), big / 2.0**alpha
-                now.height[p] = scale * (bulge - fallen(s, alpha))
-                total += now.height[p]
+                high[p] = scale * (bulge - fallen(s, alpha))
+                total += high[p]
                 mean = (fallen_integral(s + ROUNDED, alpha) - fallen_integral(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
                 mild += scale * (bulge - mean)
             if rest > 0.0:
@@ -158,16 +153,16 @@ def heights(where, waves, depth, age, now, relief):
                 cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
                 total -= cut
                 mild -= cut
-            curved = big + NARROW * rest
+            curved = big + 2.0 * rest / (2.0 * np.pi * FINE) ** 2  # as a wave with the curvature at the bottom
             if curved >= LEAST:
                 wide = spacing_for(length[p], curved)
                 if wide < finest:
                     finest, lead = wide, np.int64(p)
-        relief.height[i], relief.shown[i], relief.spacing[i], relief.active[i] = total, mild, finest, lead >= 0
+        height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
         if lead >= 0:
             norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
             for c in range(3):
-                relief.across[i, c] = wave[lead, c] / norm
+                across[i, c] = wave[lead, c] / norm
 
 
 @compiled

@@ -16,7 +16,7 @@ from ...array_types import Array
 from ...errors import ParameterError
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..compression import StrainField, orthonormal_tangents, principal_compression, products
+from ..compression import StrainField, dyads, orthonormal_tangents, principal_compression
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -141,7 +141,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
                 raise ParameterError(f"a shape of the family {name!r} has positions that are not finite.")
             squared, where = _compressions(strain, normals, basis, array)
             some = np.flatnonzero(squared)
-            total[some] += squared[some, None] * products(where[some]) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+            total[some] += squared[some, None] * dyads(where[some])
         total = _evened(total, around)
         if window_of(strength_of(total)).any():
             found[name] = total

@@ -13,12 +13,13 @@ from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
 from ..base import Displacement, SurfacePoints, SurfaceState
+from ..entries import Relief
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import WaveField
 from .stripes import Stripes, Style
-from .waves import Now, Relief, Waves
+from .waves import Now, Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
@@ -173,7 +174,7 @@ class WaveFolds:
     def _resize(self, n: int) -> None:
         starts, p = self._waves.starts, len(self._waves.theta)
         self._now, self._relief = Now(*np.zeros((6, p))), Relief.flat(n)
-        self._relief.leading[:] = np.where(np.diff(starts) > 0, starts[:-1], -1)
+        self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
         self._room = np.zeros(n, np.int64)
         self._aged = np.flatnonzero(np.diff(starts)) if self._age > 0.0 else None
         self._folding = self._room[:0]
@@ -186,11 +187,15 @@ class WaveFolds:
         now.deep[:] = now.height[:] = 0.0
         now.alpha[:] = kernels.BLUNT_ALPHA
         points = state.vertices.corners, state.vertices.barycentric
-        count = kernels.excesses(points, state.strain, waves.starts, waves.tangents, waves.window, now, self._room)
+        count = kernels.excesses(
+            points, state.strain, (waves.starts, waves.tangents, waves.window), now.epsilon, now.excess, self._room
+        )
         self._folding = self._room[:count] if self._aged is None else self._aged
         columns = waves.starts, waves.theta, waves.strength, waves.length, waves.wave, waves.old
         beyond = self._beyond
-        kernels.heights(self._folding, columns, self._depth / beyond, self._age, now, relief)
+        kernels.heights(
+            self._folding, columns, now[:2], self._depth / beyond, self._age, now[2:], tuple(relief), self._leading
+        )
         height, shown, spacing = relief.height, relief.shown, relief.spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             height, shown, spacing = beyond * height, beyond * shown, spacing / np.sqrt(beyond)
@@ -238,8 +243,8 @@ class WaveFolds:
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
-        some = self._relief.leading >= 0
-        lead = self._relief.leading[some]
+        some = self._leading >= 0
+        lead = self._leading[some]
         columns: list[tuple[str, np.ndarray, float]] = [
             ("theta", self._waves.theta, 0.0),
             ("epsilon", self._now.epsilon, 0.0),

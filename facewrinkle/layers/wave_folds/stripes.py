@@ -19,7 +19,7 @@ from ...array_types import Array, BoolArray
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
 from ..base import SurfacePoints
-from ..compression import along, orthonormal_tangents, principal
+from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
 from .families import strength_of, window_of
 from .ground import Ground, OtherSide, Smoother, Smoothing, level_for
@@ -194,8 +194,7 @@ def found_stripes(
 def _directions(even: Smoother, tensors: Array, normals: Array) -> tuple[Array, Array]:
     """Return the directions (n, 3) across the lines, and how strong (n,) these can be."""
     d, single = _principal(even(even(tensors)), normals)
-    squares = np.stack([d[:, a] * d[:, b] for a, b in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))], axis=1)
-    order = _principal(even(even(squares)), normals)[1]
+    order = _principal(even(even(dyads(d))), normals)[1]
     share = smoothstep((single - UNDIRECTED) / (DIRECTED - UNDIRECTED))
     return d, share * smoothstep((order - SWIRLING) / (ORDERED - SWIRLING))
 

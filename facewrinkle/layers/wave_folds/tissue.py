@@ -11,7 +11,7 @@ from ...anatomy.muscles import LidMuscle, SheetMuscle, within
 from ...array_types import Array
 from ...geometry.normals import vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..compression import products
+from ..compression import dyads
 
 THICKNESS = {
     "forehead_mid": 1.22,
@@ -31,11 +31,10 @@ THICKNESS = {
 the forehead, temple, eyelid, back of the nose, cheek bone and below the jaw; each landmark has the value of its region.
 """
 
-MEAN_THICKNESS = 1.15
-"""Thickness where there are no landmarks, mm."""
-
-WAVELENGTH = 6.6
-"""Wavelength of folds in thicknesses of the skin, chosen by eye: 8.1 mm on the forehead, 5.4 mm beside the eye."""
+MEAN_THICKNESS, WAVELENGTH = 1.15, 6.6
+"""Thickness where there are no landmarks, mm, and wavelength of folds in thicknesses of the skin, chosen by eye: 8.1 mm
+on the forehead, 5.4 mm beside the eye.
+"""
 
 NEAR = 0.02
 """Squared distance, in distances between the pupils, within which a landmark's own thickness rules."""
@@ -53,17 +52,15 @@ EDGE = (1.0, 4.0)
 are no folds, and from which they are whole.
 """
 
-OPPOSED = -0.2
-"""Cosine of normals below which two points lie on different sides of a flap."""
+PROBES, NEAREST, OPPOSED = (1.5, 3.5), 6, -0.2
+"""Depths, mm, at which the other side of a flap is looked for; how many of the nearest vertices are looked at; and the
+cosine of normals below which two points lie on different sides.
+"""
 
-PROBES, NEAREST = (1.5, 3.5), 6
-"""Depths, mm, at which the other side of a flap is looked for, and how many of the nearest vertices are looked at."""
-
-ROLLING = 0.9
-"""Share of the lines that an upper lid lacks: it rolls in as one fold."""
-
-HANGING = 0.75
-"""Share of the lines that skin between the upper lid and the brow lacks: it hangs before the hollow of the orbit."""
+ROLLING, HANGING = 0.9, 0.75
+"""Shares of the lines that an upper lid lacks, which rolls in as one fold, and that skin between it and the brow lacks,
+which hangs before the hollow of the orbit.
+"""
 
 BROW, CORNERS = 0.75, 0.1
 """Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, fully at the
@@ -219,7 +216,7 @@ def grain(face: Face) -> Array:
             continue
         inside = np.flatnonzero(pattern.wrinkling_region(face.points))
         fibres = pattern.fold_direction(face.points[inside])
-        total[inside] += products(fibres) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+        total[inside] += dyads(fibres)
     return np.asarray(total / np.maximum(total[:, :3].sum(axis=1, keepdims=True), 1.0))
 
 
@@ -238,5 +235,5 @@ def anatomical(face: Face) -> Array:
         some = np.flatnonzero(share > total[near, :3].sum(axis=1))
         better = near[some]
         across = pattern.fold_direction(face.points[better])
-        total[better] = share[some, None] * products(across) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+        total[better] = share[some, None] * dyads(across)
     return total

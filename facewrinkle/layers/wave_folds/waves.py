@@ -7,7 +7,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from ...array_types import Array, BoolArray, IntArray
+from ...array_types import Array, IntArray
 from ...geometry.interpolation import interpolated
 from ..base import SurfacePoints
 from ..compression import along, tangents_of
@@ -86,43 +86,6 @@ class Now(NamedTuple):
     deep: Array
     alpha: Array
     height: Array
-
-
-class Relief(NamedTuple):
-    """What all waves together make of n vertices in a frame.
-
-    Attributes
-    ----------
-    height, shown, spacing : ndarray, shape (n,)
-        Height, height with blunt furrows, and spacing of the vertices that this needs, all mm.
-    across : ndarray, shape (n, 3)
-        Unit direction across the finest waves.
-    active : ndarray of bool, shape (n,)
-    leading : ndarray of int, shape (n,)
-        The deepest entry, -1 for none.
-    share : ndarray, shape (n,)
-        What the length of the skin leaves of all depths.
-    """
-
-    height: Array
-    shown: Array
-    spacing: Array
-    across: Array
-    active: BoolArray
-    leading: IntArray
-    share: Array
-
-    @classmethod
-    def flat(cls, n: int) -> Self:
-        """Return the relief of n vertices without folds.
-
-        Examples
-        --------
-        >>> Relief.flat(2).spacing
-        array([inf, inf])
-        """
-        zero, far, lead = np.zeros(n), np.full(n, np.inf), np.full(n, -1, np.int32)
-        return cls(zero, zero.copy(), far, np.zeros((n, 3)), np.zeros(n, bool), lead, np.ones(n))
 
 
 def directed(wave: Array, vertices: SurfacePoints, near: np.ndarray, metric: Array) -> Array:
