@@ -10,6 +10,9 @@ from .exchange import Refusal
 CHART = "facewrinkle"
 """Name of the UV map that is made for a mesh without any."""
 
+SLOT = "facewrinkle made the slot"
+"""Custom property of a material that is made for a mesh without any: true if its slot was made, too."""
+
 MOST_MOVED = ("mouthSmileLeft", "mouthSmileRight", "browInnerUp", "noseSneerLeft", "noseSneerRight")
 """Skin is what these keys move; eyes and teeth stay."""
 
@@ -46,15 +49,21 @@ def _chart(obj, chart):
 
 def _of_skin(obj, stored):
     """Return the materials of the polygons that the face moves; a new one where there is none."""
-    if not any(obj.data.materials):
-        obj.data.materials.append(bpy.data.materials.new(group_name(obj)))
+    if not any(slot.material for slot in obj.material_slots):
+        made, slots = bpy.data.materials.new(group_name(obj)), obj.data.materials
+        made[SLOT] = not slots
+        if slots:
+            slots[0] = made
+        else:
+            slots.append(made)
+    materials = [slot.material for slot in obj.material_slots]
     chosen = np.isin(stored["names"], MOST_MOVED) if np.isin(stored["names"], MOST_MOVED).any() else slice(None)
     moved = np.abs(stored["deltas"][chosen]).max(axis=(0, 2)) > 0.0
-    counts = np.zeros(len(obj.data.materials))
+    counts = np.zeros(len(materials))
     for polygon in obj.data.polygons:
         counts[polygon.material_index] += moved[list(polygon.vertices)].any()
     used = np.flatnonzero(counts > SKIN * counts.sum())
-    return list(dict.fromkeys(obj.data.materials[k] for k in used if obj.data.materials[k] is not None))
+    return list(dict.fromkeys(materials[k] for k in used if materials[k] is not None))
 
 
 class _Nodes:
@@ -175,5 +184,9 @@ def remove(obj):
     if (chart := obj.data.uv_layers.get(CHART)) is not None:
         obj.data.uv_layers.remove(chart)
     if (own := bpy.data.materials.get(group_name(obj))) is not None:
-        obj.data.materials.pop(index=obj.data.materials.find(own.name))
+        slots, number = obj.data.materials, obj.data.materials.find(own.name)
+        if number >= 0 and own[SLOT]:
+            slots.pop(index=number)
+        elif number >= 0:
+            slots[number] = None
         bpy.data.materials.remove(own)
