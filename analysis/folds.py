@@ -18,7 +18,7 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.compression import StrainField, principal_compression
 from facewrinkle.plotting import Style, picture, side_by_side, stacked
-from facewrinkle.simulation.fold_layers import FOLDS, Folds
+from facewrinkle.simulation.fold_layers import Folds
 
 from . import subjects
 from .motion import read_shapes
@@ -44,6 +44,9 @@ CAPTURED: dict[str, tuple[str, ...]] = {
     "squint": ("eyeSquint_L", "eyeSquint_R", "cheekRaiser_L", "cheekRaiser_R"),
 }
 """Mixtures of captured shapes."""
+
+COMPARED: tuple[Folds, ...] = ("wave", "paper")
+"""The folds that are measured side by side."""
 
 SHALLOW = 0.05
 """Heights below this, mm, are no folds."""
@@ -194,10 +197,10 @@ def report(quick: bool = False) -> Report:
     names = list(EXPRESSIONS)[: 2 if quick else None]
     rows, plots, numbers = [], [], {}
     for subject in faces:
-        face, shots = subjects.subject(subject), {folds: [] for folds in FOLDS}
+        face, shots = subjects.subject(subject), {folds: [] for folds in COMPARED}
         for name in names:
             found = {}
-            for folds in FOLDS:
+            for folds in COMPARED:
                 sim, frame = played(face, name, folds)
                 found[folds] = measured(sim, frame)
                 shots[folds].append(picture(frame, face, Style((360, 330), EXPRESSIONS[name])))  # type: ignore[arg-type]
@@ -207,11 +210,12 @@ def report(quick: bool = False) -> Report:
             numbers[f"{subject} {name}"] = {folds: vars(m) for folds, m in found.items()}
             rows.append([subject, name, *_row(found)])
         caption = f"{subject}: {', '.join(names)}; waves above, the papers' folds below."
-        plots.append(Plot(subject, stacked([side_by_side(shots[folds]) for folds in FOLDS]), caption))
+        plots.append(Plot(subject, stacked([side_by_side(shots[folds]) for folds in COMPARED]), caption))
     captured = [] if quick else _captured(numbers)
-    columns = ["face", "expression", *(f"{what}, {folds}" for what in UNITS for folds in FOLDS)]
+    columns = ["face", "expression", *(f"{what}, {folds}" for what in UNITS for folds in COMPARED)]
     angles, lines = (
-        {folds: np.mean([row[at + k] for row in [*rows, *captured]]) for k, folds in enumerate(FOLDS)} for at in (2, 4)
+        {folds: np.mean([row[at + k] for row in [*rows, *captured]]) for k, folds in enumerate(COMPARED)}
+        for at in (2, 4)
     )
     return Report(
         "folds",
@@ -244,7 +248,7 @@ def _captured(numbers: dict[str, object]) -> list[list[object]]:
     known = read_shapes(path, face.mesh.n_points, face.unit)
     rows = []
     for name, shapes in CAPTURED.items():
-        found = {folds: measured(*recorded(face, known, shapes, folds)) for folds in FOLDS}
+        found = {folds: measured(*recorded(face, known, shapes, folds)) for folds in COMPARED}
         numbers[f"captured {name}"] = {folds: vars(m) for folds, m in found.items()}
         rows.append(["captured", name, *_row(found)])
     return rows
