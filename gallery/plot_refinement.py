@@ -4,9 +4,10 @@
 Triangles where they are needed, and only there
 ===============================================
 
-A wrinkle needs a few vertices from bulge to furrow. Triangles are split where the surface bends more than at rest
-(Eq. 19), and where the wavelength requires it; they are merged again when the skin is smooth. Each is split in four
-(red), the gaps are closed by halving (green), and the halves are made anew each time, so that angles never degrade.
+A wrinkle needs a few vertices from bulge to furrow. Triangles are split where the wavelength requires it and, with the
+paper's folds, where the surface bends more than at rest (Eq. 19); they are merged again when the skin is smooth. Each
+is split in four (red), the gaps are closed by halving (green), and the halves are made anew each time, so that angles
+never degrade.
 These are the paper's Figs. 9 and 10.
 """
 

@@ -75,7 +75,6 @@ WRONG = {
         lambda face: fw.SheetMuscle([(-(10**400), 0, 0), (1, 0, 0)], [(0, 1, 0)] * 2),
         "three",
     ),
-    "an array as a flag": (lambda face: fw.Simulation(face).settle(afresh=np.zeros(3)), "afresh must be True or False"),
     "text as a flag": (
         lambda face: fw.MuscleWrinkles(waves="no"),
         "waves must be True or False, received 'no'",

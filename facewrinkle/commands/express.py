@@ -63,8 +63,8 @@ def express(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     gamma_c
-        Threshold of the split criterion (Eq. 19): smaller means more triangles. Default: 0.03, or 0.01
-        with --folds printed.
+        Split edges by the paper's criterion, too (Eq. 19): smaller means more triangles. Default: 0.03 with
+        --folds paper, 0.01 with --folds printed; else triangles are split by --samples alone.
     samples
         Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
         with --folds printed.

@@ -272,6 +272,8 @@ class SampleMaker:
         """Yield the frames of a plan: the face that holds its expression, or on the way there."""
         if self.spec.clip.frames > 1:
             simulation.reset()
+        else:
+            simulation.motion.reset()
         if simulation.face.eyes:
             simulation.look(plan.gaze["yaw"], plan.gaze["pitch"])
         simulation.express(plan.expression)
@@ -282,7 +284,7 @@ class SampleMaker:
         with warnings.catch_warnings():
             warnings.simplefilter("error", FaceWrinkleWarning)
             try:
-                yield simulation.settle(most=150, afresh=True)
+                yield simulation.settle(most=150)
             except FaceWrinkleWarning:
                 raise BadDraw("the face does not come to rest") from None
 

@@ -111,66 +111,53 @@ def interpolate(values, corners, barycentric, out):
 
 
 @compiled
-def take_finest(own_spacing, own_across, own_active, own_bends, spacing, across, active, bends):
-    """Take over the spacing that a layer needs at each vertex, where it is finer, and where the layer is active."""
+def take_finest(own_spacing, own_across, own_active, spacing, across, active):
+    """Take over where a layer is active, and the spacing that it needs at each vertex there, where it is finer."""
     for v in range(len(spacing)):
-        if own_spacing[v] < spacing[v]:
+        if own_active[v] and own_spacing[v] < spacing[v]:
             spacing[v] = own_spacing[v]
             for c in range(3):
                 across[v, c] = own_across[v, c]
-        if own_active[v]:
-            active[v] = True
-            bends[v] |= own_bends
+        active[v] |= own_active[v]
 
 
 @compiled
-def mark_triangles(
-    triangles, level, max_level, normals, rest_normals, points, need, across, active, bends, gamma_c, hysteresis,
-    split, fine, largest,
-):  # fmt: skip
-    """Mark the triangles to split, and those that are finer than they have to be.
-
-    Triangles are split where Eq. 19 (its denominator bounded, for rest normals that are nearly orthogonal) exceeds
-    `gamma_c` at vertices that count bends, and where a half cycle of a wrinkle would have too few vertices.
-
-    Returns the number of triangles that are so coarse that splitting them once is not enough: halved edges bend by a
-    fourth (Eq. 19 goes with the square of the angle), and are half as long.
-    """
-    steps = np.zeros_like(across)  # across the folds, in spacings that are needed
+def excesses(triangles, points, need, across):
+    """The longest edge (k,) of each triangle across the folds, relative to the spacing (n,) that its ends need."""
+    steps, out = np.zeros_like(across), np.zeros(len(triangles))
     for v in range(len(need)):
         if need[v] < np.inf:
             for c in range(3):
                 steps[v, c] = across[v, c] / need[v]
-    late = 0
-    for f in range(triangles.shape[0]):
+    for f in range(len(triangles)):
         a, b, c = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        split[f] = False
-        fine[f] = True
-        behind = False
-        if not (active[a] or active[b] or active[c]):
-            continue
         for i, j in ((a, b), (b, c), (c, a)):
-            if not (active[i] or active[j]):
-                continue
-            rest = rest_normals[i, 0] * rest_normals[j, 0]
-            rest += rest_normals[i, 1] * rest_normals[j, 1] + rest_normals[i, 2] * rest_normals[j, 2]
-            now = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
-            gamma = split_criterion(rest, now)
-            largest[i] = max(largest[i], gamma)
-            largest[j] = max(largest[j], gamma)
-            # Where one end counts bends and the other is active without, the bend is of a layer that does not count it.
-            counts = (bends[i] and (bends[j] or not active[j])) or (bends[j] and not active[i])
-            bend = gamma if counts else 0.0
             x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
             first = abs(x * steps[i, 0] + y * steps[i, 1] + z * steps[i, 2])
-            excess = max(first, abs(x * steps[j, 0] + y * steps[j, 1] + z * steps[j, 2]))
-            if level[f] < max_level and (bend > gamma_c or excess > 1.0):
-                split[f] = True
-                behind |= bend > 4.0 * gamma_c or excess > 2.0
-            if bend > hysteresis * gamma_c or 2.0 * excess > 1.0 - hysteresis:
-                fine[f] = False
-        late += behind
-    return late
+            second = abs(x * steps[j, 0] + y * steps[j, 1] + z * steps[j, 2])
+            out[f] = max(out[f], first, second)
+    return out
+
+
+@compiled
+def bends(triangles, normals, rest_normals, active):
+    """The largest bend, Eq. 19, over the edges of each triangle (m,) and vertex (n,), where any end is active.
+
+    The denominator is bounded, for rest normals that are nearly orthogonal.
+    """
+    out, largest = np.zeros(len(triangles)), np.zeros(len(normals))
+    for f in range(len(triangles)):
+        a, b, c = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        for i, j in ((a, b), (b, c), (c, a)):
+            if active[i] or active[j]:
+                rest = rest_normals[i, 0] * rest_normals[j, 0]
+                rest += rest_normals[i, 1] * rest_normals[j, 1] + rest_normals[i, 2] * rest_normals[j, 2]
+                now = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
+                gamma = split_criterion(rest, now)
+                out[f] = max(out[f], gamma)
+                largest[i] = max(largest[i], gamma)
+                largest[j] = max(largest[j], gamma)
+    return out, largest
 
 
 @compiled

@@ -39,7 +39,7 @@ class Change:
     Attributes
     ----------
     kept : slice or ndarray of int64, shape (k,)
-        The old vertices that remain, in order; `slice(None)` if all do.
+        The old vertices that remain, in their new order; `slice(None)` if all do, and keep their numbers.
     n_created : int
         Number of vertices appended after them.
 
@@ -147,33 +147,41 @@ class RedGreenForest:
             kernels.weigh(self._points, self._base, self._corners, self._barycentric, before)
         return created
 
-    def renumbered(self) -> Self:
-        """Return a forest with the same triangles, whose vertices are numbered level by level: their numbers do not
-        depend on the order in which triangles were split.
+    def adapt(self, wanted: BoolArray, coarsen: bool = True) -> Change:
+        """Split the leaves that are wanted in four; where there are none, undo, by one level, red splits that are not.
+
+        A split is wanted if that of the node is, and those of all nodes that it lies in. Called until nothing changes
+        with marks that depend on each node alone, it ends at the same triangles from whatever triangles it began.
+
+        Parameters
+        ----------
+        wanted : ndarray of bool, shape (k,)
+            For each of the `nodes`, if it is to be split.
+        coarsen : bool
+            Undo splits at all.
 
         Examples
         --------
-        >>> one, other = (RedGreenForest([[0, 1, 2], [2, 1, 3]]) for _ in range(2))
-        >>> for first, second, forest in (([0], [5], one), ([1], [0], other)):
-        ...     change = forest.split(first), forest.split(second)
-        >>> bool((one.triangles == other.triangles).all())
-        False
-        >>> bool((one.renumbered().triangles == other.renumbered().triangles).all())
-        True
+        >>> forest = RedGreenForest([[0, 1, 2], [2, 1, 3]], max_level=2)
+        >>> forest.adapt(np.array([True, False]))
+        Change(kept=slice(None, None, None), n_created=3)
+        >>> forest.adapt(np.zeros(len(forest.nodes), bool)).kept
+        array([0, 1, 2, 3])
         """
-        n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
-        out = type(self)(self._base, self.max_level, n0)
-        ours = theirs = np.arange(len(self._base), dtype=np.int32)
-        while len(ours):
-            red = self._nodes[theirs, kernels.CHILD] >= 0
-            ours, theirs = ours[red], theirs[red]
-            out._grown(ours)
-            ours, theirs = (
-                (forest._nodes[split, kernels.CHILD][:, None] + np.arange(4, dtype=np.int32)).ravel()
-                for forest, split in ((out, ours), (self, theirs))
-            )
-        out._read_leaves()
-        return out
+        n_roots, keep = len(self._base), wanted.copy()
+        rows = np.arange(n_roots, len(keep))
+        parent = self._nodes[rows - (rows - n_roots) % 4, kernels.FAMILY]
+        for _ in range(int(self.level.max())):
+            keep[n_roots:] &= keep[parent]
+        created = self._grown(self._leaf[keep[self._leaf]])
+        if created:
+            self._read_leaves()
+        if created or not coarsen:
+            return Change(slice(None), created)
+        inner = self._leaf >= n_roots
+        fine = inner.copy()
+        fine[inner] = ~keep[parent[self._leaf[inner] - n_roots]]
+        return self.coarsen(fine)
 
     def coarsen(self, marked: ArrayLike) -> Change:
         """Undo every red split whose four leaves are marked, by one level, as far as the mesh stays legal.
@@ -189,22 +197,47 @@ class RedGreenForest:
             If `marked` is neither a bool per triangle nor indices in range.
         """
         mask, gone = self._mask(marked), np.zeros(self.n_points, bool)
+        if not mask.any():
+            return Change(slice(None), 0)
         status, quarter = np.zeros(len(self._nodes), np.uint8), (len(self._leaf) + 3) // 4
         found, waiting = np.empty(quarter, np.int32), np.empty(quarter, np.int32)
         kernels.prune(self._nodes, self._edges, self._state, self._leaf, mask, status, found, waiting, gone)
         if not gone.any():
             return Change(slice(None), 0)
-        # Midpoints are younger than their ends, so closing the gaps in order keeps their order.
-        numbers = np.cumsum(~gone, dtype=np.int32) - np.int32(1)
+        return self._renumbered(np.flatnonzero(~gone))  # midpoints stay younger than their ends
+
+    def sort(self) -> Change:
+        """Number the vertices level by level, and by their places: the same triangles have the same numbers then, in
+        whatever order they were split.
+
+        Examples
+        --------
+        >>> one, other = (RedGreenForest([[0, 1, 2], [2, 1, 3]]) for _ in range(2))
+        >>> for first, second, forest in (([0], [5], one), ([1], [0], other)):
+        ...     changes = forest.split(first), forest.split(second)
+        >>> bool((one.triangles == other.triangles).all())
+        False
+        >>> changes = one.sort(), other.sort()
+        >>> bool((one.triangles == other.triangles).all())
+        True
+        """
+        n0 = self._n_given
+        place = self._barycentric[n0:].T
+        order = np.lexsort((place[1], place[0], self.host[n0:], self.vertex_level[n0:]))
+        return self._renumbered(np.concatenate([np.arange(n0), n0 + order]))
+
+    def _renumbered(self, kept: NDArray[np.int64]) -> Change:
+        """Keep some of the vertices, in this order; midpoints must come after their ends."""
+        numbers = np.full(self.n_points + 1, kernels.NONE, np.int32)  # the last is that of no vertex
+        numbers[kept] = np.arange(len(kept), dtype=np.int32)
         n_nodes, n_edges, _ = self._used
-        kept = np.flatnonzero(~gone)
         self._points[: len(kept)] = self._points[kept]
         for vertices in (
             self._nodes[:n_nodes, kernels.VERTEX : kernels.VERTEX + 3],
             self._edges[:n_edges, kernels.END : kernels.MIDPOINT + 1],
             self._points[: len(kept), kernels.OF : kernels.OF + 2],
         ):
-            vertices[:] = np.where(vertices >= 0, numbers[vertices], kernels.NONE)
+            vertices[:] = numbers[vertices]
         self._state[kernels.N_POINTS] = len(kept)
         self._corners, self._barycentric = self._corners[kept], self._barycentric[kept]
         self._read_leaves()
@@ -224,9 +257,24 @@ class RedGreenForest:
         return int(self._state[kernels.N_POINTS])
 
     @property
+    def _n_given(self) -> int:
+        """Number of vertices of M0, n0."""
+        return int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
+
+    @property
     def triangles(self) -> IntArray:
         """Triangles (m, 3) of the conforming mesh, oriented as in M0; read-only."""
         return self._triangles
+
+    @property
+    def nodes(self) -> IntArray:
+        """Vertices (k, 3) of all triangles that the forest knows, be they split or not; rows of zeros are free."""
+        return self._nodes[: int(self._state[kernels.N_NODES]), kernels.VERTEX : kernels.VERTEX + 3]
+
+    @property
+    def leaf(self) -> IntArray:
+        """The node (m,) that each triangle is, or is a half of."""
+        return self._leaf
 
     @property
     def level(self) -> IntArray:
@@ -268,7 +316,7 @@ class RedGreenForest:
     @property
     def weights(self) -> csr_array:
         """Sparse matrix (n, n0) that interpolates values of M0 at all vertices; its rows sum to 1 exactly."""
-        n0 = int(np.searchsorted(self._points[: self.n_points, kernels.OF] >= 0, True))
+        n0 = self._n_given
         order = np.argsort(self._corners, axis=1, kind="stable")
         columns = np.take_along_axis(self._corners, order, axis=1)
         values = np.take_along_axis(self._barycentric, order, axis=1)

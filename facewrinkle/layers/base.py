@@ -168,8 +168,6 @@ class Displacement:
         Added to `height`, mm, only for the shading normals: those that a frame is drawn with. The points do not move.
         A layer whose details are sharper than the mesh gives the difference to its heights averaged over the distance
         of the vertices (prefiltered); the normals of the heights themselves would be uneven along a sharp furrow.
-    bends : bool
-        True if triangles are to be split where the surface bends, too (Eq. 19); False if `spacing` is all that counts.
     undeformed : bool
         True for heights along the normals of the undeformed surface that no bound lowers, as printed (Section 4.3). It
         holds if all layers say so.
@@ -189,16 +187,14 @@ class Displacement:
     across: Array
     active: BoolArray
     shading_offset: Array | None = None
-    bends: bool = True
     undeformed: bool = False
 
 
 class Layer(Protocol):
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
-    A layer whose heights depend on the vertices and the present state alone may say so, ``stateless = True``: where a
-    face begins at rest again it need not be attached anew. One that makes its heights in a number of time steps may
-    have this number as `iterations`: a face that settles takes as many, and its triangles stay where they are.
+    A layer that makes its heights in a number of time steps may have this number as `iterations`: a face that settles
+    takes as many, and its triangles stay where they are.
 
     Examples
     --------

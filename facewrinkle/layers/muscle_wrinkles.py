@@ -19,7 +19,7 @@ from .compression import StrainField
 from .entries import Relief
 from .folds import Folds
 
-SMALLEST = 0.5
+SMALLEST = 0.4
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
 
 DEEP_ENOUGH = 0.05
@@ -60,9 +60,6 @@ class MuscleWrinkles:
     >>> [float(frame["W"].max().round(9)) for frame in sim.run(2)][0] >= 0.0
     True
     """
-
-    stateless = True
-    """See :class:`facewrinkle.layers.base.Layer`."""
 
     def __init__(self, depth: float = 1.0, inextensible: bool = True, waves: bool = True) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)

@@ -45,8 +45,6 @@ class PrintedWrinkles:
     True
     """
 
-    stateless = False
-
     def __init__(self, iterations: int = ITERATIONS) -> None:
         self.iterations = check_whole("iterations", iterations, 1, 1e9)
 

@@ -59,8 +59,6 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
     if type(found.active) is not np.ndarray or found.active.dtype != bool or not found.active.flags.c_contiguous:
         changed["active"] = _active(found.active, layer)
     _check_shape("active", changed.get("active", found.active).shape, (n,), layer)
-    if type(found.bends) is not bool:
-        changed["bends"] = _bends(found.bends, layer)
     return replace(found, **changed) if changed else found
 
 
@@ -140,12 +138,6 @@ def _active(given: object, layer: Layer) -> BoolArray:
             f"received {active.dtype if active.ndim else type_of(given)}."
         )
     return active
-
-
-def _bends(given: object, layer: Layer) -> bool:
-    if not isinstance(given, np.bool_):
-        raise ParameterError(f"{_called('bends', layer)} must be True or False, received {type_of(given)}.")
-    return bool(given)
 
 
 def over(below: Mapping[str, npt.NDArray[Any]], fields: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:

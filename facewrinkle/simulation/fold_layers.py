@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 from ..anatomy.atlas import load_atlas, printed_atlas
@@ -12,7 +13,7 @@ from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
-from .refinement import PRINTED, Refinement
+from .refinement import BENT, PRINTED, Refinement
 
 Folds = Literal["wave", "paper", "printed"]
 
@@ -32,15 +33,20 @@ def with_printed_muscles(face: Face) -> Face:
     return face.with_atlas(printed_atlas()) if face.muscles and face.atlas is load_atlas() else face
 
 
-def refinement_for(folds: Folds) -> Refinement:
-    """Return the usual settings for folds: those of the paper for wrinkles as printed.
+def refinement_for(folds: Folds, given: Refinement | None = None) -> Refinement:
+    """Return the settings for folds: those that were given, or the usual ones, with the paper's criterion (Eq. 19) for
+    its folds, and wherever no other splits triangles.
 
     Examples
     --------
-    >>> refinement_for("printed").samples, refinement_for("wave").samples
-    (0, 4.0)
+    >>> [(usual.samples, usual.gamma_c) for usual in map(refinement_for, FOLDS)]
+    [(4.0, None), (4.0, 0.03), (0, 0.01)]
     """
-    return PRINTED if folds == "printed" else Refinement()
+    if given is None:
+        given = PRINTED if folds == "printed" else Refinement()
+    if given.gamma_c is None and (folds != "wave" or not given.samples):
+        return replace(given, gamma_c=BENT)
+    return given
 
 
 def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:

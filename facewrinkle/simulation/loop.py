@@ -18,7 +18,7 @@ from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
 from ..array_types import Array, BoolArray, IntArray
-from ..errors import ParameterError, check_flag, check_range, check_whole, type_of, unknown_name, warn
+from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import displaced, interpolated
 from ..geometry.normals import details_normals, vertex_normals
@@ -41,9 +41,7 @@ from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscle
 from .fold_shapes import give_shapes
 from .frames import FrameMaker
 from .refinement import (
-    Hold,
     Refinement,
-    Restless,
     check_patterns,
     check_wavelength,
     default_level,
@@ -57,9 +55,6 @@ Shape = tuple[Array, Array, Array, Array]
 
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
-
-MOST_CHANGES = 300
-"""Most changes of the triangles until those of a face that does not move are found."""
 
 LAYER_METHODS = ("attach", "follow", "displacement", "fields")
 """Methods of a :class:`facewrinkle.layers.base.Layer`."""
@@ -135,9 +130,9 @@ class Simulation:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         face = face if isinstance(face, Face) else surface(face)
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
-        self.refinement = refinement or refinement_for(folds)
-        self._marks: tuple[BoolArray, BoolArray] | None = None
-        self._late, self._changed = False, False
+        self.refinement = refinement_for(folds, refinement)
+        self._wanted: BoolArray | None = None
+        self._late = False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
@@ -208,7 +203,7 @@ class Simulation:
             with self._timed("wrinkles"):
                 for layer in own:
                     layer.follow(Change(slice(None), len(self.vertices.points)), self.vertices)
-            self._marks, self._hold = None, Hold()
+            self._wanted = None
             self._tell_age()
             self._frames.remesh()
 
@@ -311,7 +306,7 @@ class Simulation:
 
     def reset(self) -> None:
         """Go back to the unrefined face at rest, all muscles relaxed."""
-        self._steps, self._changed = 0, False
+        self._steps = 0
         self._asked, self._looked = np.zeros(len(self.motion.names)), np.zeros(len(self._eye_muscles))
         self.motion.reset()
         self._begin_mesh()
@@ -320,12 +315,11 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self._levels, self._restless = self.forest.level, Restless(self.forest)
         self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
-        self._marks, self._hold = None, Hold()
+        self._wanted = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
         self._tell_age()
 
@@ -379,18 +373,13 @@ class Simulation:
         """Advance by one time step at contraction rates (k,)."""
         base, driven = self._moved(rates), bool(self.motion.names)
         self._steps += 1
-        split = self.forest.n_points > len(self.face.points)
-        if driven and self._hold.begins(rates, base) and split and self._may_unsplit():
-            self._unsplit()
-            with self._timed("frame"):
-                return self._frame(*self._held_shape(base))
         # Triangles change in every other frame, unless it goes far in one: a change costs as much as half a frame.
-        self._changed = (self._late or not self._changed) and self._refine(not self._hold.resting)
+        if self._late or self._steps % 2:
+            self._refine()
         shape = self._shape(base)
-        # It may go far in one step, and patterns on a still surface begin at once: then all triangles are split now.
-        if not driven and (self._late or self._steps == 1):
-            while self._marks is not None and self._marks[0].any() and self._refine():
-                shape = self._shape(base)
+        # Recordings go far in one step, and patterns on a still surface begin at once: all triangles are split now.
+        while not driven and (self._late or self._steps == 1) and self._refine():
+            shape = self._shape(base)
         with self._timed("frame"):
             return self._frame(*shape)
 
@@ -414,12 +403,13 @@ class Simulation:
         for i in range(frames):
             yield self._stepped(_ramped(start, target, (i + 1) / max(ramp * frames, 1.0)))
 
-    def settle(self, within: float = 0.01, most: int = 300, afresh: bool = False) -> pv.PolyData:
+    def settle(self, within: float = 0.01, most: int = 300) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
 
-        Its triangles do not depend on what came before, unless layers keep heights or vertices their numbers
-        (``Refinement(coarsen=False)``). Wrinkles as printed (:class:`facewrinkle.PrintedWrinkles`) take all their
-        iterations.
+        Its triangles and their numbers do not depend on what came before, unless layers keep heights or vertices their
+        numbers (``Refinement(coarsen=False)``), or triangles are split by Eq. 19. Its skin may hang elsewhere after
+        another pose, by less than `within`; ``sim.motion.reset()`` lets it begin at rest. Wrinkles as printed
+        (:class:`facewrinkle.PrintedWrinkles`) take all their iterations.
 
         Parameters
         ----------
@@ -427,9 +417,6 @@ class Simulation:
             The face is at rest once no point of the base mesh moves further than this in a step, in mm.
         most : int
             The most steps that are taken.
-        afresh : bool
-            If True, face and layers begin at rest: the same frame as after :meth:`reset`, in less time, as folds are
-            not found anew. For many pictures of one face.
 
         Returns
         -------
@@ -452,12 +439,6 @@ class Simulation:
         True
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
-        afresh = check_flag("afresh", afresh)
-        if afresh:
-            self._steps, self._changed = 0, False
-            self.motion.reset()
-            self._unsplit()
-            self._attach_anew()
         start, target = self.motion.rates.copy(), self._asked
         iterations = max((getattr(layer, "iterations", 0) for layer in self.layers), default=0)
         for number in range(iterations):
@@ -474,71 +455,29 @@ class Simulation:
             warn(
                 f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
             )
-        if afresh or self._may_unsplit():
-            self._unsplit()
-        self._hold.rest(target, base)
-        with self._timed("frame"):
-            return self._frame(*self._held_shape(base))
-
-    # --- one frame -----------------------------------------------------------------------------
-
-    def _may_unsplit(self) -> bool:
-        """Tell whether triangles may be found anew: vertices need not keep their numbers, nor layers their heights."""
-        return self.refinement.coarsen and not any(hasattr(layer, "iterations") for layer in self.layers)
-
-    def _attach_anew(self) -> None:
-        """Let layers forget what came before, those that remember any of it."""
-        n = len(self.face.points)
-        at_rest = self.vertices.taken(slice(n))
-        for layer in self.layers:
-            if not getattr(layer, "stateless", False):
-                layer.attach(self.face)
-                layer.follow(Change(slice(None), n), at_rest)
-
-    def _unsplit(self) -> None:
-        """Go back to the triangles of the face without leaving its pose: what comes then does not depend on before."""
-        self.forest = RedGreenForest(self.face.triangles, self._level, self.face.mesh.n_points)
-        self._follow(Change(np.arange(len(self.face.points)), 0))
-        self._restless, self._marks = Restless(self.forest), None
-
-    def _held_shape(self, base: Array) -> Shape:
-        """Return the shape, see :meth:`_shape`, of a face that does not move, on the triangles that it needs.
-
-        Triangles are taken back as long as the mesh gets smaller by it: folds that ask for triangles only while they
-        lack them would let those come and go for ever. It ends after `MOST_CHANGES` in any case.
-        """
-        shape, least = self._shape(base), np.inf
-        for _ in range(MOST_CHANGES):
-            if self._marks is None or not self._marks[0].any():
-                if self.forest.n_points >= least:
-                    break
-                least = self.forest.n_points
+        shape = self._shape(base)
+        for _ in range(2 * self._level):  # each takes triangles a level closer to those that are wanted
             if not self._refine():
                 break
             shape = self._shape(base)
-        if self._may_unsplit() and self.forest.n_points > len(self.face.points):
-            self.forest, before = self.forest.renumbered(), self.forest
-            if not np.array_equal(self.forest.triangles, before.triangles):
-                n = len(self.face.points)
-                self._follow(Change(np.arange(n), self.forest.n_points - n))
-                shape = self._shape(base)
-        return shape
+        if self.refinement.coarsen:
+            self._follow(self.forest.sort())
+            shape = self._shape(base)
+        with self._timed("frame"):
+            return self._frame(*shape)
 
-    def _refine(self, coarsen: bool = True) -> bool:
-        """Split or, if allowed, take back the triangles that the last shape marked; return False if there were none."""
-        change = Change(slice(None), 0)
+    # --- one frame -----------------------------------------------------------------------------
+
+    def _refine(self) -> bool:
+        """Split and take back the triangles that the last shape marked; return False if none changed."""
         with self._timed("refinement"):
-            if self._marks is not None and self._level > 0:
-                split, fine = self._marks
-                if split.any():
-                    change = self.forest.split(split)
-                elif coarsen and self.refinement.coarsen and fine.any():
-                    change = self.forest.coarsen(fine)
-            self._marks = None
-            if not change:
-                return False
-        self._follow(change)
-        return True
+            wanted, self._wanted = self._wanted, None
+            change = Change(slice(None), 0)
+            if wanted is not None and self._level > 0:
+                change = self.forest.adapt(wanted, self.refinement.coarsen)
+        if change:
+            self._follow(change)
+        return bool(change)
 
     def _follow(self, change: Change) -> None:
         """Bring vertices and layers in step with a change of the triangles."""
@@ -547,8 +486,6 @@ class Simulation:
                 self.forest, self.face.points, self._base_normals, self.forest.n_points - change.n_created
             )
             self.vertices = self.vertices.followed(change.kept, created)
-            self._levels = self.forest.level
-            self._restless.follow(self.forest, self._steps)
             self._frames.remesh()
         with self._timed("wrinkles"):
             for layer in self.layers:
@@ -580,10 +517,7 @@ class Simulation:
             normals, *others = details_normals(bare, [moved, *blunt], triangles, smooth)
             shown = others[0] if others else normals
         with self._timed("refinement"):
-            split, fine, active, self._late, split_gamma = mark(
-                self.refinement, self.forest, self._levels, vertices, normals, added
-            )
-            self._marks = split, self._restless.may_go(self.forest, fine, active)
+            self._wanted, self._late, split_gamma = mark(self.refinement, self.forest, vertices, normals, added)
             return moved, shown, height, split_gamma
 
     def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:

@@ -350,6 +350,37 @@ def test_same_triangles_as_the_naive_forest(mesh, steps):
         assert set(keys) == naive.hanging() | {((v, ONE),) for v in range(len(points0))}
 
 
+@settings(max_examples=100)
+@given(meshes(), operations, st.integers(0, 99))
+def test_marks_of_nodes_lead_to_the_same_triangles_from_any_others(mesh, steps, seed):
+    """The least legal forest in which every node is split that is wanted, as are all that it lies in."""
+    points0, base = mesh
+
+    def wanted(triangle):
+        return hash((seed, *sorted(triangle))) % 100 < 60
+
+    forest, fresh = (RedGreenForest(base, 3, len(points0)) for _ in range(2))
+    for step in steps:
+        apply(forest, step)
+    naive = NaiveForest(base)
+    front = naive.roots
+    for _ in range(3):
+        front = [node for node in front if wanted(node[1])]
+        naive.split(set(front))
+        front = [child for node in front for child in naive.children(node)]
+    for each in (forest, fresh):
+        for _ in range(6):
+            keys = exact(each)
+            if not each.adapt(np.array([wanted(keys[v] for v in node) for node in each.nodes.tolist()])):
+                break
+        keys = exact(each)
+        assert [tuple(keys[v] for v in t) for t in each.triangles.tolist()] == [t for _, t in naive.triangles()]
+        each.sort()
+    np.testing.assert_array_equal(forest.triangles, fresh.triangles)
+    np.testing.assert_array_equal(forest.parents, fresh.parents)
+    np.testing.assert_array_equal(forest.barycentric, fresh.barycentric)
+
+
 # --- restoring, relabelling, repeating ------------------------------------------------------------
 
 
@@ -688,18 +719,19 @@ def test_malformed_marks(marked):
             method(marked)
 
 
-def test_renumbered_forests_have_the_same_triangles_at_the_same_places(face):
+def test_sorted_forests_have_the_same_triangles_at_the_same_places(face):
     """Whatever was split and taken back before; and their numbers depend on the triangles alone."""
     rng, forest = np.random.default_rng(0), RedGreenForest(face.triangles, 4, len(face.points))
     for _ in range(8):
         forest.split(rng.random(len(forest.triangles)) < 0.03)
         forest.coarsen(rng.random(len(forest.triangles)) < 0.7)
-    other = forest.renumbered()
+    other = forest.copy()
+    other.sort()
     places = [np.hstack([own.corners, own.barycentric]).tolist() for own in (forest, other)]
     numbers = {tuple(place): number for number, place in enumerate(places[1])}
     moved = np.array([numbers[tuple(place)] for place in places[0]])
     np.testing.assert_array_equal(np.sort(moved), np.arange(forest.n_points))
     np.testing.assert_array_equal(moved[forest.triangles], other.triangles)
     np.testing.assert_array_equal(forest.level, other.level)
-    np.testing.assert_array_equal(other.renumbered().triangles, other.triangles)
+    np.testing.assert_array_equal(other.sort().kept, np.arange(other.n_points))
     assert (np.diff(other.vertex_level) >= 0).all()

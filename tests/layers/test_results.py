@@ -70,7 +70,6 @@ BROKEN = [
     ("active", lambda v: None, "must hold True where .*received a NoneType"),
     ("shading_offset", lambda v: "deep", "must be numbers"),
     ("shading_offset", lambda v: np.zeros(3), r"must have the shape \(\d+,\), received \(3,\)"),
-    ("bends", lambda v: "yes", "must be True or False, received a str"),
 ]
 
 
@@ -96,7 +95,6 @@ def test_other_types_of_numbers_and_views_make_the_same_frame(face, fingerprint)
             spacing=np.repeat(found.spacing, 2)[::2],
             across=np.asfortranarray(found.across.astype(np.float32)),
             active=found.active.tolist(),
-            bends=np.True_,
         )
 
     plain, other = simulated(face, Dents()), simulated(face, Dents(others))

@@ -192,7 +192,6 @@ def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     "settings",
     [
         {"gamma_c": 0.0}, {"gamma_c": float("nan")}, {"max_level": -1}, {"max_level": 9}, {"samples": 0.5},
-        {"hysteresis": 0.0}, {"hysteresis": 1.0},
     ],
 )  # fmt: skip
 def test_errors_of_refinement(settings):
@@ -215,6 +214,21 @@ def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
         fw.Simulation(finest, folds="paper").express("fear")
 
 
+@pytest.mark.parametrize("name", ["anger", pytest.param("happiness", marks=pytest.mark.slow)])
+def test_triangles_depend_on_the_base_mesh_alone(face, name):
+    """Whatever they were before, and in whatever steps: those that are split are too coarse at their own corners."""
+    fear, other = (settled(face, what, 30, layers=[]).skin.displacement / face.unit for what in ("fear", name))
+    ends = []
+    for weights in ([[0.0, 0.0], [0.0, 1.0], [0.0, 1.0]], [[1.0, 0.0], [0.5, 1.0], [0.0, 1.0]]):
+        clip = fw.Recorded.of_shapes([fear, other], weights, times=[0.0, 0.1, 0.3], names=["one", "other"])
+        sim = fw.Simulation(face, motion=clip, layers=[fw.MuscleWrinkles(), fw.Creases()])
+        counts = [sim.step().n_cells for _ in range(40)]
+        assert len(set(counts[-8:])) == 1
+        assert max(counts) > 5500
+        ends.append(sim.vertices.points[sim.forest.triangles])
+    np.testing.assert_array_equal(*ends)
+
+
 def test_without_samples_the_papers_criterion_splits_alone():
     """Eq. 19 sees normals only: where it is satisfied, however coarse the mesh, nothing is split."""
     normals = np.tile([0.0, 0.0, 1.0], (9, 1))
@@ -224,16 +238,14 @@ def test_without_samples_the_papers_criterion_splits_alone():
     forest = RedGreenForest(triangles, 2, 9)
     vertices = SurfacePoints.of_forest(forest, points, normals)
     needed = np.full(9, 0.5)
-    layer = SimpleNamespace(
-        spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool), bends=True
-    )
+    layer = SimpleNamespace(spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool))
     for samples, split_all in ((4.0, True), (0.0, False)):
-        split, *_ = mark(Refinement(samples=samples), forest, forest.level, vertices, normals, [layer])
-        assert split.all() == split_all
-        assert split.any() == split_all
+        wanted, late, _ = mark(Refinement(0.03, samples=samples), forest, vertices, normals, [layer])
+        assert wanted.all() == wanted.any() == late == split_all  # edges are eight times too long
     bent = normals.copy()
     bent[4] = [0.6, 0.0, 0.8]
-    split, *_ = mark(Refinement(samples=0), forest, forest.level, vertices, bent, [layer])
-    assert split[(triangles == 4).any(axis=1)].all()
+    wanted, *_ = mark(Refinement(0.03, samples=0), forest, vertices, bent, [layer])
+    np.testing.assert_array_equal(wanted, (triangles == 4).any(axis=1))
+    assert not mark(Refinement(samples=0), forest, vertices, bent, [layer])[0].any()
     with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):
         Refinement(samples=0.5)

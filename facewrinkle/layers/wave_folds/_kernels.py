@@ -42,7 +42,7 @@ FINE, TAUT = 0.11, 0.15
 LEAST = 0.15
 """Folds less deep than this, mm, ask for no triangles."""
 
-TOLERANCE = 0.1
+TOLERANCE = 0.08
 """Distance of triangles from the waves that is allowed, mm, with four vertices from crest to furrow."""
 
 NARROWEST = 0.6

@@ -82,9 +82,6 @@ class WaveFolds:
     _shapes_found: tuple[FoldShapes, Face] | None = None
     """The shapes that a simulation found last, and the face that it found them for."""
 
-    stateless = True
-    """See :class:`facewrinkle.layers.base.Layer`."""
-
     def __init__(
         self,
         depth: float = 1.0,
@@ -200,7 +197,7 @@ class WaveFolds:
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             height, shown, spacing = beyond * height, beyond * shown, spacing / np.sqrt(beyond)
         level(height, shown, state.areas)
-        return Displacement(height, spacing, relief.across, relief.active, shown - height, bends=False)
+        return Displacement(height, spacing, relief.across, relief.active, shown - height)
 
     @property
     def _beyond(self) -> float:
