@@ -14,7 +14,8 @@ from ..base import SurfacePoints
 from ..compression import StrainField
 from ..entries import sorted_by_vertex
 from .families import FoldShapes, tensors_of
-from .stripes import KEPT, Stripes, Style, found_stripes
+from .ground import Ground
+from .stripes import KEPT, Stripes, Style, found_stripes, zone_of
 from .tissue import anatomical, firmness, grain, wavelengths
 from .waves import AGED, GONE, LONGEST, WHOLE, Waves, directed
 
@@ -37,12 +38,13 @@ def _lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> d
     arrays = shapes.lines
     if arrays is None or (density, style) != (1.0, Style()):
         arrays = found_lines(face, shapes, density, style)
-    lines = {
-        name: Stripes(face, int(arrays[f"level {k}"]), **{c: arrays[f"{c} {k}"].astype(np.float64) for c in KEPT})
-        for k, name in enumerate(arrays["names"].tolist())
-    }
-    for own in lines.values():
-        if len(own.compression) != len(face.points) or len(own.phase) != len(own.ground.points):
+    lines = {}
+    for k, name in enumerate(arrays["names"].tolist()):
+        own = {column: arrays[f"{column} {k}"].astype(np.float64) for column in KEPT}
+        fits = len(own["compression"]) == len(face.points)
+        if fits:
+            lines[name] = Stripes(Ground(face, zone_of(face, own["compression"]), int(arrays[f"level {k}"])), **own)
+        if not fits or len(own["phase"]) != len(lines[name].ground.points):
             raise ParameterError(
                 f"the lines that wave folds were given are not of this face, which has {len(face.points)} vertices and "
                 f"{len(face.triangles)} triangles. Give FoldShapes without lines, and they are found."
@@ -58,7 +60,7 @@ def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) ->
     for k, (name, tensor) in enumerate(tensors.items()):
         stripes = found_stripes(face, name, tensor, length, style, under)
         arrays |= {f"{column} {k}": getattr(stripes, column).astype(kind) for column, kind in KEPT.items()}
-        arrays[f"level {k}"] = np.array(stripes.level)
+        arrays[f"level {k}"] = np.array(stripes.ground.level)
     return arrays
 
 
@@ -106,7 +108,7 @@ class WaveField:
 
     @cached_property
     def _metric(self) -> Array:
-        return StrainField(self._face.points * self._unit, self._face.triangles).metric
+        return StrainField.of(self._face).metric
 
     @cached_property
     def _of_families(self) -> list[Array]:

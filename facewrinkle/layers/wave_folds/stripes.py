@@ -88,19 +88,17 @@ class Stripes:
 
     Attributes
     ----------
-    face : Face
-    level : int
-        How often the triangles of its zone are split.
+    ground : Ground
+        The triangles that the family folds, split.
     wave : ndarray, shape (n, 3)
-        Wave vectors at the vertices of the :class:`Ground`, 1/mm: across the lines, ``2 pi / L`` long.
+        Wave vectors at its vertices, 1/mm: across the lines, ``2 pi / L`` long.
     phase, share : ndarray, shape (n,)
         Phase, radians: 0 on a bulge, pi in a furrow; and strength in [0, 1].
     compression : ndarray, shape (n0,)
         The compression of the family in full motion, at the base vertices.
     """
 
-    face: Face
-    level: int
+    ground: Ground
     wave: Array
     phase: Array
     share: Array
@@ -111,15 +109,10 @@ class Stripes:
         """The window (n0,) of the family at the base vertices."""
         return window_of(self.compression)
 
-    @cached_property
+    @property
     def zone(self) -> BoolArray:
         """Base triangles (m0,) on which the family has lines."""
-        return zone_of(self.face, self.compression)
-
-    @cached_property
-    def ground(self) -> Ground:
-        """The vertices that waves are known at."""
-        return Ground(self.face, self.zone, self.level)
+        return self.ground.row >= 0
 
     def at(self, points: SurfacePoints, near: npt.NDArray[np.int64]) -> tuple[Array, Array, Array]:
         """Return phase (n,), strength (n,) and wave vector (n, 3) at some points, numbers (n,), that lie in the zone.
@@ -188,7 +181,7 @@ def found_stripes(
     psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), wave, other, alike, rng)
     lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)), alike)
     share = share * np.hypot(*psi.T) * _strengths(lines, style)
-    return Stripes(face, ground.level, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
+    return Stripes(ground, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
 
 
 def _directions(even: Smoother, tensors: Array, normals: Array) -> tuple[Array, Array]:

@@ -32,12 +32,11 @@ def everywhere(face):
 
 @pytest.mark.parametrize("level", [0, 1, 3])
 def test_between_the_vertices_a_plane_wave_goes_on(sheet, level):
-    places = Ground(sheet, everywhere(sheet), level).points
+    ground = Ground(sheet, everywhere(sheet), level)
+    places = ground.points
     sign = np.where(np.random.default_rng(3).random(len(places)) < 0.5, -1.0, 1.0)
     waves = sign[:, None] * K
-    stripes = Stripes(
-        sheet, level, waves, (waves * places).sum(axis=1), np.ones(len(places)), np.ones(len(sheet.points))
-    )
+    stripes = Stripes(ground, waves, (waves * places).sum(axis=1), np.ones(len(places)), np.ones(len(sheet.points)))
     forest = RedGreenForest(sheet.triangles)
     for _ in range(4):
         forest.split(np.arange(0, len(forest.triangles), 3))
