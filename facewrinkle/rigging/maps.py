@@ -244,9 +244,13 @@ class Texels:
     def of(self, triangles: IntArray, values: Array) -> Array:
         """Return values (n, ...) of vertices, interpolated at the texels, 0 where there is no triangle."""
         out = np.zeros((*self.triangle.shape, *values.shape[1:]))
-        chosen = values[triangles[self.triangle[self.covered]]]
-        out[self.covered] = np.einsum("tc,tc...->t...", self.shares[self.covered], chosen)
+        out[self.covered] = self.at(self.covered, triangles, values)
         return out
+
+    def at(self, where: npt.NDArray[np.bool_], triangles: IntArray, values: Array) -> Array:
+        """Return values (n, ...) of vertices, interpolated at some of the covered texels, a row for each."""
+        chosen = values[triangles[self.triangle[where]]]
+        return np.asarray(np.einsum("tc,tc...->t...", self.shares[where], chosen))
 
 
 class FoldMaps:
@@ -286,9 +290,12 @@ class FoldMaps:
         """Return the heights (h, w) in mm and the normals (h, w, 3) in tangent space of the wrinkles of a frame."""
         fine, smooth = charted(fine, self.face), charted(smooth, self.face)
         height = np.where(self.covered, self._texels.of(self._triangles, np.asarray(fine["W"], np.float64)), 0.0)
-        turned = self._texels.of(self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
-        normal = in_tangent_space(turned, self._below, skin_model(smooth, None))
-        normal[~self.covered] = [0.0, 0.0, 1.0]
+        turning, folding = np.zeros(fine.n_points, bool), np.asarray(fine["W"], bool)
+        turning[self._triangles[folding[self._triangles].any(axis=1)]] = True  # elsewhere both have the same normals
+        folded = self.covered & np.asarray(turning[self._triangles].any(axis=1))[self._texels.triangle]
+        normal = np.tile([0.0, 0.0, 1.0], (*height.shape, 1))
+        turned = self._texels.at(folded, self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
+        normal[folded] = in_tangent_space(turned, folded, self._below, skin_model(smooth, None))
         return height, normal
 
     def on_skin(self, values: Array) -> Array:
@@ -335,14 +342,14 @@ def _shared_places(texels: Texels) -> float:
     return float((texels.hits[texels.covered] > 1).mean()) if texels.covered.any() else 0.0
 
 
-def in_tangent_space(normals: Array, texels: Texels, model: Model) -> Array:
-    """Return normals (h, w, 3) relative to the frames of a smooth mesh that programs make from its texture."""
+def in_tangent_space(normals: Array, where: npt.NDArray[np.bool_], texels: Texels, model: Model) -> Array:
+    """Return normals (t, 3) of texels relative to the frames of a smooth mesh that programs make from its texture."""
     assert model.uv is not None
     tangent, sign = tangents_of(model)
-    shading, along = texels.of(model.triangles, model.normals), texels.of(model.triangles, tangent)
-    across = np.cross(shading, along) * np.sign(texels.of(model.triangles, sign))[..., None]
-    local = np.stack([(axis * normals).sum(axis=-1) for axis in (along, across, shading)], axis=-1)
-    return np.asarray(local / np.maximum(np.linalg.norm(local, axis=-1, keepdims=True), 1e-12))
+    shading, along = texels.at(where, model.triangles, model.normals), texels.at(where, model.triangles, tangent)
+    across = np.cross(shading, along) * np.sign(texels.at(where, model.triangles, sign))[:, None]
+    local = np.stack([(axis * normals).sum(axis=1) for axis in (along, across, shading)], axis=1)
+    return np.asarray(local / np.maximum(np.linalg.norm(local, axis=1, keepdims=True), 1e-12))
 
 
 def tangents_of(model: Model) -> tuple[Array, Array]:
