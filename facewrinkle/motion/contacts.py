@@ -1,4 +1,4 @@
-"""Contacts of the skin with eyeballs, teeth, bone, the other lip and the other lid.
+"""Contacts of the skin with eyeballs, teeth, the other lip and the other lid.
 
 Each contact is an energy that is zero until two surfaces meet, and grows with the square of the depth to which one has
 entered the other. It depends on nothing but the present place of the skin. The steps of the skin minimise it together
@@ -21,7 +21,7 @@ from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from .lid_surfaces import facing_lids
 from .lip_surfaces import FacingSkin, behind_lips, facing_lips
-from .solids import Solids, bone_below, dental_arches, eyeballs
+from .solids import Solids, dental_arches, eyeballs
 
 LEAST_AREA = 0.2
 """Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
@@ -89,7 +89,7 @@ FAR_AWAY = 1e9
 def _surfaces(face: Face, area: Array, angles: Array) -> tuple[Solids, FacingSkin, FacingSkin, FacingSkin]:
     """Return the solids, lips, lids and flesh of a face whose skin turns by these angles (n,) with the mandible."""
     widest = float(angles.max(initial=0.0))
-    solids = Solids.joined([eyeballs(face, area), dental_arches(face, area, widest), bone_below(face, area, angles)])
+    solids = Solids.joined([eyeballs(face, area), dental_arches(face, area, widest)])
     lips = facing_lips(face, area, angles / max(widest, 1e-12))
     return solids, lips, facing_lids(face, area), behind_lips(face, area)
 
@@ -110,7 +110,7 @@ class Contacts:
     Attributes
     ----------
     solids : Solids
-        Eyeballs, dental arches and bone.
+        Eyeballs and dental arches.
     lips, lids, flesh : FacingSkin
         Lips that meet each other, lids that do, and lips that are pressed flat.
 
@@ -163,7 +163,7 @@ class Contacts:
         self._looked_at = np.full_like(self._points, FAR_AWAY)
 
     def place(self, rate: float, facing: Array) -> None:
-        """Let teeth and bone go along with the mandible at its contraction rate, and triangles face (m, 3)."""
+        """Let teeth go along with the mandible at its contraction rate, and triangles face (m, 3)."""
         if rate == self._rate and np.array_equal(facing, self._facing):
             return
         self._facing, self._known, same = facing, None, rate == self._rate

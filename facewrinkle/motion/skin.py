@@ -78,7 +78,7 @@ class Skin:
     rates : ndarray, shape (k,)
         Their contraction rates.
     contacts : Contacts
-        Contacts of the vertices of this mesh with the eyeballs, the other lip, the teeth and the bone.
+        Contacts of the vertices of this mesh with the eyeballs, the other lip and the teeth.
 
     Examples
     --------

@@ -1,8 +1,8 @@
-"""Solids that the skin meets: eyeballs, the dental arches and the bone below it.
+"""Solids that the skin meets: eyeballs and the dental arches.
 
 Every solid is a ball or half of an upright elliptic cylinder, so its distance is a convex function of the place, known
 in closed form. What a point of the skin meets depends on nothing but where it is: the lower teeth go along with the
-mandible, and the bone below a point as far as its tissue does.
+mandible.
 """
 
 from __future__ import annotations
@@ -13,14 +13,12 @@ from typing import Self
 
 import numpy as np
 import numpy.typing as npt
-from scipy.spatial import cKDTree
 
 from ..anatomy.eyelid_opening import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
 from ..array_types import Array, IntArray
-from ..geometry.normals import vertex_normals
 from ..geometry.topology import unique_edges
 from . import _contact_kernels as kernels
 from ._skin_kernels import add_turns
@@ -40,12 +38,6 @@ CUT = 0.05
 
 AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
-
-OFF_BONE = 0.15
-"""Distance from the bone at which the skin begins to be pushed off it, mm."""
-
-FLATTEST, SHARPEST = 1e-4, 1.0 / 8.0
-"""Least and largest curvature of the balls that stand for the bone below a vertex, 1/mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,48 +195,6 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     origins = np.tile(lips + middle @ face.frame.axes, (k, 1))
     arches = Solids(corners, shares, np.zeros(k), stiffness, origins, axes, np.tile(half, (k, 1)), np.full(k, angle))
     return arches.pushed_within(face.points * face.unit, CROWN_BULGE * scale)
-
-
-def bone_below(face: Face, area: Array, angles: Array) -> Solids:
-    """Return the contacts of vertices with the bone straight below them: a ball that touches the bone at its nearest
-    point, with the bone's curvature there.
-
-    `angles` (n,) is the turn of each vertex with the mandible.
-    """
-    points, solid = face.points * face.unit, face.tissue.solid
-    anchors = face.tissue.anchors * face.unit
-    if not solid.any():
-        return _none()
-    normals = vertex_normals(anchors, face.triangles)
-    bone = np.flatnonzero(solid)
-    nearest = bone[cKDTree(anchors[bone]).query(points)[1]]
-    above = (points - anchors[nearest]) * normals[nearest]
-    depth = face.tissue.depth * face.unit
-    straight = (above.sum(axis=1) > 0.25 * depth) & (np.abs(above).sum(axis=1) < 2.0 * depth)
-    vertices = np.flatnonzero(straight & solid)
-    below = nearest[vertices]
-    radii = 1.0 / np.clip(_curvature(anchors, normals, face.triangles, solid)[below], FLATTEST, SHARPEST)
-    corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
-    centres = anchors[below] - radii[:, None] * normals[below]
-    balls = _balls(face, corners, shares, STIFFNESS * area[vertices], centres, radii, OFF_BONE)
-    return replace(balls, angles=angles[vertices])
-
-
-def _curvature(anchors: Array, normals: Array, triangles: npt.NDArray[np.int32], solid: npt.NDArray[np.bool_]) -> Array:
-    """Mean curvature (n,) of the bone, averaged twice over the neighbours; positive where it bulges."""
-    edges, _ = unique_edges(triangles)
-    edges = edges[solid[edges].all(axis=1)]
-    i, j = edges.T
-    along = anchors[j] - anchors[i]
-    square = np.maximum((along**2).sum(axis=1), 1e-12)
-    weight = np.sqrt(square)
-    bend = ((normals[j] - normals[i]) * along).sum(axis=1) / square
-    n, ends = len(anchors), np.concatenate([i, j])
-    total = np.maximum(np.bincount(ends, np.tile(weight, 2), n), 1e-12)
-    out = np.bincount(ends, np.tile(weight * bend, 2), n) / total
-    for _ in range(2):
-        out = 0.5 * out + 0.5 * np.bincount(ends, np.tile(weight, 2) * np.concatenate([out[j], out[i]]), n) / total
-    return np.asarray(out)
 
 
 def samples_of(

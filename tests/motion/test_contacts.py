@@ -32,7 +32,7 @@ from facewrinkle.motion._contact_kernels import solid_gap
 from facewrinkle.motion.contacts import REACH, Compliance, Contacts
 from facewrinkle.motion.lip_surfaces import LIP_DISTANCE, _facing
 from facewrinkle.motion.skin import Skin
-from facewrinkle.motion.solids import SLACK, bone_below, dental_arches, eyeballs, samples_of
+from facewrinkle.motion.solids import SLACK, dental_arches, eyeballs, samples_of
 
 
 @pytest.fixture(scope="module")
@@ -179,10 +179,7 @@ def test_at_rest_nothing_touches(face, real_face, stem):
 
 def test_rest_is_off_every_solid_by_its_slack(face):
     area = vertex_areas(face.points, face.triangles)
-    angles = np.zeros(len(area))
-    jaw = face.joint_weights["jaw"]
-    angles[jaw.vertices] = jaw.angles
-    for solids in (eyeballs(face, area), dental_arches(face, area, jaw.angles.max()), bone_below(face, area, angles)):
+    for solids in (eyeballs(face, area), dental_arches(face, area, face.joint_weights["jaw"].angles.max())):
         assert len(solids.allowed) > 30
         assert (solids.gaps(face.points) - solids.allowed).min() >= SLACK - 1e-12
         np.testing.assert_allclose(solids.shares.sum(axis=1), 1.0)
@@ -190,7 +187,7 @@ def test_rest_is_off_every_solid_by_its_slack(face):
 
 
 def test_solids_go_with_the_mandible(face, skin):
-    """Skin that turns as far as the bone or the teeth before it is as far from them as at rest."""
+    """Skin that turns as far as the teeth before it is as far from them as at rest."""
     solids, jaw = skin.contacts.solids, skin._joints.mandible
     samples = np.einsum("kc,kci->ki", solids.shares, face.points[solids.corners])
     origins, axes = solids.turned(jaw, 0.7)

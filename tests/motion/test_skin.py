@@ -28,7 +28,6 @@ from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.minimiser import Minimiser
 from facewrinkle.motion.skin import Skin
-from facewrinkle.motion.solids import bone_below
 
 
 @pytest.fixture(scope="module")
@@ -349,34 +348,6 @@ def test_no_skin_enters_skull_or_eyeballs_in_any_expression(face):
                 distance = bone_distance(face, before, x)
                 assert len(distance) > 300
                 assert distance.min() > -0.1, name
-
-
-def test_skin_that_is_pressed_into_the_bone_comes_out(face):
-    """From 2 mm inside, at once: nothing is stuck there."""
-    skin = Skin(face, time_step=10.0)
-    bone = bone_below(face, skin._area, np.zeros(len(skin.points)))
-    stopped = np.zeros(len(skin.points), bool)
-    stopped[bone.corners[:, 0]] = True
-    assert stopped.sum() > 300
-    above = ((face.points - face.tissue.anchors) * face.tissue.normals).sum(axis=1)
-    u = np.where(stopped[:, None], -(above + 2.0)[:, None] * face.tissue.normals, 0.0)
-
-    def distance():
-        sunk = pv.PolyData(skin.points + skin.displacement).compute_implicit_distance(face.skull)["implicit_distance"]
-        return np.asarray(sunk)[stopped]
-
-    # Of the open, folded surface under lips and lids there is no inside.
-    stopped[stopped] = distance() > 0.0
-    u[~stopped] = 0.0
-    assert stopped.sum() > 300
-    skin.displacement = u
-    assert np.median(distance()) < -1.5
-    skin.step()
-    assert np.median(distance()) > 0.0
-    assert np.quantile(distance(), 0.01) > -0.5  # balls stand for the bone
-    for _ in range(100):
-        skin.step()
-    assert not skin.displacement.any()
 
 
 def test_skin_that_is_pressed_into_an_eye_comes_out(face):
