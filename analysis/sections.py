@@ -109,7 +109,9 @@ def expected(section: Section, sim: fw.Simulation, surface: WrinkledSurface) -> 
         if rate == 0.0 or not envelope.any():
             continue
         layer = next(layer for layer in layers if layer.draws(muscle))
-        epsilon = _epsilon_at(layer.fields_of(k, rate), section, surface)
+        own = layer.fields_of(k)
+        assert own is not None
+        epsilon = _epsilon_at(own, section, surface)
         k0 = layer.depth * muscle.wrinkles.depth * rate * anisotropy(epsilon)
         total += k0 * muscle.unit_amplitude(x)
         if layer.inextensible:

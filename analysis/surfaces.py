@@ -138,7 +138,7 @@ class Given:
         Of the base mesh at full contraction, mm.
     """
 
-    pose, gazes, parts = None, NONE_BY_NAME, NONE_BY_NAME
+    pose, gazes, parts, mandible = None, NONE_BY_NAME, NONE_BY_NAME, None
 
     def __init__(self, face: fw.Face, displacement: Array) -> None:
         self.names, self.points, self.time_step = tuple(face.muscles), face.points * face.unit, 0.02

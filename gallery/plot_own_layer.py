@@ -15,7 +15,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.layers.base import Displacement
+from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
@@ -23,7 +23,7 @@ from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 # vertex, in `follow`; `displacement` is called at every step.
 
 
-class Vein:
+class Vein(Layer):
     """A vein along a line, which swells as muscles contract."""
 
     def __init__(self, line, width=3.0, height=1.0, beats=1.2):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change, RedGreenForest, frozen
 from .compression import StrainField, compression_along, principal_compression
+
+FINEST = 8
+"""The most times that a triangle is ever split."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,17 +193,24 @@ class Displacement:
     undeformed: bool = False
 
 
-class Layer(Protocol):
+class Layer:
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
-    A layer that makes its heights in a number of time steps may have this number as `iterations`: a face that settles
-    takes as many, and its triangles stay where they are.
+    Derive from this class. `attach`, `follow`, `displacement` and `fields` are to be written; all else has a default.
+
+    Attributes
+    ----------
+    iterations : int
+        Time steps in which the layer makes its heights, if it adds them up: a face that settles takes as many, and its
+        triangles stay where they are. Default: 0.
+    age_shown : float, optional
+        The age, in [0, 1], of lines that the layer draws, which pictures show in the relief of the skin, too.
 
     Examples
     --------
     Pores, the smallest layer: they never change and ask for no triangles.
 
-    >>> class Pores:
+    >>> class Pores(Layer):
     ...     def attach(self, face):
     ...         self.height = np.empty(0)
     ...     def follow(self, change, created):
@@ -218,14 +228,43 @@ class Layer(Protocol):
     (-0.05, -0.05)
     """
 
+    iterations: int = 0
+
+    @property
+    def age_shown(self) -> float | None:
+        """The age of the lines; None if there are none."""
+        return None
+
+    def prepare(self, face: Face, motions: Callable[[Any], Any]) -> None:
+        """Take what is needed of the motions of the face, before levels are asked for; default: nothing.
+
+        ``motions(families)`` finds the shapes of the face in full motion:
+        :func:`facewrinkle.simulation.fold_shapes.fold_shapes`.
+        """
+
+    def level_needed(self, face: Face) -> int:
+        """Return how often triangles have to be split, at most, to carry the layer on a face; default: 0."""
+        return 0
+
+    def check_level(self, face: Face, level: int) -> None:
+        """Warn, or raise a ParameterError, if triangles that are split so often cannot carry it; default: none."""
+
     def attach(self, face: Face) -> None:
         """Forget everything and prepare for `face`, whose vertices come with the first call of `follow`."""
+        raise NotImplementedError
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """Keep what belongs to the vertices that live on (``change.kept``), and evaluate the new ones."""
+        raise NotImplementedError
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """Return the heights and the spacing they need; called again at the same time after triangles were split."""
+        raise NotImplementedError
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return arrays for the point data of the frame, as of the last call of `displacement`."""
+        raise NotImplementedError
+
+    def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
+        """Return the same of the folds of one muscle, given by its number; None, the default, if none are its own."""
+        return None

@@ -14,7 +14,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.refinement import Change
 from . import _kernels as kernels
 from .activation import Activation
-from .base import Displacement, SurfacePoints, SurfaceState
+from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField
 from .entries import Relief
 from .folds import Folds
@@ -29,7 +29,7 @@ LABELS = ("lambda", "gamma", "muscle")
 """Point data of the dominant muscle that do not change with the contraction."""
 
 
-class MuscleWrinkles:
+class MuscleWrinkles(Layer):
     """The layer of the paper's wrinkles, mended where they fail as printed (:class:`facewrinkle.PrintedWrinkles`).
 
     They lie on the skin that is seen: the lining of the mouth and of the sockets has none. Muscles whose folds are a
@@ -167,17 +167,21 @@ class MuscleWrinkles:
             }
         return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
 
-    def fields_of(self, index: int, rate: float) -> dict[str, np.ndarray]:
-        """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere."""
+    def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
+        """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
+        another layer draws its folds.
+        """
+        if not self._drawn[muscle]:
+            return None
         folds = self._folds
-        entries = np.flatnonzero(folds.muscle == index)
+        entries = np.flatnonzero(folds.muscle == muscle)
         where = np.repeat(np.arange(len(folds.leading)), np.diff(folds.starts))[entries]
         share, height = anisotropy(self._epsilon[entries]) * self._relief.share[where], folds.height[entries]
         columns = {
             "lambda": folds.coordinates[entries, 0],
             "gamma": folds.coordinates[entries, 1],
             "epsilon": self._epsilon[entries],
-            "W": self._k0[index] * rate * height * share,
+            "W": self._k0[muscle] * self.rates[muscle] * height * share,
         }
         out = {name: np.zeros(len(folds.leading)) for name in columns}
         for name, values in columns.items():

@@ -14,13 +14,13 @@ from ..errors import check_whole
 from ..geometry.equations import EdgeWeights, anisotropy
 from ..geometry.refinement import Change
 from ..geometry.topology import vertex_rings
-from .base import Displacement, SurfacePoints, SurfaceState
+from .base import Displacement, Layer, SurfacePoints, SurfaceState
 
 ITERATIONS = 250
 """Iterations of an expression: the seconds in Table 1 of the paper times its frames per second give 230 to 260."""
 
 
-class PrintedWrinkles:
+class PrintedWrinkles(Layer):
     """The layer of wrinkles as printed: in each iteration, ``H At / N`` times A is added to the height of each vertex.
 
     Parameters

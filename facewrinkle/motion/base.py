@@ -42,6 +42,8 @@ class Motion(Protocol):
     parts : mapping of str to ndarray, shape (k, 3)
         Points of parts beside the skin, by name, in the unit of the mesh; NaN for points that go along with the face,
         as do all parts that are left out.
+    mandible : ndarray, shape (4, 4), or None
+        The matrix that has moved the mandible since rest, beyond what its muscles do, in the unit of the mesh.
 
     Examples
     --------
@@ -77,6 +79,8 @@ class Motion(Protocol):
     def gazes(self) -> Mapping[str, Array]: ...
     @property
     def parts(self) -> Mapping[str, Array]: ...
+    @property
+    def mandible(self) -> Array | None: ...
 
     def reset(self) -> None:
         """Go back to the beginning: to time 0, with all rates 0."""
@@ -91,7 +95,10 @@ class Motion(Protocol):
         """Set the contraction rates (k,), without checks."""
 
 
-MEMBERS = ("names", "rates", "points", "time_step", "pose", "gazes", "parts", "reset", "step", "rates_of", "set_rates")
+MEMBERS = (
+    "names", "rates", "points", "time_step", "pose", "gazes", "parts", "mandible", "reset", "step", "rates_of",
+    "set_rates",
+)  # fmt: skip
 """Members of a :class:`Motion`."""
 
 
@@ -182,6 +189,7 @@ class Undriven:
     pose: Array | None = None
     gazes: Mapping[str, Array] = NONE_BY_NAME
     parts: Mapping[str, Array] = NONE_BY_NAME
+    mandible: Array | None = None
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """Return no rates; raise a ParameterError if some are asked for."""

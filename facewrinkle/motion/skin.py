@@ -94,6 +94,7 @@ class Skin:
     pose: Array | None = None
     gazes: Mapping[str, Array] = NONE_BY_NAME
     parts: Mapping[str, Array] = NONE_BY_NAME
+    mandible: Array | None = None
 
     def __init__(
         self,

@@ -12,7 +12,7 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.known_folds import KnownFolds, known_folds
 from ..array_types import Array
 from ..errors import ParameterError
-from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
+from ..layers.wave_folds import GROUPS, FoldShapes
 from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
 from ..layers.wave_folds.stripes import Style
@@ -28,15 +28,6 @@ STEP, STEPS = 1.0, 3
 
 FRAMES = 48
 """Frames of a recording without shapes that are looked at."""
-
-
-def give_shapes(layers: Iterable[object], face: Face, motion: Motion) -> None:
-    """Give all wave folds among the layers the motions from which they find their lines, unless they have some of this
-    face, or some that were set.
-    """
-    for layer in layers:
-        if isinstance(layer, WaveFolds) and layer.lacks_shapes(face):
-            layer.take_shapes(fold_shapes(face, motion, layer.families), face)
 
 
 def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:

@@ -75,8 +75,8 @@ class FrameMaker:
         motion = self._motion
         if (pose := motion.pose) is not None:
             frame.field_data[POSE] = pose
-        if (mandible := getattr(motion, "mandible", None)) is not None:  # few motions have one
-            frame.field_data[MANDIBLE] = mandible
+        if motion.mandible is not None:
+            frame.field_data[MANDIBLE] = motion.mandible
         for side, gaze in motion.gazes.items():
             frame.field_data[GAZE + side] = gaze[None]
         for name, part in motion.parts.items():

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -25,11 +26,9 @@ from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
-from ..layers.base import Layer, SurfacePoints, SurfaceState
+from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState
 from ..layers.compression import StrainField
-from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.results import displacement_of, fields_of, over
-from ..layers.wave_folds import WaveFolds
 from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped
@@ -38,14 +37,12 @@ from ..motion.playback import Playback
 from ..motion.recorded import Recorded
 from ..motion.skin import Skin
 from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscles
-from .fold_shapes import give_shapes
+from .fold_shapes import fold_shapes
 from .frames import FrameMaker
 from .refinement import (
     Refinement,
-    check_patterns,
     check_wavelength,
     default_level,
-    levels_of_patterns,
     mark,
     typical_edges,
 )
@@ -56,8 +53,8 @@ Shape = tuple[Array, Array, Array, Array]
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
 
-LAYER_METHODS = ("attach", "follow", "displacement", "fields")
-"""Methods of a :class:`facewrinkle.layers.base.Layer`."""
+USUAL_LEVEL = 3
+"""Level of surfaces without muscles, on which no layer asks for one."""
 
 
 class Simulation:
@@ -145,22 +142,21 @@ class Simulation:
     def _prepared(self, layers: Sequence[Layer]) -> list[Layer]:
         """Return copies of layers for this face and motion; find the highest level of refinement that they need."""
         face = self.face
-        if not isinstance(layers, Sequence) or not all(
-            hasattr(each, name) and not isinstance(each, type) for each in layers for name in LAYER_METHODS
-        ):
+        if not isinstance(layers, Sequence) or not all(isinstance(each, Layer) for each in layers):
             raise ParameterError(
-                "layers must be a list of layers, such as [MuscleWrinkles()], each with the methods attach, follow, "
-                f"displacement and fields; received {reprlib.repr(layers)}."
+                "layers must be a list of layers, such as [MuscleWrinkles()], each of a class that is derived from "
+                f"facewrinkle.layers.base.Layer; received {reprlib.repr(layers)}."
             )
         own = [copy(layer) for layer in layers]
-        give_shapes(own, face, self.motion)
-        needed, level = levels_of_patterns(own, face), self._asked_level
+        for layer in own:
+            layer.prepare(face, partial(fold_shapes, face, self.motion))
+        level = self._asked_level
         if level is None:
-            usual = default_level(face, self._edges, max((level for _, level in needed), default=0))
-            waves = (layer.level_needed(face) for layer in own if isinstance(layer, WaveFolds))
-            level = max(usual, *waves, self._level)
-        check_patterns(needed, level)
-        self._level, self.refinement = int(level), replace(self.refinement, max_level=level)
+            needed = (min(layer.level_needed(face), FINEST) for layer in own)
+            level = max(default_level(face, self._edges), self._level, *needed) or USUAL_LEVEL
+        for layer in own:
+            layer.check_level(face, level)
+        self._level, self.refinement = level, replace(self.refinement, max_level=level)
         return own
 
     def use_layers(self, layers: Sequence[Layer]) -> None:
@@ -326,7 +322,7 @@ class Simulation:
     def _tell_age(self) -> None:
         """Write the age of the lines to all frames; where nothing draws lines, pictures take that of the face."""
         self._frames.field_data.pop(AGE, None)
-        ages = [layer.age_shown for layer in self.layers if isinstance(layer, WaveFolds)]
+        ages = [layer.age_shown for layer in self.layers if layer.age_shown is not None]
         if ages:
             self._frames.field_data[AGE] = [max(ages)]
 
@@ -440,7 +436,7 @@ class Simulation:
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
         start, target = self.motion.rates.copy(), self._asked
-        iterations = max((getattr(layer, "iterations", 0) for layer in self.layers), default=0)
+        iterations = max((layer.iterations for layer in self.layers), default=0)
         for number in range(iterations):
             frame = self._stepped(_ramped(start, target, (number + 1) / RAMP))
         if iterations:
@@ -539,8 +535,8 @@ class Simulation:
             raise unknown_name("muscle", muscle, self.muscles)
         index = self.muscles.index(muscle)
         for layer in self.layers:
-            if isinstance(layer, MuscleWrinkles) and layer.draws(self.face.muscles[muscle].fold_pattern):
-                return layer.fields_of(index, float(layer.rates[index]))
+            if (found := layer.fields_of(index)) is not None:
+                return found
         raise ParameterError(
             f"no layer of this simulation draws the folds over {muscle}, unless as waves, which belong to no muscle. "
             "Make it with folds='paper', or add a MuscleWrinkles() to its layers."

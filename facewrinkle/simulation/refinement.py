@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray
-from ..errors import ParameterError, check_range, check_whole, warn
+from ..errors import ParameterError, check_range, check_whole
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.refinement import RedGreenForest
-from ..layers.base import Displacement, Layer, SurfacePoints
-from ..layers.patterns_on_skin.layer import PatternLayer
-
-FINEST = 8
-"""The most times that a triangle is ever split."""
+from ..layers.base import FINEST, Displacement, SurfacePoints
 
 BENT = 0.03
 """Usual threshold of Eq. 19: a bend of 14 degrees along an edge."""
@@ -95,51 +91,22 @@ def typical_edges(face: Face) -> Array:
     return np.array([np.median(lengths[zone]) if zone.any() else 0.0 for zone in face.zones])
 
 
-def levels_of_patterns(layers: Iterable[Layer], face: Face) -> list[tuple[str, int]]:
-    """Return the names of the patterns among some layers, and the level that each needs."""
-    return [(layer.name, layer.level_needed(face)) for layer in layers if isinstance(layer, PatternLayer)]
-
-
-def default_level(face: Face, edges: Array, needed: int) -> int:
-    """Return the level that nine in ten muscles, with edges (k,) in their regions, and, if possible, patterns need.
+def default_level(face: Face, edges: Array) -> int:
+    """Return the level that nine in ten muscles, with edges (k,) in their regions, need; 0 where none folds the skin.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> default_level(face, typical_edges(face), needed=0), default_level(face, 4.0 * typical_edges(face), needed=0)
+    >>> default_level(face, typical_edges(face)), default_level(face, 4.0 * typical_edges(face))
     (2, 4)
     """
-    needed = min(needed, FINEST)
-    if not face.muscles:
-        return needed or 3
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     folding = np.isfinite(cycles) & (edges > 0.0)
     if not folding.any():
-        return max(needed, 1)
+        return min(len(cycles), 1)
     levels = np.log2(edges[folding] / (ENOUGH_SPACING * cycles[folding]))
-    return int(np.clip(np.ceil(np.quantile(levels, 0.9)), max(needed, 1), max(needed, 4)))
-
-
-def check_patterns(needed: Iterable[tuple[str, int]], level: int) -> None:
-    """Warn of each pattern, given by name and needed level, that the mesh cannot carry well at a level.
-
-    Patterns that need at least two levels more raise a ParameterError, unless refinement is off (level 0).
-    """
-    for name, own in needed:
-        if own <= level:
-            continue
-        ask = f"max_level={own}, for " if own <= FINEST else ""
-        remedy = f"Ask for {ask}fewer wrinkles, for a larger region, or begin with a finer mesh."
-        if 0 < level < own - 1:
-            raise ParameterError(
-                f"the mesh is too coarse to carry the pattern {name}: its triangles would have to be split {own} "
-                f"times, and max_level={level} is allowed. {remedy}"
-            )
-        warn(
-            f"the mesh is too coarse to carry the pattern {name} well: its triangles should be split "
-            f"{own} {'time' if own == 1 else 'times'}, and max_level={level} is allowed. {remedy}"
-        )
+    return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, 4))
 
 
 def check_wavelength(face: Face, muscle: str, edge: float, level: int) -> None:

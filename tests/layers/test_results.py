@@ -14,10 +14,10 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
-from facewrinkle.layers.base import Displacement
+from facewrinkle.layers.base import Displacement, Layer
 
 
-class Dents:
+class Dents(Layer):
     """A layer with waves in height, along x, that fields and displacements are taken from."""
 
     def __init__(self, changed=lambda found: found, fields=lambda n: {}):

@@ -19,7 +19,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.layers.base import Displacement
+from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.motion.base import Still, Undriven
 
 
@@ -60,7 +60,7 @@ class Posed(Still):
     parts = types.MappingProxyType({"hat": np.ones((2, 3))})
 
 
-class Probe:
+class Probe(Layer):
     """A layer that keeps the states that it sees, and what `ask` measures of them."""
 
     def __init__(self, ask=lambda state: None):
@@ -209,7 +209,7 @@ def test_motions_that_do_not_fit_are_refused(face, cloth):
         fw.Simulation(face, motion=Still(face), material=fw.SkinMaterial())
     with pytest.raises(ParameterError, match="time_step"):
         Still(face, 0.0)
-    with pytest.raises(ParameterError, match=r"the Half that was given lacks pose, gazes, parts, rates_of.*Undriven"):
+    with pytest.raises(ParameterError, match=r"given lacks pose, gazes, parts, mandible, rates_of.*Undriven"):
         fw.Simulation(face, motion=Half(face))
     fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
     with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):

@@ -30,7 +30,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.layers.base import Displacement
+from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.layers.compression import StrainField, principal_compression
 from facewrinkle.motion.recorded import Bones, Recorded
 from facewrinkle.motion.track import Track
@@ -39,7 +39,7 @@ FACES = Path(__file__).parents[3] / "shared" / "faces"
 RNG = np.random.default_rng(11)
 
 
-class Everywhere:
+class Everywhere(Layer):
     """A layer without height that wants fine triangles everywhere."""
 
     def attach(self, face):

@@ -23,7 +23,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.layers.base import Displacement
+from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.base import Undriven
 from facewrinkle.plotting import Style, picture
@@ -169,7 +169,7 @@ def test_what_is_no_list_of_layers_is_refused(face, layers):
         fw.Simulation(face, layers=layers)
 
 
-class Raised:
+class Raised(Layer):
     """A layer that lifts the whole skin."""
 
     def __init__(self, height):
@@ -378,7 +378,7 @@ def test_a_face_that_does_not_settle(face):
         sim.settle(within=0.0)
 
 
-class Undecided:
+class Undecided(Layer):
     """A layer that asks for triangles only as long as it lacks them."""
 
     def attach(self, face):

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
-from ...errors import ParameterError, check_range
+from ...errors import ParameterError, check_range, warn
 from ...geometry.refinement import Change
-from ..base import Displacement, SurfacePoints, SurfaceState
+from ..base import FINEST, Displacement, Layer, SurfacePoints, SurfaceState
 from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern
@@ -31,7 +31,7 @@ LONGEST_EDGE = 0.35
 """A mesh carries a pattern if its edges are at most this share of half a wavelength."""
 
 
-class PatternLayer:
+class PatternLayer(Layer):
     """A pattern on a region of a surface; stacks with other layers, and rides on any motion.
 
     Parameters
@@ -326,3 +326,23 @@ class PatternLayer:
         edges = np.median(np.linalg.norm(sides, axis=2), axis=1)[twin._where]
         ratio = edges[strong] / (LONGEST_EDGE * half[strong])
         return int(np.clip(np.ceil(np.log2(np.quantile(ratio, 0.75))), 0, 12))
+
+    def check_level(self, face: Face, level: int) -> None:
+        """Warn if a mesh that is split so often cannot carry the pattern well.
+
+        A pattern that needs at least two levels more raises a ParameterError, unless refinement is off (level 0).
+        """
+        own = self.level_needed(face)
+        if own <= level:
+            return
+        ask = f"max_level={own}, for " if own <= FINEST else ""
+        remedy = f"Ask for {ask}fewer wrinkles, for a larger region, or begin with a finer mesh."
+        if 0 < level < own - 1:
+            raise ParameterError(
+                f"the mesh is too coarse to carry the pattern {self.name}: its triangles would have to be split {own} "
+                f"times, and max_level={level} is allowed. {remedy}"
+            )
+        warn(
+            f"the mesh is too coarse to carry the pattern {self.name} well: its triangles should be split "
+            f"{own} {'time' if own == 1 else 'times'}, and max_level={level} is allowed. {remedy}"
+        )

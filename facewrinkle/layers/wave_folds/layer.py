@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
-from ..base import Displacement, SurfacePoints, SurfaceState
+from ..base import Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Relief
 from . import _kernels as kernels
 from .amount import Amount, amounts
@@ -27,7 +27,7 @@ DEEP_ENOUGH = 0.05
 """Folds of this depth, mm, count among those that are limited, or not."""
 
 
-class WaveFolds:
+class WaveFolds(Layer):
     """The layer of folds that grow where the skin is compressed.
 
     Lines are waves on the skin, solved once per face: across the directions in which the face's own motions compress
@@ -113,15 +113,12 @@ class WaveFolds:
         self.families = families
         self.inextensible = check_flag("inextensible", inextensible)
 
-    def lacks_shapes(self, face: Face) -> bool:
-        """Tell whether there are no shapes, or those that a simulation found for another face."""
-        if self._shapes_found is None or self._shapes_found[0] is not self.shapes:  # those that were set are kept
-            return self.shapes is None
-        return self._shapes_found[1] is not face
-
-    def take_shapes(self, shapes: FoldShapes, face: Face) -> None:
-        """Take the shapes that a simulation found for its face."""
-        self.shapes, self._shapes_found = shapes, (shapes, face)
+    def prepare(self, face: Face, motions: Callable[[Motions | None], FoldShapes]) -> None:
+        """Find the shapes of the face, unless they were set, or found for the same face."""
+        own = self._shapes_found
+        if self.shapes is None or (own is not None and own[0] is self.shapes and own[1] is not face):
+            self.shapes = motions(self.families)
+            self._shapes_found = self.shapes, face
 
     @property
     def lines(self) -> dict[str, Stripes]:
