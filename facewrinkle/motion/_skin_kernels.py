@@ -76,8 +76,8 @@ def inversion_barrier(u, triangles, points, normals, double_area, smallest, stif
 
 
 @compiled
-def tethers(u, shift, stiffness, indptr, indices, bending, grad):
-    """Bending, and tethers to anchors that moved by `shift`. Adds to grad."""
+def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
+    """Bending, and tethers to anchors that moved by `shift`: `across` along the normal, `along` the surface."""
     energy = 0.0
     for i in range(u.shape[0]):
         bx, by, bz = 0.0, 0.0, 0.0
@@ -87,32 +87,16 @@ def tethers(u, shift, stiffness, indptr, indices, bending, grad):
             by += b * u[j, 1]
             bz += b * u[j, 2]
         wx, wy, wz = u[i, 0] - shift[i, 0], u[i, 1] - shift[i, 1], u[i, 2] - shift[i, 2]
+        out = wx * normals[i, 0] + wy * normals[i, 1] + wz * normals[i, 2]
+        extra = (across[i] - along[i]) * out
+        gx = bx + along[i] * wx + extra * normals[i, 0]
+        gy = by + along[i] * wy + extra * normals[i, 1]
+        gz = bz + along[i] * wz + extra * normals[i, 2]
         energy += 0.5 * (u[i, 0] * bx + u[i, 1] * by + u[i, 2] * bz)
-        energy += 0.5 * stiffness[i] * (wx * wx + wy * wy + wz * wz)
-        grad[i, 0] += bx + stiffness[i] * wx
-        grad[i, 1] += by + stiffness[i] * wy
-        grad[i, 2] += bz + stiffness[i] * wz
-    return energy
-
-
-@compiled
-def columns(u, shift, stiffness, indptr, indices, heights, grad):
-    """Columns of tissue on anchors that moved by `shift`, which keep their volume: by how much each is too high for its
-    base, `heights` (nnz, 3) times u - shift, costs energy. Adds to grad.
-    """
-    energy = 0.0
-    for i in range(u.shape[0]):
-        excess = 0.0
-        for p in range(np.uint32(indptr[i]), np.uint32(indptr[i + 1])):
-            j = indices[p]
-            for k in range(3):
-                excess += heights[p, k] * (u[j, k] - shift[j, k])
-        force = stiffness[i] * excess
-        energy += 0.5 * force * excess
-        for p in range(np.uint32(indptr[i]), np.uint32(indptr[i + 1])):
-            j = indices[p]
-            for k in range(3):
-                grad[j, k] += force * heights[p, k]
+        energy += 0.5 * (along[i] * (wx * wx + wy * wy + wz * wz) + extra * out)
+        grad[i, 0] += gx
+        grad[i, 1] += gy
+        grad[i, 2] += gz
     return energy
 
 

@@ -16,14 +16,14 @@ from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
-from ..array_types import Array, IntArray
+from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
-from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
+from .constraints import lip_tethers, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
 from .lip_surfaces import closing_forces
@@ -174,27 +174,7 @@ class Skin:
         for name, joint in face.joint_weights.items():
             plates[joint.vertices] = np.maximum(plates[joint.vertices], of_lids[name])
         self._along = base * ((1.0 + m.lip_firmness * lips) * tethers + plates)
-        self._across = base * np.maximum(m.normal_ratio * face.tissue.across - 1.0, 0.0) * tethers
-        self._columns = self._columns_of(face)
-
-    def _columns_of(self, face: Face) -> tuple[IntArray, IntArray, Array]:
-        """Return the sparse rows (n + 1,), (nnz,), (nnz, 3) that give, by displacements, by how much each column of
-        tissue is too high for the area of the skin on it.
-        """
-        n, corners = len(self._rest_points), self._triangles
-        a, b, c = (self._rest_points[corners[:, k]] for k in range(3))
-        normals = np.cross(b - a, c - a)
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        growth = 0.5 * np.stack([np.cross(normals, side) for side in (c - b, a - c, b - a)], axis=1)
-        height = face.tissue.bulge * face.tissue.depth * face.unit / (3.0 * np.maximum(self._area, 1e-300))
-        entries = [self._normals, (height[corners][:, :, None, None] * growth[:, None]).reshape(-1, 3)]
-        rows = np.concatenate([np.arange(n), np.repeat(corners, 3, axis=1).ravel()])
-        columns = np.concatenate([np.arange(n), np.tile(corners, 3).ravel()])
-        three = (3 * columns[:, None] + np.arange(3)).ravel()
-        matrix = csr_array((np.concatenate(entries).ravel(), (np.repeat(rows, 3), three)), shape=(n, 3 * n))
-        matrix.sort_indices()
-        starts, vertices = matrix.indptr // 3, matrix.indices[::3] // 3
-        return starts.astype(np.uint32), vertices.astype(np.uint32), matrix.data.reshape(-1, 3)
+        self._across = base * (m.normal_ratio * tethers + plates)
 
     def _held(self, face: Face) -> tuple[Array, dict[str, Array]]:
         """Return the stiffness (n,) of the tethers to bone, and to each plate, relative to the forehead."""
@@ -221,10 +201,7 @@ class Skin:
 
         It is that on the whole face, averaged around the vertices that are simulated: between these it may change.
         """
-        m = self.material
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
-        corners, knots = modioli(face)
-        shares = [np.linalg.norm(muscle.force(corners), axis=1) for muscle in face.muscles.values()]
         around, normals = self.mesh.around, self._normals if whole is face else lip_tethers(whole)[1]
         for k, muscle in enumerate(face.muscles.values()):
             if around is None:
@@ -232,8 +209,7 @@ class Skin:
             else:
                 near = within(whole.points, *muscle.reach)
                 force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
-            tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * (shares[k] @ knots)
-            pull[k] = (force - tied[:, None] * self._normals) * (self._area * pulled)[:, None]
+            pull[k] = force * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
@@ -242,6 +218,7 @@ class Skin:
                 pull[k] *= 0.0 if closes else (1.0 - face.shut_lids)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
+        m = self.material
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
         return pull
 
@@ -250,19 +227,14 @@ class Skin:
 
         The line search makes up for effects that they leave out: springs beyond their threshold, and turned springs.
         """
-        direction = np.abs(self._rest / self._length[:, None])
-        starts, vertices, heights = self._columns
-        shape = len(starts) - 1, len(starts) - 1
-        columns = [csr_array((each, vertices.astype(np.int32), starts), shape=shape) for each in heights.T]
-        sizes = np.sqrt(np.stack([part.power(2).sum(axis=1) for part in columns]))
+        direction, tethers = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
         matrices = []
         for k in range(3):
-            # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the columns.
+            # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
-            edges = graph_laplacian(self._edges.astype(np.int32), weight, len(self._along))
-            across = self._across * sizes.sum(axis=0) / np.maximum(sizes[k], 1e-12)
-            kept = columns[k].T @ diags_array(across) @ columns[k]
-            matrices.append(csr_array(bending + edges + diags_array(self._along) + kept))
+            tether = self._along + (self._across - self._along) * tethers[:, k] * tethers.sum(axis=1)
+            edges = graph_laplacian(self._edges.astype(np.int32), weight, len(tether))
+            matrices.append(bending + edges + diags_array(tether))
         return matrices
 
     # --- use ----------------------------------------------------------------------------------
@@ -455,6 +427,7 @@ class Skin:
             u, self._corners, self._rest_points, self._facing_now, self.contacts.flats.double_area, m.smallest_area,
             INVERSION_STIFFNESS, gradient,
         )  # fmt: skip
-        energy += kernels.tethers(u, self._shift, self._along, bending.indptr, self._bent, bending.data, gradient)
-        energy += kernels.columns(u, self._shift, self._across, *self._columns, gradient)
+        energy += kernels.tethers(
+            u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
+        )
         return float(energy)
