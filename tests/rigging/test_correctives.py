@@ -72,7 +72,7 @@ def corrected_pairs(monkeypatch, *pairs):
     """A rig of ARKit's shapes that corrects pairs, without meshes; nothing is off."""
     monkeypatch.setattr(Rig, "error", lambda self, weights: RigError(0.0, 0.0, 0.0))
     drivers = {"_".join(pair): pair for pair in pairs}
-    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, "none", ARKIT, None, None)
+    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, "none", ARKIT, None, None, None)
 
 
 def test_each_mixture_is_told_once(monkeypatch):
