@@ -87,8 +87,8 @@ def table1(
     Parameters
     ----------
     folds
-        printed: the paper's muscles and wrinkles, split by Eq. 19 alone. paper: by its formula, mended where it fails;
-        wave: waves. Both also split where vertices are too few for a wrinkle.
+        printed: the paper's muscles and wrinkles, split by Eq. 19 alone. paper: by its formula, mended where it fails,
+        and split where vertices are too few for a wrinkle, too. wave: waves, split there alone.
     iterations
         Time steps of each of the five expressions.
     drawings
@@ -201,10 +201,14 @@ def criterion(folds: Folds) -> str:
     --------
     >>> criterion("printed")
     'Eq. 19 alone, gamma_c = 0.01'
+    >>> criterion("wave")
+    'fewer than 4 vertices per half wavelength'
     """
     settings = refinement_for(folds)
-    samples = f"or fewer than {settings.samples:g} vertices per half wavelength" if settings.samples else "alone"
-    return f"Eq. 19 {samples}, gamma_c = {settings.gamma_c:g}"
+    samples = f"fewer than {settings.samples:g} vertices per half wavelength"
+    if settings.gamma_c is None:
+        return samples
+    return f"Eq. 19 {f'or {samples}' if settings.samples else 'alone'}, gamma_c = {settings.gamma_c:g}"
 
 
 def as_text(rows: list[Row], iterations: int, machine: str, folds: Folds = "printed") -> str:
