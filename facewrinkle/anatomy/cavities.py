@@ -19,6 +19,7 @@ from ..array_types import Array, BoolArray
 from ..geometry.depth_buffer import sampled_depth_buffer
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import side_lengths
 from .landmarks import FaceFrame
 
 # --- The depth map of the face from the front ---------------------------------------------------------------
@@ -221,7 +222,7 @@ def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
     flat = corners[:, :, :2]
     seen = ((flat.max(axis=1) >= low) & (flat.min(axis=1) <= high)).all(axis=1)
     corners = corners[seen & (corners[:, :, 2].max(axis=1) > -BACK_OF_MAP)]
-    edge = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    edge = side_lengths(corners).max(axis=1)
     parts = np.ceil(1.5 * edge / STEP).astype(int)
     found = [np.empty((0, 3))]
     for k in np.unique(parts):

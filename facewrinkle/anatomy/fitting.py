@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,7 @@ from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, war
 from ..mesh import (
     MeshLike,
     as_texture,
+    closest_places,
     merged_texture,
     outside_images,
     prepare,
@@ -217,7 +218,7 @@ def fit_face(
         rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
         found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in set(estimated) - set(NOT_ON_SKIN):
-        found[name] = _closest(clean.mesh, found[name])
+        _, (found[name],) = closest_places(clean.mesh, found[name])
     face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
     face = dataclasses.replace(
         face,
@@ -482,12 +483,6 @@ def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
     return unit
 
 
-def _closest(surface: pv.PolyData, points: Array) -> Array:
-    """The points of a surface closest to one (3,) or several (n, 3)."""
-    found: Any = surface.find_closest_cell(points, return_closest_point=True)
-    return np.asarray(found[1], dtype=np.float64)
-
-
 def _check_both_sides(local: Array) -> None:
     """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
     face = local[(np.abs(local) < FACE_EXTENT).all(axis=1), 0]
@@ -505,7 +500,7 @@ def _check_on_mesh(given: Mapping[str, Array], surface: pv.PolyData, size: float
     if not names:
         return
     places = np.array([given[n] for n in names])
-    distance = np.linalg.norm(places - _closest(surface, places), axis=1) / size
+    distance = np.linalg.norm(places - closest_places(surface, places)[1], axis=1) / size
     off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
     if off:
         raise LandmarkError(

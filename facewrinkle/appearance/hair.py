@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pyvista as pv
@@ -17,7 +16,7 @@ from ..geometry.interpolation import barycentric, height_above
 from ..geometry.normals import vertex_normals
 from ..geometry.rings import ring_quads
 from ..geometry.smoothstep import smoothstep
-from ..mesh.arrays import reshaped
+from ..mesh.arrays import closest_places, reshaped
 
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
@@ -93,8 +92,7 @@ def fitted_brows(face: Face) -> BrowHairs:
     places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
     base = frame_of(head.landmarks)
     onto_face = fitted_map(head.landmarks, face.landmarks, base, face.frame)
-    found: Any = face.mesh.find_closest_cell(onto_face(places.reshape(-1, 3)), return_closest_point=True)
-    cells, on_skin = found
+    cells, on_skin = closest_places(face.mesh, onto_face(places.reshape(-1, 3)))
     weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / base.pupil_distance
     return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)

@@ -8,11 +8,11 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import splu
 
 from ..array_types import Array, IntArray
 from .closest_point import ClosestPoint
 from .compilation import compiled
+from .laplacian import symmetric_factors
 from .topology import unique_edges
 
 SWEEPS = 2
@@ -184,7 +184,7 @@ def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -
     stiff = diags_array(np.where(inner, 3.0 * length**4 / around, 0.0))
     mass = diags_array(np.bincount(local.ravel(), np.repeat(area / 3.0, 3), minlength=len(used)))
     matrix = (mass + jump.T @ stiff @ jump).tocsc()
-    factors = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factors = symmetric_factors(matrix)
     out = values.copy()
     out[used] = factors.solve(mass @ values[used])
     return out

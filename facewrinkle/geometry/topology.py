@@ -102,6 +102,17 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     return edges[:n_edges].copy(), sides
 
 
+def side_lengths(corners: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Lengths (m, 3) of the sides of triangles, given by their corners (m, 3, 3).
+
+    Examples
+    --------
+    >>> side_lengths(np.array([[[0.0, 0, 0], [3, 0, 0], [3, 4, 0]]])).tolist()
+    [[5.0, 3.0, 4.0]]
+    """
+    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+
+
 def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
     """Triangles at each edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`.
 

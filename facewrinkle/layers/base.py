@@ -246,8 +246,10 @@ class Layer:
         """Return how often triangles have to be split, at most, to carry the layer on a face; default: 0."""
         return 0
 
-    def check_level(self, face: Face, level: int) -> None:
-        """Warn, or raise a ParameterError, if triangles that are split so often cannot carry it; default: none."""
+    def check_level(self, needed: int, level: int) -> None:
+        """Warn, or raise a ParameterError, if triangles that are split `level` times cannot carry a layer that needs
+        another number, see `level_needed`; default: neither.
+        """
 
     def attach(self, face: Face) -> None:
         """Forget everything and prepare for `face`, whose vertices come with the first call of `follow`."""

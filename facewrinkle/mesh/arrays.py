@@ -249,6 +249,21 @@ def reshaped(blank: pv.PolyData, points: np.ndarray, normals: np.ndarray | None 
     return mesh
 
 
+def closest_places(mesh: pv.PolyData, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the triangles (n,) and places (n, 3) of a mesh that are closest to points (n, 3).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> corner = to_polydata(4.0 * np.eye(3)[:, [1, 2, 0]], np.array([[0, 1, 2]]))
+    >>> cells, places = closest_places(corner, np.array([[9.0, 0, 0], [0, 0, 9]]))
+    >>> cells.tolist(), places.tolist()
+    ([0, 0], [[4.0, 0.0, 0.0], [0.0, 0.0, 4.0]])
+    """
+    cells, places = mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
+    return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(places, dtype=np.float64))
+
+
 def interpolated_point_data(
     point_data: Mapping[str, np.ndarray], corners: np.ndarray, barycentric: np.ndarray
 ) -> dict[str, np.ndarray]:

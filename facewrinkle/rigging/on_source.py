@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +14,7 @@ from ..array_types import Array, IntArray, Single
 from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry.interpolation import barycentric
-from ..mesh import MeshLike, read_surface
+from ..mesh import MeshLike, closest_places, read_surface
 from ..mesh.seams import corner_texture
 from .fields import CUT, Baker, Placed, faded, shape_fields
 from .linear_rig import Rig
@@ -132,11 +131,11 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
         deltas[:, left[twins]], known[left[twins]] = deltas[:, np.flatnonzero(known)[nearest[twins]]], True
         left = left[~twins]
     if len(left):
-        found: Any = face.mesh.find_closest_cell(points[left], return_closest_point=True)
-        corners = face.triangles[found[0]]
-        weights = barycentric(found[1], face.points[corners])
+        cells, places = closest_places(face.mesh, points[left])
+        corners = face.triangles[cells]
+        weights = barycentric(places, face.points[corners])
         deltas[:, left] = np.einsum("nc,kncx->knx", weights, skin[:, corners])
-        known[left] = np.linalg.norm(found[1] - points[left], axis=1) < REACHED * size
+        known[left] = np.linalg.norm(places - points[left], axis=1) < REACHED * size
     charted = rig.wrinkles == "maps" and corner_texture(face.mesh) is None
     chart = around_head(face, points) if charted else None
     return SourceShapes(rig.names, points, deltas, known, face.unit, chart)

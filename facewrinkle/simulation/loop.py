@@ -150,12 +150,12 @@ class Simulation:
         own = [copy(layer) for layer in layers]
         for layer in own:
             layer.prepare(face, partial(fold_shapes, face, self.motion))
-        level = self._asked_level
+        level, needed = self._asked_level, [layer.level_needed(face) for layer in own]
         if level is None:
-            needed = (min(layer.level_needed(face), FINEST) for layer in own)
-            level = max(default_level(face, self._edges), self._level, *needed) or USUAL_LEVEL
-        for layer in own:
-            layer.check_level(face, level)
+            most = min(max(needed, default=0), FINEST)
+            level = max(default_level(face, self._edges), self._level, most) or USUAL_LEVEL
+        for layer, own_level in zip(own, needed, strict=True):
+            layer.check_level(own_level, level)
         self._level, self.refinement = level, replace(self.refinement, max_level=level)
         return own
 

@@ -12,6 +12,7 @@ from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry import _mesh_kernels as kernels
 from ..geometry.refinement import RedGreenForest
+from ..geometry.topology import side_lengths
 from ..layers.base import FINEST, Displacement, SurfacePoints
 
 BENT = 0.03
@@ -86,13 +87,12 @@ def typical_edges(face: Face) -> Array:
     >>> typical_edges(face).shape == (len(face.muscles),)
     True
     """
-    corners = face.points[face.triangles]
-    lengths = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    lengths = side_lengths(face.points[face.triangles])
     return np.array([np.median(lengths[zone]) if zone.any() else 0.0 for zone in face.zones])
 
 
 def default_level(face: Face, edges: Array) -> int:
-    """Return the level that nine in ten muscles, with edges (k,) in their regions, need; 0 where none folds the skin.
+    """Return the level that nine in ten muscles, with edges (k,) in their regions, need; 0 without muscles.
 
     Examples
     --------
@@ -104,7 +104,7 @@ def default_level(face: Face, edges: Array) -> int:
     cycles = np.array([muscle.fold_pattern.half_wavelength for muscle in face.muscles.values()])
     folding = np.isfinite(cycles) & (edges > 0.0)
     if not folding.any():
-        return min(len(cycles), 1)
+        return int(len(cycles) > 0)
     levels = np.log2(edges[folding] / (ENOUGH_SPACING * cycles[folding]))
     return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, 4))
 

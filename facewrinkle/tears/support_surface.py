@@ -18,7 +18,7 @@ from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
-from ..mesh import MeshLike, read_surface, to_polydata
+from ..mesh import MeshLike, closest_places, read_surface, to_polydata
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -103,8 +103,7 @@ class SupportSurface:
 
     def nearest(self, points: Array) -> tuple[IntArray, Array]:
         """Return the triangles (n,) and the points (n, 3) of the surface that are nearest to points (n, 3)."""
-        cells, found = self.mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
-        return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(found, dtype=np.float64))
+        return closest_places(self.mesh, points)
 
     def bound(self, points: Array) -> BoundPoints:
         """Bind the points of the surface that are nearest to points (n, 3)."""

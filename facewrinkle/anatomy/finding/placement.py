@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, cast
+from typing import cast
 
 import numpy as np
 from scipy.ndimage import grey_dilation, map_coordinates
 
 from ...array_types import Array, BoolArray, IntArray
-from ...mesh import to_polydata
+from ...mesh import closest_places, to_polydata
 from ..landmarks import NAMES, complete
 from .alignment import FINE
 from .depth import peak
@@ -230,5 +230,5 @@ def _on_surface(points: Array, triangles: IntArray, landmarks: dict[str, Array])
     """The landmarks, with all but the centres of the eyes moved to the closest points of the surface."""
     names = [name for name in NAMES if not name.endswith("centre")]
     skin = to_polydata(points, triangles)
-    closest: Any = skin.find_closest_cell(np.array([landmarks[name] for name in names]), return_closest_point=True)
-    return landmarks | dict(zip(names, np.asarray(closest[1], dtype=np.float64), strict=True))
+    _, places = closest_places(skin, np.array([landmarks[name] for name in names]))
+    return landmarks | dict(zip(names, places, strict=True))

@@ -13,6 +13,7 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, warn
 from ...geometry.refinement import Change
+from ...geometry.topology import side_lengths
 from ..base import FINEST, Displacement, Layer, SurfacePoints, SurfaceState
 from ..patterns import PatternFunction
 from . import presets
@@ -322,27 +323,25 @@ class PatternLayer(Layer):
             return int(np.clip(np.ceil(np.log2(edge / (LONGEST_EDGE * twin._laid.half.min()))), 1, 12))
         half, _ = twin._wavelengths(self.begin)
         strong = twin._weight > 0.5 * twin._weight.max()
-        sides = points[corners] - np.roll(points[corners], 1, axis=1)
-        edges = np.median(np.linalg.norm(sides, axis=2), axis=1)[twin._where]
+        edges = np.median(side_lengths(points[corners]), axis=1)[twin._where]
         ratio = edges[strong] / (LONGEST_EDGE * half[strong])
         return int(np.clip(np.ceil(np.log2(np.quantile(ratio, 0.75))), 0, 12))
 
-    def check_level(self, face: Face, level: int) -> None:
+    def check_level(self, needed: int, level: int) -> None:
         """Warn if a mesh that is split so often cannot carry the pattern well.
 
         A pattern that needs at least two levels more raises a ParameterError, unless refinement is off (level 0).
         """
-        own = self.level_needed(face)
-        if own <= level:
+        if needed <= level:
             return
-        ask = f"max_level={own}, for " if own <= FINEST else ""
+        ask = f"max_level={needed}, for " if needed <= FINEST else ""
         remedy = f"Ask for {ask}fewer wrinkles, for a larger region, or begin with a finer mesh."
-        if 0 < level < own - 1:
+        if 0 < level < needed - 1:
             raise ParameterError(
-                f"the mesh is too coarse to carry the pattern {self.name}: its triangles would have to be split {own} "
-                f"times, and max_level={level} is allowed. {remedy}"
+                f"the mesh is too coarse to carry the pattern {self.name}: its triangles would have to be split "
+                f"{needed} times, and max_level={level} is allowed. {remedy}"
             )
         warn(
             f"the mesh is too coarse to carry the pattern {self.name} well: its triangles should be split "
-            f"{own} {'time' if own == 1 else 'times'}, and max_level={level} is allowed. {remedy}"
+            f"{needed} {'time' if needed == 1 else 'times'}, and max_level={level} is allowed. {remedy}"
         )

@@ -10,6 +10,7 @@ from ...anatomy.face import Face, per_face
 from ...array_types import Array
 from ...errors import ParameterError
 from ...geometry.interpolation import interpolated
+from ...geometry.topology import side_lengths
 from ..base import SurfacePoints
 from ..compression import StrainField
 from ..entries import sorted_by_vertex
@@ -122,8 +123,7 @@ class WaveField:
         inside = face.triangles[np.any(zones, axis=0)] if zones else face.triangles[:0]
         if not len(inside):
             return 0
-        corners = face.points[inside] * self._unit
-        edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean(axis=1)
+        edges = side_lengths(face.points[inside] * self._unit).mean(axis=1)
         levels = np.log2(edges / (ENOUGH * self._length[inside].mean(axis=1)))
         return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, MOST))
 

@@ -9,13 +9,14 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csc_array, diags_array
-from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...geometry.interpolation import interpolated
+from ...geometry.laplacian import symmetric_factors
 from ...geometry.refinement import RedGreenForest
+from ...geometry.topology import side_lengths
 
 FINE, MOST = 0.45, 4
 """Length of edges on which a wave is known well enough, in wavelengths, and the highest level."""
@@ -34,8 +35,7 @@ def level_for(face: Face, zone: BoolArray, length: Array) -> int:
 
     Half of their edges are then no longer than `FINE` wavelengths.
     """
-    corners = face.points[face.triangles[zone]] * face.unit
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    edges = side_lengths(face.points[face.triangles[zone]] * face.unit)
     needed = np.log2(edges / (FINE * length[face.triangles[zone]]))
     return int(np.clip(np.ceil(np.median(needed)), 0, MOST))
 
@@ -131,10 +131,7 @@ class Smoothing:
         rows = np.broadcast_to(index[:, :, :, None, None], blocks.shape)
         columns = np.broadcast_to(index[:, None, None, :, :], blocks.shape)
         matrix = csc_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(len(mass),) * 2)
-        factors = splu(
-            csc_array(matrix + diags_array(mass)), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )  # fmt: skip
+        factors = symmetric_factors(csc_array(matrix + diags_array(mass)))
 
         def smooth(values: Array) -> Array:
             flat = values.reshape(len(mass), -1)
