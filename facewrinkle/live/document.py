@@ -249,10 +249,10 @@ class Document:
             If it is not a session, or one of a newer version.
         """
         try:
-            content = json.loads(text)
+            content = msgspec.json.decode(text, type=dict[str, Any])
         except (ValueError, RecursionError):
-            content = None
-        if not isinstance(content, dict) or "facewrinkle session" not in content:
+            content = {}
+        if "facewrinkle session" not in content:
             raise ParameterError("this is not a session of the studio: it must be JSON with a 'facewrinkle session'.")
         number = content.pop("facewrinkle session")
         if number != VERSION:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import threading
 import warnings
@@ -37,6 +38,9 @@ COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
 
 LARGEST_UPLOAD = 256 * 2**20
 """Bytes of all files that are sent together."""
+
+LONGEST_UPLOAD = 600.0
+"""Seconds in which they must have arrived."""
 
 MOST_FILES = 32
 """Files that are sent together at most."""
@@ -185,8 +189,20 @@ async def received(request: web.Request, folder: Path) -> list[str]:
     Raises
     ------
     ParameterError
-        For names that are not taken, and for too many or too large files.
+        For names that are not taken, for too many or too large files, and for what does not arrive.
     """
+    try:
+        async with asyncio.timeout(LONGEST_UPLOAD):
+            return await _received(request, folder)
+    except FaceWrinkleError:
+        raise
+    except TimeoutError:
+        raise ParameterError(f"the files did not arrive within {LONGEST_UPLOAD:g} s.") from None
+    except Exception as problem:  # a form can be bad in many ways, and a page leave at any time
+        raise ParameterError(f"the files were not received: {' '.join(str(problem).split())}.") from None
+
+
+async def _received(request: web.Request, folder: Path) -> list[str]:
     if not request.content_type.startswith("multipart/"):
         raise ParameterError("files are sent as a form with several parts.")
     names: list[str] = []

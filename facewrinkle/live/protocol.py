@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any
 
+import msgspec
 from msgspec import Meta, Struct
 
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
@@ -128,11 +128,9 @@ def parse(text: str) -> Message:
     Field(name='W', id=3)
     """
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
-        content = None
-    if not isinstance(content, dict):
-        raise ParameterError("a message must be a JSON object.")
+        content = msgspec.json.decode(text, type=dict[str, Any])
+    except (ValueError, RecursionError) as problem:
+        raise ParameterError(f"a message must be a JSON object: {problem}.") from None
     command = str(content.pop("do", ""))
     if command not in COMMANDS:
         raise unknown_name("command", command[:64], COMMANDS)

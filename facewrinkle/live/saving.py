@@ -191,7 +191,8 @@ class Kept:
 
     def _write(self, version: int) -> None:
         assert self._folder.path is not None
-        if self._in_the_way and os.path.lexists(self._folder.path / SESSION):  # it may have been moved since
+        path = self._folder.path / SESSION
+        if os.path.islink(path) or (self._in_the_way and os.path.exists(path)):  # it may have been moved since
             self._folder.set_aside(SESSION)
         self._in_the_way = False
         self._folder.write(SESSION, self._document.text().encode(), anew=False)
@@ -296,9 +297,12 @@ def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
 
 
 def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScene:
+    position, focal_point, up = np.array(camera).reshape(3, 3)
+    if np.linalg.norm(np.cross(focal_point - position, up)) < 1e-6:
+        raise ParameterError(f"a camera must look somewhere, and its upward direction elsewhere, received {camera}.")
     scene = TearScene(face, Style((width, height)))
     view = scene.plotter.camera
-    view.position, view.focal_point, view.up = np.array(camera).reshape(3, 3)
+    view.position, view.focal_point, view.up = position, focal_point, up
     scene.plotter.renderer.ResetCameraClippingRange()
     return scene
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import json
+import logging
 import secrets
 import socket
 import tempfile
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
+from aiohttp.http_exceptions import HttpProcessingError
 
 from ..errors import FaceWrinkleError, ParameterError
 from ..plotting.scene import BACKGROUND
@@ -47,6 +49,10 @@ little more than one.
 
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
+
+LOG = logging.getLogger(__name__)
+LOG.addFilter(lambda record: not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError)))
+"""What goes wrong here; requests that are no HTTP, which anyone can send, are refused in silence."""
 
 
 class Client:
@@ -222,7 +228,7 @@ class Server:
         app.router.add_get("/download/{token}", self._download)
         app.router.add_post("/open", self._open)
         app.router.add_get("/{name}", self._page)
-        self._runner = web.AppRunner(app, access_log=None)
+        self._runner = web.AppRunner(app, access_log=None, logger=LOG)
         await self._runner.setup()
         site = web.TCPSite(self._runner, self.host, self.port)
         await site.start()
@@ -274,6 +280,9 @@ class Server:
         self._downloads[token] = name, data
         return f"/download/{token}"
 
+    def _is_key(self, text: str) -> bool:
+        return hmac.compare_digest(text.encode(errors="replace"), self.key.encode())
+
     # --- requests ------------------------------------------------------------------------------
 
     @web.middleware
@@ -322,18 +331,17 @@ class Server:
 
     async def _open(self, request: web.Request) -> web.Response:
         """Take files into a new folder, have them read, and say what they were."""
-        if request.headers.get("Origin") is None or not hmac.compare_digest(
-            request.headers.get("X-Key", "").encode(), self.key.encode()
-        ):
+        if request.headers.get("Origin") is None or not self._is_key(request.headers.get("X-Key", "")):
             raise web.HTTPForbidden(text="the key is needed")
+        headers = self._headers(request)  # the page may have left when they are needed
         try:
             with tempfile.TemporaryDirectory(prefix="facewrinkle-") as folder:
                 names = await received(request, Path(folder))
                 answer = await asyncio.to_thread(self._opened, Path(folder), names)
-            return web.json_response(answer, headers=self._headers(request))
+            return web.json_response(answer, headers=headers)
         except FaceWrinkleError as error:
             text = " ".join(str(error).split())[:2000].replace(folder + "/", "")
-            return web.json_response({"error": text}, status=400, headers=self._headers(request))
+            return web.json_response({"error": text}, status=400, headers=headers)
 
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if request.headers.get("Origin") is None:
@@ -346,7 +354,7 @@ class Server:
             await page.close(code=1008, message=b"no key")
             return page
         key = key_of(first.data) if first.type is WSMsgType.TEXT else None
-        if not hmac.compare_digest((key or "").encode(), self.key.encode()):
+        if not self._is_key(key or ""):
             await page.close(code=1008, message=b"wrong key")
             return page
         client = Client(page)

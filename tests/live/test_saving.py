@@ -5,6 +5,7 @@ a later start        | is offered it; resuming is a step of undo; what is not re
 what is no session   | an error when it is taken, and nothing before
 a disk that is full  | is told once, and tried again
 what libraries print | much of it, in C, and no text: no harm
+a link to elsewhere  | gets another name, and what it leads to stays
 stopped              | before and while it runs: an error, and nothing in the terminal
 """
 
@@ -189,6 +190,22 @@ def test_what_is_no_session_is_an_error_when_it_is_taken(folder):
     assert document.version == 0
     (folder.path / "session.json").write_bytes(b"\xff\xfe")
     assert begun(folder)[1].when == ""
+
+
+def test_a_link_is_not_followed_out_of_the_folder(folder, tmp_path_factory):
+    outside = tmp_path_factory.mktemp("outside") / "precious.json"
+    outside.write_text("precious")
+    document, kept = begun(folder)
+    kept.resume()
+    path = folder.path / "session.json"
+    for intensity in (0.2, 0.3):
+        path.unlink()
+        path.symlink_to(outside)
+        document.change([(("intensity",), intensity)])
+        kept.save()
+        assert outside.read_text() == "precious"
+        assert path.read_text() == document.text()
+        assert not path.is_symlink()
 
 
 class Run:

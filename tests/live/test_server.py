@@ -84,13 +84,28 @@ def test_the_frames_of_the_studio_are_those_of_a_simulation_of_its_own(face):
         assert np.array_equal(own.faces, frame.faces)
 
 
-@pytest.mark.parametrize("key", ["", "wrong", "x" * 32, "ключ"])
+@pytest.mark.parametrize("key", ["", "wrong", "x" * 32, "ключ", "\ud800"])
 def test_without_the_key_nothing_is_told(studio, key):
     async def visit():
         async with page(studio, key=key) as seen:
             return await seen.receive(), seen.socket.close_code
 
     assert asyncio.run(visit()) == (None, 1008)
+
+
+def test_requests_that_make_no_sense_are_refused_in_silence(studio, capfd, caplog):
+    async def asked(request):
+        reader, writer = await asyncio.open_connection("127.0.0.1", studio._server.port)
+        host = root(studio).removeprefix("http://").encode()
+        writer.write(request + b" HTTP/1.1\r\nHost: %b\r\nOrigin: http://%b\r\nX-Key: \xff\r\n\r\n" % (host, host))
+        status = (await reader.readline()).split()[1]
+        writer.close()
+        return status
+
+    requests = b"POST /open", b"GET /" + b"a" * 9000, b"GET /%ff%00", b"GET /download/%ff", b"\xff /"
+    assert [asyncio.run(asked(request)) for request in requests] == [b"403", b"400", b"404", b"404", b"400"]
+    assert capfd.readouterr() == ("", "")
+    assert not caplog.records
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", "http://127.0.0.1:1", "https://127.0.0.1"])
@@ -151,6 +166,12 @@ def test_bad_messages_are_answered_without_a_traceback(studio):
         '{"do": "change", "patches": [[["folds", "depth"], NaN]], "gesture": ""}',
         '{"do": "probe", "corners": [1, 2, 99999999], "shares": [0, 0, 1], "version": 1}',
         '{"do": "save", "what": "/etc/passwd", "camera": []}',
+        '{"do": "save", "what": "picture", "camera": [0, 0, 0, 0, 0, 0, 0, 0, 0]}',
+        '{"do": "save", "what": "picture", "camera": [0, 0, 9, 0, 0, 0, 0, 0, 1]}',
+        '{"do": "change", "patches": [[["patterns", "\\ud800"], {}]], "gesture": ""}',
+        '{"do": "change", "patches": [[["face"], "\\ud800"]], "gesture": ""}',
+        '{"do": "change", "patches": [[["patterns", "a"], {"kind": [], "centre": [0, 0, 0]}]], "gesture": ""}',
+        f'{{"do": "change", "patches": [[["tears", "a"], {{"start": [1{400 * "0"}, 0, 0]}}]], "gesture": ""}}',
         '{"do": "field", "name": "../x"}', '{"do": "live", "weights": {"AU12": 1e999}}', "[" * 2000 + "]" * 2000,
     ]  # fmt: skip
 
@@ -206,11 +227,9 @@ def test_random_messages_are_answered_and_harm_nobody(studio):
 def test_times_that_are_no_numbers_do_not_end_the_pictures(studio):
     async def visit():
         async with page(studio) as other, page(studio) as seen:
-            for time_ in ("1e999", "NaN", '"nan"', "-1e999"):
+            for time_ in ("1e999", "NaN", '"nan"', "-1e999", "1e99"):
                 await seen.socket.send_str(f'{{"do": "pose", "time": {time_}}}')
-                assert (await seen.until(lambda got: got.get("is") == "error"))["text"].startswith(
-                    "pose.time: expected"
-                )
+                await seen.until(lambda got: got.get("is") == "error")
             await seen.send({"do": "change", "patches": [[["mixture", "AU12"], 1.0]], "gesture": ""})
             for each in (other, seen):
                 await each.until(lambda got: got.get("is") == "document" and got["data"]["mixture"])

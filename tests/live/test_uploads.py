@@ -2,6 +2,7 @@
 
 the key and the origin | refused without
 names, number and size | an error as a sentence
+forms that make no sense, or do not arrive | the same, and nothing in the terminal
 what names other files | only those that were sent with it
 undo                   | the face before
 """
@@ -10,7 +11,9 @@ from __future__ import annotations
 
 import asyncio
 import json
+import socket
 import tempfile
+import time
 from pathlib import Path
 
 import aiohttp
@@ -94,6 +97,69 @@ def test_bad_files_are_sentences(studio, monkeypatch):
     status, text = send(studio, {"head.ply": b"x" * 101})
     assert (status, "too large" in text) == (400, True)
     assert studio.document["face"] == ""
+
+
+FILE = b'--x\r\nContent-Disposition: form-data; name=a; filename="a.ply"\r\n\r\n'
+FORM = "multipart/form-data; boundary=x"
+
+
+def request(studio, body, kind=FORM, length=None):
+    """A form as it is sent; more of it may be promised."""
+    address, _, key = studio.url.partition("/#")
+    lines = [
+        "POST /open HTTP/1.1", f"Host: {address.removeprefix('http://')}", f"Origin: {address}", f"X-Key: {key}",
+        f"Content-Type: {kind}", f"Content-Length: {length or len(body)}", "Connection: close", "", "",
+    ]  # fmt: skip
+    return "\r\n".join(lines).encode() + body
+
+
+def answer(studio, *form, **more):
+    """The status and the text that a form is answered with."""
+    with socket.create_connection(("127.0.0.1", studio._server.port), timeout=20.0) as page:
+        page.sendall(request(studio, *form, **more))
+        head, _, text = page.makefile("rb").read().partition(b"\r\n\r\n")
+    return int(head.split()[1]), text.decode()
+
+
+@pytest.mark.parametrize(
+    ("kind", "body"),
+    [
+        ("text/plain", b"abc"),
+        ("multipart/form-data", b"abc"),
+        ("multipart/form-data; boundary=" + "x" * 200, b"abc"),
+        (FORM, b"abc"),
+        (FORM, b"--x\r\n" + b"a" * 20_000),
+        (FORM, b"--x\r\n\r\nabc"),
+        (FORM, FILE + b"abc"),
+    ],
+)
+def test_bad_forms_are_sentences(studio, kind, body, caplog):
+    status, text = answer(studio, body, kind)
+    assert status == 400
+    assert json.loads(text)["error"].endswith(".")
+    assert not caplog.records
+
+
+def test_files_that_do_not_come_are_waited_for_in_vain_only_so_long(studio, monkeypatch):
+    monkeypatch.setattr(library, "LONGEST_UPLOAD", 0.3)
+    status, text = answer(studio, FILE + b"abc", length=100_000)
+    assert (status, "did not arrive within 0.3 s" in text) == (400, True)
+
+
+def test_a_page_that_leaves_while_it_sends_is_no_error(studio, caplog):
+    def folders():
+        return set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
+
+    before, end = folders(), time.monotonic() + 20.0
+    with socket.create_connection(("127.0.0.1", studio._server.port)) as page:
+        page.sendall(request(studio, FILE + b"abc", length=100_000))
+        while folders() == before:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+    while folders() != before:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    assert not caplog.records
 
 
 def test_a_file_cannot_fetch_others(studio, scan, tmp_path):
