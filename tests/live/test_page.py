@@ -343,6 +343,25 @@ def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
     until(lambda: message.inner_text() == f"The timeline has a key until {key()['end']:.2f} s.")
 
 
+def test_a_key_keeps_what_is_shown(page, studio):
+    """With one track for both sides of a unit where they are equal, and one for each where they are not."""
+    studio.change(mixture={"AU12L": 0.8, "AU12R": 0.8, "AU4": 0.6, "AU6L": 0.4, "AU26": 0.5}, intensity=0.5)
+    for at in (0.0, 1.0, 4.0):  # at the beginning and at the end, too
+        page.evaluate("(time) => app.connection.send('pose', { time })", at)
+        shown(page, studio)
+        until(lambda at=at: page.evaluate("app.timeline.time") == at)
+        before, points = studio.document, np.asarray(studio.frame().points)
+        page.get_by_role("button", name="Add key").click()
+        until(lambda: not studio.document["mixture"])
+        keys = list(studio.document["timeline"]["keys"].values())
+        assert {key["unit"]: key["weight"] for key in keys} == {"AU12": 0.4, "AU4": 0.3, "AU6L": 0.2, "AU26": 0.25}
+        until(lambda: page.locator(".track").count() == 4)
+        shown(page, studio)
+        assert np.abs(np.asarray(studio.frame().points) - points).max() < 1e-3
+        studio.undo()
+        assert studio.document == before
+
+
 def test_a_muscle_is_pulled_along_its_fibres(page, studio):
     shown(page, studio)
     page.keyboard.press("h")

@@ -221,6 +221,18 @@ export class Sliders {
     for (const each of this.rows) each.show(!each.set(mixture) && this.locked);
   }
 
+  /** The mixture, with both sides of a unit or a muscle under one name where they are equal. */
+  joined() {
+    const found = { ...this.mixture };
+    for (const { name, sides } of this.rows) {
+      const [left, right] = (sides ?? []).map((side) => found[side]);
+      if (!left || left !== right) continue;
+      found[name] = Math.max(found[name] ?? 0, left);
+      for (const side of sides) delete found[side];
+    }
+    return found;
+  }
+
   search(text) {
     const words = text.toLowerCase().split(/\s+/).filter(Boolean), full = new Set();
     for (const each of this.rows) {

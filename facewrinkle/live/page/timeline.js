@@ -34,19 +34,13 @@ export class Timeline {
     this.app.connection.send("play", { on });
   }
 
-  /** The mixture of the sliders becomes keys around the present time. */
+  /** What the sliders show becomes keys, at their height at the present time: the face stays as it is. */
   add() {
-    const mixture = Object.entries(this.app.data.mixture).filter(([, weight]) => weight > 0);
-    if (!mixture.length) return this.app.say("Set a slider first: a key lets what they show come and go.");
-    const { length } = this.app.data.timeline, at = Math.min(this.time, length - 0.2);
-    const patches = [];
-    for (const [unit, weight] of mixture) {
-      const name = `${unit} ${Date.now().toString(36)}`;
-      const end = Math.min(at + 2, length), span = end - at;
-      patches.push([["timeline", "keys", name], { unit, weight, onset: at, apex: at + 0.3 * span, offset: at + 0.65 * span, end }]);
-      patches.push([["mixture", unit], null]);
-    }
-    this.app.connection.change(patches);
+    const { intensity } = this.app.data, shown = Object.entries(this.app.sliders.joined()), { time, length } = this;
+    if (!shown.length) return this.app.say("Set a slider first: a key lets what they show come and go.");
+    const times = { onset: Math.max(0, time - 0.6), apex: time, offset: Math.min(time + 0.7, length), end: Math.min(time + 1.4, length) };
+    const keys = shown.map(([unit, weight]) => [["timeline", "keys", `${unit} ${Date.now().toString(36)}`], { unit, weight: weight * intensity, ...times }]);
+    this.app.connection.change([...keys, [["mixture"], {}]]);
   }
 
   update({ timeline: { length, loop, keys } }) {
