@@ -37,17 +37,19 @@ FEWER = {
     r"sim\.run\(\d+\)": "sim.run(3)",
     r"for i in range\(100\)": "for i in range(3)",
     r"for seed in range\(100\)": "for seed in range(1)",
+    r"fw\.rig\((face|fw\.fit_face\([^)]*\))": r'fw.rig(\1, "browInnerUp+jawOpen"',
+    "size=2048": "size=256",
 }
-"""What makes the code of pages shorter: frames and people."""
+"""What makes the code of pages shorter: frames, people, shapes and texels."""
 
-LONG = {"scan", "animation", "export", "data", "expression", "tears", "patterns"}
+LONG = {"scan", "animation", "export", "data", "expression", "tears", "patterns", "rig"}
 """Pages whose code takes more than three seconds."""
 
 
 def pages_with_code():
     """Those whose code needs no files or programs that only the reader has."""
     for page in PAGES:
-        if code_of(page) and page.stem not in {"index", "character", "dataset", "rig", "layer", "notebook", "studio"}:
+        if code_of(page) and page.stem not in {"index", "character", "dataset", "notebook", "studio"}:
             marks = [pytest.mark.slow] if page.stem in LONG else []
             yield pytest.param(page, id=page.stem, marks=marks)
 
@@ -56,7 +58,8 @@ def pages_with_code():
 def users_folder(tmp_path, monkeypatch, face):
     """The present folder, with the files that pages name."""
     monkeypatch.chdir(tmp_path)
-    pv.PolyData.from_regular_faces(0.1 * face.points, face.triangles).save("scan.obj")
+    for name in ("scan.obj", "head.obj"):
+        pv.PolyData.from_regular_faces(0.1 * face.points, face.triangles).save(name)
     names = [name for name in face.landmarks if not name.endswith("_centre")]
     fw.anatomy.landmarks.write_landmarks({name: 0.1 * face.landmarks[name] for name in names}, "landmarks.json")
     Path("take.csv").write_text("time,mouthSmileLeft\n0,0\n0.1,0.4\n")
