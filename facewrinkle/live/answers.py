@@ -45,7 +45,7 @@ from .saving import KINDS as KINDS_OF_FILES
 from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
 from .server import Client, Server
 from .stage import Stage
-from .wishes import as_python, rates_of
+from .wishes import as_python, view_of
 
 ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
 """Places of a muscle's handle along its fibres, from the insertion: the first with room is taken."""
@@ -148,7 +148,7 @@ class Answers:
             case Save():
                 return await self._save(message.what, message.camera)
             case Copy():
-                return self.as_python()
+                return self.as_python(message.camera)
             case Field():
                 client.field = check_field(message.name)
                 stage.wanted_fields = {each.field for each in self.server.clients if each.field is not None}
@@ -184,16 +184,13 @@ class Answers:
                     self._kept.dismiss()
                 self.server.tell_all({"is": "earlier", "when": self._kept.when})
 
-    def as_python(self) -> str:
-        """Return a program that makes what is shown."""
-        data = self._document.data
-        source = data["face"] or self._source
-        if not source:
-            return as_python(data, self._stage.face)
-        if self._library[data["face"]].clip is not None:
-            return _clip_as_python(source)
-        reader = "read_face" if source.endswith(".face") else "fit_face"
-        return as_python(data, self._stage.face, f"fw.{reader}({source!r})")
+    def as_python(self, camera: list[float] | None = None) -> str:
+        """Return a program that makes what is shown, and its picture by a camera: from the front, if there is none."""
+        data, face, shown = self._document.data, self._stage.face, self._stage.shown
+        assert shown is not None
+        clip = self._library[data["face"]].clip is not None
+        view = VIEWS["front"] if camera is None else view_of(camera, face)
+        return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view)
 
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
         if self._saving:
@@ -280,17 +277,6 @@ class Answers:
         self._changed()
 
 
-def _clip_as_python(path: str) -> str:
-    lines = [
-        "import facewrinkle as fw",
-        f"mesh, recorded = fw.read_animation({path!r})",
-        "face = fw.fit_face(mesh)",
-        "sim = fw.Simulation(face, motion=recorded)",
-        "frames = list(sim.run(round(recorded.duration / 0.02)))",
-    ]
-    return "\n".join(lines) + "\n"
-
-
 def of_atlas(atlas: Atlas) -> dict[str, Any]:
     """Return the names of expressions, action units and muscles, and which of them have two sides."""
     units = {
@@ -345,11 +331,9 @@ def landmarks_of(face: Face) -> dict[str, dict[str, Any]]:
     found = {}
     for name, place in face.landmarks.items():
         if name not in NOT_ON_SKIN:
-            vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
             found[name] = {
-                "place": [round(float(x), 4) for x in place],
-                "vertex": vertex,
-                "offset": [round(float(x), 4) for x in place - face.points[vertex]],
+                "place": _short(place),
+                **_attached(place, face),
                 "confidence": None if name not in face.confidences else round(face.confidences[name], 2),
                 "estimated": name in face.estimated,
             }
@@ -400,21 +384,22 @@ def _on_skin(place: np.ndarray, face: Face, normals: np.ndarray) -> tuple[int, n
     return vertex, face.points[vertex] + away - (away @ normals[vertex]) * normals[vertex]
 
 
+def _attached(place: np.ndarray, face: Face) -> dict[str, Any]:
+    """The vertex that a place goes along with, and how far from it the place is."""
+    vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+    return {"vertex": vertex, "offset": _short(place - face.points[vertex])}
+
+
 def _short(vector: np.ndarray) -> list[float]:
     return [round(float(x), 4) for x in vector]
 
 
 def handles_of(data: Mapping[str, Any], face: Face) -> dict[str, dict[str, Any]]:
     """Return where patterns and tears are: the vertex that each goes along with, and how far from it."""
-    found: dict[str, dict[str, Any]] = {}
-    for table, key in (("patterns", "centre"), ("tears", "start")):
-        found[table] = {}
-        for name, entry in data[table].items():
-            place = np.array(entry[key])
-            vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
-            offset = [round(float(x), 4) for x in place - face.points[vertex]]
-            found[table][name] = {"vertex": vertex, "offset": offset}
-    return found
+    return {
+        table: {name: _attached(np.array(entry[key]), face) for name, entry in data[table].items()}
+        for table, key in (("patterns", "centre"), ("tears", "start"))
+    }
 
 
 def views_of(face: Face) -> dict[str, list[float]]:
@@ -440,5 +425,4 @@ def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float
                 mixture[name] = max(mixture.get(name, 0.0), weight)
     if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
         raise ParameterError("none of the weights is one of an action unit, a muscle or a shape of ARKit.")
-    rates_of(mixture, face)
     return mixture

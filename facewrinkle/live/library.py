@@ -221,6 +221,4 @@ async def _received(request: web.Request, folder: Path) -> list[str]:
                 if size > LARGEST_UPLOAD:
                     raise ParameterError(f"the files are too large; {LARGEST_UPLOAD // 2**20} MB are allowed.")
                 file.write(chunk)
-    if not names:
-        raise ParameterError("no file was sent.")
     return names

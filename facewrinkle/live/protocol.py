@@ -18,6 +18,7 @@ Whole = Annotated[int, Meta(ge=0, lt=2**53)]
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Place = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Text = Annotated[str, Meta(max_length=256)]
+Camera = Annotated[list[Place], Meta(min_length=6, max_length=6)]
 
 
 class Message(Struct, forbid_unknown_fields=True, kw_only=True):
@@ -94,14 +95,16 @@ class Live(Message):
 
 
 class Copy(Message):
-    """Tell a program that makes what is shown."""
+    """Tell a program that makes what is shown, and its picture by an upright camera: position and focal point."""
+
+    camera: Camera
 
 
 class Save(Message):
-    """Save a file; pictures are taken by a camera: position, focal point and upward direction."""
+    """Save a file; see `Copy` for the camera of pictures."""
 
     what: Text
-    camera: Annotated[list[Place], Meta(min_length=9, max_length=9)]
+    camera: Camera
 
 
 class Continue(Message):

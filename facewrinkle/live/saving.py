@@ -17,7 +17,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
 from PIL import Image
 
 from ..anatomy.atlas import Atlas
@@ -27,22 +26,19 @@ from ..anatomy.face_file import write_face
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
-from ..files import not_written, written
+from ..files import not_written, output_folder, written
 from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from ..processes import environment
 from .document import Document
 from .library import Tell
 from .stage import Stage
-from .wishes import FPS, Player, mixture_of
+from .wishes import FPS, PICTURE, Player, mixture_of, view_of
 
 T = TypeVar("T")
 
-WIDTH, HEIGHT = 1200, 1200
-"""Pixels of a picture."""
-
-FILM = 720
-"""Pixels of each side of a movie."""
+FILM = 720, 720
+"""Width and height of a movie, pixels."""
 
 KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "session")
 """Things that can be saved."""
@@ -73,12 +69,7 @@ class Folder:
     """
 
     def __init__(self, path: Path | None) -> None:
-        self.path = None if path is None else path.resolve()
-        if self.path is not None:
-            try:
-                self.path.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise OutputError(f"cannot make the folder {str(path)!r}: {error.strerror}.") from None
+        self.path = None if path is None else output_folder(path).resolve()
 
     def write(self, name: str, data: bytes, anew: bool = True) -> Path:
         """Write data under a name; with `anew`, never over another file: the name gets a number."""
@@ -218,7 +209,7 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
     what : str
         One of `KINDS`, but none of `SLOW`.
     camera : list of float
-        Position, focal point and upward direction, for pictures.
+        Position and focal point, for pictures.
     stage : Stage
     document : Document
     """
@@ -233,13 +224,13 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
     with tempfile.TemporaryDirectory() as folder:
         if what == "glb":
             path = Path(folder) / "face.glb"
-            write_mesh(stage.shown.frame, path, stage.face, parts=True, tears=stage.tears)
+            write_mesh(stage.shown.frame, path, stage.face, parts=True, tears=stage.shown.tears)
         elif what == "face":
             path = write_face(stage.face, Path(folder) / "scan.face")
         else:
             path = Path(folder) / "picture.png"
-            with _scene(stage.face, camera, WIDTH, HEIGHT) as scene:
-                Image.fromarray(scene.picture(stage.shown.frame, stage.tears)).save(path)
+            with TearScene(stage.face, Style(PICTURE, view_of(camera, stage.face))) as scene:
+                Image.fromarray(scene.picture(stage.shown.frame, stage.shown.tears)).save(path)
         return path.name, path.read_bytes()
 
 
@@ -296,19 +287,9 @@ def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
     return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
-def _scene(face: Face, camera: list[float], width: int, height: int) -> TearScene:
-    position, focal_point, up = np.array(camera).reshape(3, 3)
-    if np.linalg.norm(np.cross(focal_point - position, up)) < 1e-6:
-        raise ParameterError(f"a camera must look somewhere, and its upward direction elsewhere, received {camera}.")
-    scene = TearScene(face, Style((width, height)))
-    view = scene.plotter.camera
-    view.position, view.focal_point, view.up = position, focal_point, up
-    scene.plotter.renderer.ResetCameraClippingRange()
-    return scene
-
-
 def _movie(player: Player, order: Order, path: Path, tell: Tell) -> None:
-    with _scene(order.face, order.camera, FILM, FILM) as scene, movie_writer(path, FPS) as append:
+    style = Style(FILM, view_of(order.camera, order.face))
+    with TearScene(order.face, style) as scene, movie_writer(path, FPS) as append:
         for moment in _told(player.moments(order.data), len(player.times(order.data)), "Movie", tell):
             append(scene.picture(moment.frame, moment.tears))
 

@@ -175,9 +175,8 @@ class Server:
     ) -> None:
         self.key = secrets.token_urlsafe(24)
         self.host, self.port = host, port
-        self.clients: set[Client] = set()
+        self.clients: dict[Client, asyncio.Task[None]] = {}
         self._handler, self._state, self._greeting = handler, state, greeting
-        self._senders: dict[Client, asyncio.Task[None]] = {}
         self._tasks: set[asyncio.Task[None]] = set()
         self._opened = opened
         self._files = page_files()
@@ -247,10 +246,9 @@ class Server:
     async def _end(self) -> None:
         for task in list(self._tasks):
             task.cancel()
-        for client in list(self._senders):
-            await self._leave(client)
         for client in list(self.clients):
             await client.socket.close(code=1001, message=b"the studio was closed")
+            await self._leave(client)
         assert self._runner is not None
         await self._runner.cleanup()
 
@@ -348,17 +346,14 @@ class Server:
             raise web.HTTPForbidden(text="an origin is needed")
         page = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=BREATH, compress=False)
         await page.prepare(request)
-        try:
-            first = await asyncio.wait_for(page.receive(), GREETING_TIME)
-        except TimeoutError:
-            await page.close(code=1008, message=b"no key")
-            return page
-        key = key_of(first.data) if first.type is WSMsgType.TEXT else None
+        first = None
+        with suppress(TimeoutError):
+            first = await page.receive(GREETING_TIME)
+        key = key_of(first.data) if first is not None and first.type is WSMsgType.TEXT else None
         if not self._is_key(key or ""):
             await page.close(code=1008, message=b"wrong key")
             return page
-        client = Client(page)
-        sender = self._welcome(client)
+        client = self._welcome(Client(page))
         try:
             async for got in page:
                 if got.type is not WSMsgType.TEXT:
@@ -366,14 +361,13 @@ class Server:
                     break
                 self._take(client, got.data)
         finally:
-            self.clients.discard(client)
-            sender.cancel()
+            await self._leave(client)
         return page
 
-    def _welcome(self, client: Client) -> asyncio.Task[None]:
-        self.clients.add(client)
+    def _welcome(self, client: Client) -> Client:
         client.tell({"is": "welcome", **self._greeting()})
-        return asyncio.create_task(self._send(client))
+        self.clients[client] = asyncio.create_task(self._send(client))
+        return client
 
     # --- clients that are no pages -------------------------------------------------------------
 
@@ -383,7 +377,7 @@ class Server:
         async def attached() -> None:
             if before is not None:
                 await self._leave(before)
-            self._senders[client] = self._welcome(client)
+            self._welcome(client)
 
         asyncio.run_coroutine_threadsafe(attached(), self._loop)
         return client
@@ -394,8 +388,7 @@ class Server:
             asyncio.run_coroutine_threadsafe(self._leave(client), self._loop)
 
     async def _leave(self, client: Client) -> None:
-        self.clients.discard(client)
-        if (sender := self._senders.pop(client, None)) is not None:
+        if (sender := self.clients.pop(client, None)) is not None:
             sender.cancel()
 
     def receive(self, client: Client, text: str) -> None:

@@ -57,6 +57,7 @@ class Shown:
         Of the timeline, s.
     layers : sequence of Layer
         Those that made its folds.
+    tears : list of PolyData
     """
 
     frame: pv.PolyData
@@ -67,6 +68,7 @@ class Shown:
     still: bool
     time: float
     layers: Sequence[Layer]
+    tears: list[pv.PolyData]
 
 
 class Stage(threading.Thread):
@@ -189,12 +191,6 @@ class Stage(threading.Thread):
         """The present parts; for jobs."""
         return self._parts
 
-    @property
-    def tears(self) -> list[pv.PolyData]:
-        """The tears as they are shown; for jobs."""
-        assert self.shown is not None
-        return list(self._tear_meshes(self.shown.frame).values())
-
     def run(self) -> None:
         """Work until closed."""
         try:
@@ -307,10 +303,12 @@ class Stage(threading.Thread):
         self._quiet = 0 if moved > STILL or not arrived or playing else self._quiet + 1
         still = self._quiet >= STILL_STEPS
         parts = self._parts.at(frame, exact=still)
-        parts += self._tear_parts(frame)
+        tears = {} if self._player is None else self._player.tears(frame, self._clock)
+        parts += [self._tear_part(name, tear) for name, tear in tears.items()]
         fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
-        shown = Shown(frame, self._steps, parts, self._parts.box, fields, still, self._time, self.layers)
+        box, surfaces = self._parts.box, list(tears.values())
+        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, self.layers, surfaces)
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen
@@ -323,7 +321,7 @@ class Stage(threading.Thread):
     def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
         """Return the next frame, and True if all that was asked for has come."""
         assert self._player is not None
-        weights = mixture_of(data, self._time if data["timeline"]["keys"] else None)
+        weights = mixture_of(data, self._time)
         frame = self._player.step({**weights, **live}, data["gaze"], self._time)
         return frame, self._player.arrived and not self._player.cries(self._clock)
 
@@ -333,26 +331,15 @@ class Stage(threading.Thread):
         before, now = np.asarray(self.shown.frame.points), np.asarray(frame.points)
         return float(np.abs(now - before).max()) * self.face.unit
 
-    def _tear_meshes(self, frame: pv.PolyData) -> dict[str, pv.PolyData]:
-        return {} if self._player is None else self._player.tears(frame, self._clock)
-
-    def _tear_parts(self, frame: pv.PolyData) -> list[Part]:
-        parts = []
-        for name, mesh in self._tear_meshes(frame).items():
-            triangles = np.asarray(mesh.regular_faces)
-            parts.append(
-                Part(
-                    f"tear {name}", "tear",
-                    {
-                        "index": np.ascontiguousarray(triangles, np.uint32).ravel(),
-                        "position": self._parts.box.quantised(np.asarray(mesh.points, np.float64)),
-                        "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
-                        "under": small_normals(np.asarray(mesh.point_data["under"])),
-                        "thickness": np.asarray(mesh.point_data["thickness"], np.float32),
-                    },
-                )
-            )  # fmt: skip
-        return parts
+    def _tear_part(self, name: str, tear: pv.PolyData) -> Part:
+        arrays: dict[str, np.ndarray] = {
+            "index": np.ascontiguousarray(tear.regular_faces, np.uint32).ravel(),
+            "position": self._parts.box.quantised(np.asarray(tear.points, np.float64)),
+            "normal": small_normals(np.asarray(tear.point_data["Normals"])),
+            "under": small_normals(np.asarray(tear.point_data["under"])),
+            "thickness": np.asarray(tear.point_data["thickness"], np.float32),
+        }
+        return Part(f"tear {name}", "tear", arrays)
 
 
 def to_look_at(surface: pv.PolyData) -> pv.PolyData:
@@ -391,7 +378,6 @@ class Look(Stage):
 
     def _apply(self, data: Mapping[str, Any], version: int) -> None:
         if not self._applied:
-            self._parts = VisibleParts(self.face)
             self.photos = 1, self._parts.photos()
         self._seen, self._applied = version, dict(data)
 

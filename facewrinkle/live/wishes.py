@@ -19,6 +19,7 @@ from ..layers.patterns_on_skin.region import check_size
 from ..layers.wave_folds.amount import amounts
 from ..motion.playback import Playback
 from ..motion.recorded import Recorded
+from ..plotting.views import VIEW_ANGLE, VIEWS, View
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
@@ -32,6 +33,9 @@ EASE, EASED = 0.35, 2e-3
 
 TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 """Speed of a tear, mm/s, and the seconds for which it stays."""
+
+PICTURE = 1200, 1200
+"""Width and height of a picture, pixels."""
 
 FPS = 25.0
 """Pictures of a movie in a second."""
@@ -138,7 +142,7 @@ def eased(rates: Mapping[str, float], target: Mapping[str, float]) -> dict[str, 
 
 
 def mixture_of(data: Mapping[str, Any], time: float | None = None) -> dict[str, float]:
-    """Return the weights by name that a document asks for; with a time, those of its timeline go on top."""
+    """Return the weights by name that a document asks for; with a time, s, those of its timeline go on top."""
     weights = {name: data["intensity"] * weight for name, weight in data["mixture"].items()}
     if time is not None:
         for key in data["timeline"]["keys"].values():
@@ -168,8 +172,51 @@ def rates_of(mixture: Mapping[str, float], face: Face) -> dict[str, float]:
     return {name: rate for name, rate in face.atlas.contractions(mixture).items() if name in face.muscles}
 
 
-def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_face()") -> str:
-    """Return a program that makes what a document shows.
+def view_of(camera: Sequence[float], face: Face) -> View:
+    """Return the view of an upright camera, by its position and focal point.
+
+    Raises
+    ------
+    ParameterError
+        For one that looks nowhere, or straight up or down.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> round(view_of([0.0, 0.0, 1100.0, 0.0, 0.0, 0.0], fw.default_face()).height, 2)
+    4.54
+    """
+    position, focus = np.reshape(camera, (2, 3))
+    axes, size = face.frame.axes, face.frame.pupil_distance
+    distance = float(np.linalg.norm(position - focus))
+    direction, offset = axes @ (position - focus) / (distance or 1.0), axes @ (focus - face.frame.origin) / size
+    height = 2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)) * distance / size
+    x, y, z, u, v, w, height = (round(float(number), 6) + 0.0 for number in (*direction, *offset, height))
+    return View((x, y, z), None, (u, v, w), height)
+
+
+def as_python(
+    data: Mapping[str, Any],
+    face: Face,
+    path: str = "",
+    clip: bool = False,
+    time: float = 0.0,
+    view: View = VIEWS["front"],
+) -> str:
+    """Return a program that makes what a document shows at a time, and writes its picture.
+
+    Parameters
+    ----------
+    data : dict
+        A document.
+    face : Face
+    path : str
+        File of the face; "" is the built-in head.
+    clip : bool
+        True if the file is a recorded clip.
+    time : float
+        Of the timeline or the clip, s.
+    view : View
 
     Examples
     --------
@@ -177,34 +224,59 @@ def as_python(data: Mapping[str, Any], face: Face, source: str = "fw.default_fac
     >>> print(as_python({**START, "mixture": {"AU12L": 0.5, "AU12R": 0.5}}, default_face()).splitlines()[4])
     sim.express({'AU12': 0.5})
     """
-    imports, lines = ["import facewrinkle as fw"], []
-    person = {name: value for name, value in data["identity"].items() if value}
-    lines.append(f"face = fw.default_face({person!r})" if person and not data["face"] else f"face = {source}")
-    if data["landmarks"]:
-        imports.append("from facewrinkle.anatomy.fitting import refitted")
-        lines.append(f"face = refitted(face, {data['landmarks']!r})")
-    folds, amount = _written(fold_words(data, face)), _written(amount_words(data))
-    if amount:
-        imports.append("from facewrinkle.live.wishes import amount_of")
-        folds += f", amount=amount_of(face{amount})"
-    usual = not folds and not data["patterns"]
-    if not usual:
-        imports.append("from facewrinkle.simulation.fold_layers import fold_layers")
-        lines.append(f"layers = fold_layers(face, 'wave'{folds})")
-        for name, entry in data["patterns"].items():
-            words = _written({"name": name, **pattern_words(entry, face)})
-            lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}{words}))")
-    lines.append("sim = fw.Simulation(face)" if usual else "sim = fw.Simulation(face, layers=layers)")
-    lines.append(f"sim.express({_joined(mixture_of(data))!r})")
-    if any(data["gaze"]):
-        lines.append(f"sim.look(yaw={data['gaze'][0]!r}, pitch={data['gaze'][1]!r})")
-    lines.append("frame = sim.settle()")
-    if data["tears"]:
-        imports.append("from facewrinkle.tears import Flow, Route")
+    layers = _written_layers(data, face)
+    words = ", layers=layers" if layers else ""
+    lines = ["import facewrinkle as fw", "", *_written_face(data, path, clip), *layers]
+    if clip:
+        lines += [
+            f"sim = fw.Simulation(face, motion=recorded{words})",
+            f"sim.motion.seek({time!r})",
+            "frame = sim.step()",
+        ]
+    else:
+        lines += [f"sim = fw.Simulation(face{words})", f"sim.express({_joined(mixture_of(data, time))!r})"]
+        if any(data["gaze"]):
+            lines.append(f"sim.look(yaw={data['gaze'][0]!r}, pitch={data['gaze'][1]!r})")
+        lines.append("frame = sim.settle()")
+    lines.append("tears = []")
     for entry in data["tears"].values():
-        flow = f"flow=Flow(c={TEAR_SPEED!r}, hold=60.0), route=Route(length={entry['length']!r})"
+        flow = f"flow=fw.tears.Flow(c={TEAR_SPEED!r}, hold=60.0), route=fw.tears.Route(length={entry['length']!r})"
         lines.append(f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r}, {flow})")
-    return "\n".join([*imports, "", *lines]) + "\n"
+        lines.append("tears.append(tear.surface(60.0, on=frame))")
+    lines += [
+        f"style = fw.plotting.Style({PICTURE!r}, fw.plotting.{view!r})",
+        "with fw.plotting.TearScene(face, style) as scene:",
+        '    fw.plotting.save_picture(scene.picture(frame, tears), "picture.png")',
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _written_face(data: Mapping[str, Any], path: str, clip: bool) -> list[str]:
+    person = {name: value for name, value in data["identity"].items() if value}
+    if person and not data["face"]:
+        lines = [f"face = fw.default_face({person!r})"]
+    elif clip:
+        lines = [f"mesh, recorded = fw.read_animation({path!r})", "face = fw.fit_face(mesh)"]
+    elif path:
+        lines = [f"face = fw.{'read_face' if path.endswith('.face') else 'fit_face'}({path!r})"]
+    else:
+        lines = ["face = fw.default_face()"]
+    if data["landmarks"]:
+        lines.append("from facewrinkle.anatomy.fitting import refitted")
+        lines.append(f"face = refitted(face, {data['landmarks']!r})")
+    return lines
+
+
+def _written_layers(data: Mapping[str, Any], face: Face) -> list[str]:
+    """Return the lines of layers, if they are not the usual ones."""
+    words, amount = _written(fold_words(data, face)), _written(amount_words(data))
+    if amount:
+        words += f", amount=fw.live.wishes.amount_of(face{amount})"
+    lines = [f"layers = fw.simulation.fold_layers.fold_layers(face, 'wave'{words})"]
+    for name, entry in data["patterns"].items():
+        given = _written({"name": name, **pattern_words(entry, face)})
+        lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}{given}))")
+    return lines if words or data["patterns"] else []
 
 
 def _written(words: Mapping[str, Any]) -> str:
@@ -320,7 +392,7 @@ class Player:
         self.cry(data["tears"])
         steps = max(round(1.0 / (FPS * self.simulation.motion.time_step)), 1)
         for time in self.times(data):
-            weights = mixture_of(data, time if self._timed(data) else None)
+            weights = mixture_of(data, time)
             if not self._timed(data):
                 weights = {name: weight * float(smoothstep(time / ARRIVED)) for name, weight in weights.items()}
             for _ in range(1 if isinstance(self.simulation.motion, Playback) else steps):

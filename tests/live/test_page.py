@@ -31,6 +31,7 @@ from PIL import Image
 
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
+from facewrinkle.live.wishes import view_of
 from facewrinkle.plotting import Scene, Style
 
 pytestmark = pytest.mark.slow
@@ -187,15 +188,14 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
 
 
 def test_the_page_shows_what_pictures_show(page, studio):
-    """The same camera; without multisampling, and with brows that are not lifted out of folds."""
+    """The same camera and lamps, from aside; without multisampling, and with brows that are not lifted out of folds."""
     studio.rates = {"happiness": 1.0}
+    page.evaluate("app.view.camera.turn(-0.6, 0.2); app.view.request(true)")
     shown(page, studio)
     mine = picture(page)
     height, width = mine.shape[:2]
-    place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
-    with Scene(studio.face, Style((width, height))) as scene:
-        camera = scene.plotter.camera
-        camera.position, camera.focal_point, camera.up = place, focus, up
+    view = view_of(page.evaluate("app.cameraNumbers()"), studio.face)
+    with Scene(studio.face, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(studio.frame()), float)
     apart = np.abs(mine - theirs).max(axis=2)
     inner = apart[height // 8 : -height // 8, width // 4 : -width // 4]
@@ -258,12 +258,10 @@ def test_parts_of_a_scan_have_their_pictures(browser, face):
         until(lambda: picture(page)[red].argmax() == 0)  # the sheet has been drawn with its picture
         mine = picture(page)
         height, width = mine.shape[:2]
-        place, focus, up = np.array(page.evaluate("app.cameraNumbers()")).reshape(3, 3)
+        view = view_of(page.evaluate("app.cameraNumbers()"), carried)
         frame = studio.frame()
     page.close()
-    with Scene(carried, Style((width, height))) as scene:
-        camera = scene.plotter.camera
-        camera.position, camera.focal_point, camera.up = place, focus, up
+    with Scene(carried, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(frame), float)
     seen = [(mine[round(p["y"]), round(p["x"])], theirs[round(p["y"]), round(p["x"])]) for p in pixels]
     for own, other in seen:

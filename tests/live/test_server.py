@@ -166,8 +166,7 @@ def test_bad_messages_are_answered_without_a_traceback(studio):
         '{"do": "change", "patches": [[["folds", "depth"], NaN]], "gesture": ""}',
         '{"do": "probe", "corners": [1, 2, 99999999], "shares": [0, 0, 1], "version": 1}',
         '{"do": "save", "what": "/etc/passwd", "camera": []}',
-        '{"do": "save", "what": "picture", "camera": [0, 0, 0, 0, 0, 0, 0, 0, 0]}',
-        '{"do": "save", "what": "picture", "camera": [0, 0, 9, 0, 0, 0, 0, 0, 1]}',
+        '{"do": "save", "what": "picture", "camera": [0, 0, 0, 0, 0, 0]}',
         '{"do": "change", "patches": [[["patterns", "\\ud800"], {}]], "gesture": ""}',
         '{"do": "change", "patches": [[["face"], "\\ud800"]], "gesture": ""}',
         '{"do": "change", "patches": [[["patterns", "a"], {"kind": [], "centre": [0, 0, 0]}]], "gesture": ""}',
@@ -216,7 +215,11 @@ def test_random_messages_are_answered_and_harm_nobody(studio):
             for _ in range(200):
                 text = "".join(chr(draw.randrange(32, 127)) for _ in range(draw.randrange(60)))
                 await seen.socket.send_str(text)
-            return await seen.ask("copy"), await other.ask("copy"), seen
+            return (
+                await seen.ask("copy", camera=[0, 0, 1100, 0, 0, 0]),
+                await other.ask("copy", camera=[0, 0, 1100, 0, 0, 0]),
+                seen,
+            )
 
     one, two, seen = asyncio.run(visit())
     assert one["value"] == two["value"]

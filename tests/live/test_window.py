@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from PIL import Image
 from studio_pages import page
 
 import facewrinkle as fw
@@ -37,7 +38,7 @@ from facewrinkle.live.protocol import Probe
 from facewrinkle.live.saving import Folder, atlas_with
 from facewrinkle.live.window import Studio
 
-CAMERA = [0.0, 0.0, 1200.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
 
 def test_a_frame_is_that_of_a_settled_simulation(studio, face):
@@ -77,25 +78,46 @@ def test_folds_of_one_side_can_be_changed(studio, face):
 
 
 @pytest.mark.slow
-def test_copied_python_gives_what_is_shown(studio):
+def test_copied_python_gives_what_is_shown_and_its_picture(studio, tmp_path, monkeypatch):
+    key = {"unit": "AU26", "weight": 0.5, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
+    tear = studio.face.landmarks["eye_r_inner"] + [0.0, -6.0, 0.0]
     studio.change(
         mixture={"AU1": 1.0, "AU2": 0.5},
+        gaze=[12.0, -5.0],
         patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
         regions={"forehead": 0.5},
+        tears={"t": {"start": studio.face.points[np.linalg.norm(studio.face.points - tear, axis=1).argmin()].tolist()}},
+        timeline={"length": 2.0, "loop": True, "keys": {"k": key}},
     )
-    frame, words = studio.frame(), {}
-    exec(studio.as_python(), words)
+    studio._stage.go_to(0.5)
+    frame = studio.frame()
+
+    async def visit():
+        async with page(studio) as seen:
+            await seen.settled(studio)
+            saved = await seen.ask("save", what="picture", camera=CAMERA)
+            return saved["value"]["path"], (await seen.ask("copy", camera=CAMERA))["value"]
+
+    path, program = asyncio.run(visit())
+    monkeypatch.chdir(tmp_path)
+    words = {}
+    exec(program, words)
     assert words["frame"]["W"].min() == pytest.approx(frame["W"].min(), abs=0.05)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
     assert np.abs(np.asarray(frame["W"])[:n] - np.asarray(words["frame"]["W"])[:n]).max() < 0.05
+    ours, theirs = (np.asarray(Image.open(each), float) for each in (path, tmp_path / "picture.png"))
+    apart = np.abs(ours - theirs).max(axis=2)
+    assert apart.mean() < 0.5
+    assert (apart > 40.0).mean() < 1e-3
 
 
 @pytest.mark.slow
-def test_copied_python_moves_landmarks_too(studio, face):
+def test_copied_python_moves_landmarks_too(studio, face, tmp_path, monkeypatch):
     moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
     studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
     frame, words = studio.frame(), {}
+    monkeypatch.chdir(tmp_path)
     exec(studio.as_python(), words)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1

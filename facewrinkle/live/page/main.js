@@ -256,10 +256,7 @@ class App {
     }));
   }
 
-  cameraNumbers() {
-    const { camera } = this.view;
-    return [...camera.position, ...camera.focus, ...camera.basis().up];
-  }
+  cameraNumbers() { return [...this.view.camera.position, ...this.view.camera.focus]; }
 
   async ask(command, values) {
     try { return await this.connection.ask(command, values); } catch (error) { this.say(error.message); return null; }

@@ -15,7 +15,7 @@ export function saving({ folder, kinds }, app) {
   const code = element("pre", { tabindex: "0", hidden: true, "aria-label": "Copied text" });
   const note = element("p", { role: "status" });
   const copy = async () => {
-    const text = await connection.ask("copy");
+    const text = await connection.ask("copy", { camera: app.cameraNumbers() });
     code.textContent = text;
     code.hidden = false;
     try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select it to copy."; }
