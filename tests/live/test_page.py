@@ -2,6 +2,8 @@
 
 sliders by keyboard and by number | the document of the studio, and the pixels
 search, lock, undo, reset         | the same
+what is not 0                     | counted, and in another slider, which does the same
+small screens                     | nothing lies outside, and the face is seen beside what is open
 picks                             | VTK's ray through the same pixel
 patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
@@ -90,6 +92,68 @@ def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
     until(lambda: studio.rates == {"AU12L": 0.4})
     page.keyboard.press("r")
     until(lambda: studio.rates == {})
+
+
+def test_what_is_not_0_is_counted_and_has_another_slider_below(page, studio):
+    studio.change(mixture={"AU26": 0.5, "AU12L": 0.3, "AU12R": 0.3, "zygomaticus_minor_l": 0.2}, gaze=[10.0, 0.0])
+    active = page.get_by_role("group", name="Active")
+    until(lambda: active.locator(".row").count() == 4)
+    headings = page.evaluate("[...document.querySelectorAll('h3')].map((e) => [e.textContent, e.dataset.count])")
+    assert {title: int(count) for title, count in headings if count} == {"Eyes": 1, "Mouth and chin": 2, "Muscles": 1}
+    page.locator(SLIDER.format("Lip corner puller, active")).focus()
+    page.keyboard.press("End")
+    until(lambda: studio.rates["AU12L"] == studio.rates["AU12R"] == 1.0)
+    page.keyboard.press("Home")
+    until(lambda: "AU12L" not in studio.rates)
+    page.keyboard.press("ArrowRight")  # it stays while it is used
+    until(lambda: studio.rates.get("AU12R") == 0.01)
+    page.locator(SLIDER.format("Look sideways, active")).focus()
+    page.keyboard.press("Delete")
+    until(lambda: studio.document["gaze"] == [0.0, 0.0])
+    page.locator(SLIDER.format("Zygomaticus minor, left, active")).focus()
+    page.keyboard.press("End")
+    until(lambda: studio.rates["zygomaticus_minor_l"] == 1.0)
+    assert "zygomaticus_minor_r" not in studio.rates
+    until(lambda: active.locator(".row").count() == 3)
+    page.keyboard.press("r")
+    until(lambda: studio.rates == {})
+    page.get_by_label("Search sliders").focus()
+    studio.change(intensity=0.5)
+    until(active.is_hidden)
+
+
+@pytest.mark.parametrize("size", [(390, 844), (768, 1024), (844, 390), (1024, 768)])
+def test_nothing_is_cut_off_on_small_screens(browser, studio, size):
+    key = {"unit": "AU26", "weight": 0.5, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
+    studio.change(mixture={"AU12": 0.5}, timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
+    width, height = size
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.goto(studio.url)
+    page.wait_for_selector(".track", timeout=60_000)
+    for side, control in (("Sliders", "#search"), ("Details", "#tab-save"), ("Sliders", "#search")):
+        button = page.get_by_role("button", name=side)
+        if width <= 1080 and button.get_attribute("aria-expanded") == "false":
+            button.click()
+        assert page.locator(control).is_visible()
+        outside = page.evaluate(
+            """() => [...document.querySelectorAll("button, input, select, label, output, h3, canvas, .track span")]
+            .filter((e) => e.checkVisibility() && !e.closest("dialog")).filter((e) => {
+              const { left, right, top, bottom } = e.getBoundingClientRect();
+              const inside = e.closest("header, .transport, canvas") ? top >= 0 && bottom <= innerHeight : true;
+              return left < 0 || right > innerWidth || !inside;
+            }).map((e) => e.outerHTML)"""
+        )
+        assert not outside
+        face = page.locator("canvas").bounding_box()
+        assert face["width"] * face["height"] > 0.2 * width * height
+    if width <= 1080:
+        page.get_by_role("button", name="Sliders").click()
+        assert page.locator("#search").is_hidden()
+        page.keyboard.press("Control+k")
+        page.keyboard.type("lip corner puller")
+        page.keyboard.press("Enter")
+        assert page.evaluate("document.activeElement.ariaLabel") == "Lip corner puller"
+    page.close()
 
 
 def test_what_python_sets_shows_on_the_page(page, studio):

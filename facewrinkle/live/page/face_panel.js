@@ -1,8 +1,7 @@
 // The tab of the face itself: which one it is, its landmarks, and the parameters of the built-in head.
 
-import { element } from "./sliders.js";
+import { element, titled } from "./sliders.js";
 
-const label = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
 
 export class FacePanel {
   constructor(panels, app) {
@@ -46,7 +45,7 @@ export class FacePanel {
     if (!identity.length) return;
     this.person.append(element("h3", { text: "Person" }));
     for (const name of identity) {
-      const made = this.panels.numberRow(label(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the mean head");
+      const made = this.panels.numberRow(titled(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the mean head");
       this.rows.set(name, made);
       this.person.append(made.line);
     }

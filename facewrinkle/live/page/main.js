@@ -62,11 +62,10 @@ class App {
       this.data = data;
       this.handles = handles;
       $("probe").hidden = true; // it told of what was before
-      this.sliders.update(data.mixture);
+      this.sliders.update(data);
       this.panels.update(data);
       this.timeline.update(data);
       this.intensity.set(data.intensity);
-      this.sliders.setGaze(data.gaze);
       this.mixtures.update(data);
       this.handlesOf(this.panels.opened);
       [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
@@ -122,6 +121,17 @@ class App {
       element("button", { class: "main", text: "Go on with it", onclick: go(true) }), element("button", { text: "Begin anew", onclick: go(false) }));
   }
 
+  /** Open the side that something is in, where there is room for one only. */
+  reveal(what) {
+    const side = what.closest("#left, #right");
+    if (side) this.drawer(side.id, true);
+  }
+
+  drawer(side, on = document.querySelector("main").dataset.drawer !== side) {
+    document.querySelector("main").dataset.drawer = on ? side : "";
+    for (const button of document.querySelectorAll(".drawer")) button.setAttribute("aria-expanded", on && button.getAttribute("aria-controls") === side);
+  }
+
   clearSearch() { $("search").value = ""; this.sliders.search(""); }
 
   /** The camera is no longer that of a named view. */
@@ -136,6 +146,8 @@ class App {
     $("view").onchange = () => this.view.take($("view").value);
     $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
     $("muscles").onchange = () => this.handlesOf(this.panels.opened);
+    for (const button of document.querySelectorAll(".drawer")) button.onclick = () => this.drawer(button.getAttribute("aria-controls"));
+    this.reveal($("left"));
     $("palette-button").onclick = () => this.palette.open();
     $("help-button").onclick = () => $("help").showModal();
     $("tour-button").onclick = () => this.tour.start();

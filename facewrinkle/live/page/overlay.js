@@ -1,6 +1,7 @@
 // Handles on the face: landmarks, and the places and sizes of patterns and tears.
 
 import { add, mirrored } from "./camera.js";
+import { draggable } from "./pointer.js";
 import { pull } from "./pulls.js";
 import { drawn, element } from "./sliders.js";
 
@@ -101,19 +102,13 @@ export class Overlay {
   sized(handle, name) {
     handle.ring = drawn("circle", { class: "ring", "aria-hidden": "true" });
     const ring = (handle.grip = drawn("circle", { class: "grip", "aria-hidden": "true" })); // wider than what is seen
-    let gesture = "";
-    ring.addEventListener("pointerdown", (event) => { ring.setPointerCapture(event.pointerId); gesture = `size ${name} ${event.timeStamp}`; });
-    ring.addEventListener("pointermove", (event) => {
-      if (!gesture) return;
+    draggable(ring, `size ${name}`, { taken: () => ring, drag: (event, _, gesture) => {
       const box = this.view.canvas.getBoundingClientRect(), entry = this.app.data.patterns[name];
       const away = Math.hypot(event.clientX - box.left - handle.x, event.clientY - box.top - handle.y);
       const [least, most] = this.app.welcome.patterns.numbers.size;
       const size = Math.max(least, Math.min(most, 2 * away * this.long));
       this.app.connection.change([[["patterns", name], { ...entry, size: Math.round(10 * size) / 10 }]], gesture);
-    });
-    const end = () => { gesture = ""; };
-    ring.addEventListener("pointerup", end);
-    ring.addEventListener("pointercancel", end);
+    } });
   }
 
   /** Millimetres of a pixel at the distance of the face. */

@@ -1,9 +1,8 @@
 // The list of commands (Ctrl+K): every slider, button, view, field and saved mixture, found by typing.
 
-import { element } from "./sliders.js";
+import { element, titled } from "./sliders.js";
 
 const MOST = 12; // shown at once
-const label = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
 
 export class Palette {
   constructor(app) {
@@ -43,16 +42,16 @@ export class Palette {
     Object.keys(app.data?.mixtures ?? {}).forEach((name) => add(name, "Your expressions", () => app.mixtures.take(name)));
     for (const each of sliders.rows) {
       const text = [...(each.line.querySelector("span")?.childNodes ?? [])].map((node) => node.textContent).join(" ") || each.name;
-      add(text, each.group.ariaLabel, () => { app.clearSearch(); each.line.scrollIntoView({ block: "center" }); each.line.querySelector("input")?.focus(); }, each.words);
+      add(text, each.group.ariaLabel, () => { app.clearSearch(); app.reveal(each.line); each.line.scrollIntoView({ block: "center" }); each.line.querySelector("input")?.focus(); }, each.words);
     }
     for (const [title, { panel }] of Object.entries(panels.panels)) {
-      add(`Open ${title}`, "Tabs", () => { panels.open(title); panels.panels[title].tab.focus(); });
+      add(`Open ${title}`, "Tabs", () => { app.reveal(panel); panels.open(title); panels.panels[title].tab.focus(); });
       for (const control of panel.querySelectorAll("button, input[type=range], input[type=number], select")) {
         const text = control.ariaLabel || control.textContent.trim();
-        if (text && !control.matches(":disabled") && !control.classList.contains("small")) add(text, title, () => { panels.open(title); control.focus(); if (control.tagName === "BUTTON") control.click(); }, control.title);
+        if (text && !control.matches(":disabled") && !control.classList.contains("small")) add(text, title, () => { app.reveal(panel); panels.open(title); control.focus(); if (control.tagName === "BUTTON") control.click(); }, control.title);
       }
     }
-    Object.keys(view.views ?? {}).forEach((name, k) => add(`View: ${label(name)}`, k < 9 ? String(k + 1) : "", () => { view.take(name); document.getElementById("view").value = name; }));
+    Object.keys(view.views ?? {}).forEach((name, k) => add(`View: ${titled(name)}`, k < 9 ? String(k + 1) : "", () => { view.take(name); document.getElementById("view").value = name; }));
     ["", ...Object.keys(welcome?.fields ?? {})].forEach((name) => add(`Colour by ${name || "nothing"}`, "Fields", () => { app.showField(name); panels.open("Fields"); }));
     press("tour-button", "Tour"); press("help-button", "Help", "?");
     return out;

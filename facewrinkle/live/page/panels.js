@@ -3,14 +3,13 @@
 import { mirrored } from "./camera.js";
 import { FacePanel } from "./face_panel.js";
 import { saving } from "./saving.js";
-import { element, row } from "./sliders.js";
+import { element, row, titled } from "./sliders.js";
 
 const FIELD_NAMES = {
   "": "None: skin", W: "Height of folds (W)", epsilon: "Compression (ε)", lambda: "Along the muscle (λ)", gamma: "Across the muscle (γ)",
   theta: "Phase of waves (θ)", split_gamma: "Split criterion", muscle: "Muscle", family: "Family of waves", level: "Refinement",
 };
 const number = (digits) => ({ shown: (v) => v.toFixed(digits), parse: (v) => v });
-const label = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
 
 export class Panels {
   constructor(tabs, box, app) {
@@ -78,7 +77,7 @@ export class Panels {
   /** Factors of the folds of single regions. */
   regions(names) {
     return [element("h3", { text: "Regions" }), ...names.map((name) => {
-      const made = this.numberRow(label(name), ["regions", name], [0, 4], 2, 1, "Factor of the depth of the waves here");
+      const made = this.numberRow(titled(name), ["regions", name], [0, 4], 2, 1, "Factor of the depth of the waves here");
       made.input.setAttribute("aria-label", `Folds of ${name}`);
       this.updates.push((data) => made.set(data.regions[name] ?? 1));
       return made.line;
@@ -109,14 +108,14 @@ export class Panels {
 
   patterns({ patterns: { kinds, numbers } }) {
     const both = element("input", { type: "checkbox" });
-    const buttons = kinds.map((kind) => element("button", { text: label(kind), onclick: (event) => this.app.place(
-      `Click where the ${label(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
+    const buttons = kinds.map((kind) => element("button", { text: titled(kind), onclick: (event) => this.app.place(
+      `Click where the ${titled(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
         const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
         this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
       }) }));
     const list = element("div");
-    this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => label(entry.kind), numbers,
+    this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => titled(entry.kind), numbers,
       { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
     return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
       element("label", { class: "inline" }, both, "On both sides"),

@@ -1,6 +1,29 @@
 // What the pointer does in the view: turn, move, zoom, click, and drag the eyes.
 
 const GAZE_LIMIT = 40; // degrees
+export const KEY_PAUSE = 900; // ms; keys that follow each other sooner are one step of undo
+
+/** Let a thing be dragged, from what `taken` returns to `dropped`, and moved with keys; each is one gesture, to be undone at once. */
+export function draggable(target, name, { taken, drag, dropped = () => {}, keys = {}, press }) {
+  let start = null, gesture = "", last = -Infinity;
+  const begin = (event) => { gesture = `${name} ${event.timeStamp}`; };
+  target.addEventListener("pointerdown", (event) => {
+    target.setPointerCapture(event.pointerId);
+    begin(event);
+    start = taken(event);
+  });
+  target.addEventListener("pointermove", (event) => { if (start) drag(event, start, gesture); });
+  for (const end of ["pointerup", "pointercancel"]) target.addEventListener(end, () => { start = null; dropped(); });
+  target.addEventListener("keydown", (event) => {
+    const by = keys[event.key], again = event.timeStamp - last < KEY_PAUSE; // keys that follow each other need not wait for the answer
+    if (!by) return;
+    event.preventDefault();
+    event.stopPropagation();
+    if (!again) begin(event);
+    last = event.timeStamp;
+    press(by, gesture, again);
+  });
+}
 
 export function pointers(canvas, view, app) {
   const held = new Map();

@@ -1,5 +1,7 @@
 // The sliders of the left side: expressions, action units and muscles, with left and right.
 
+import { KEY_PAUSE } from "./pointer.js";
+
 const REGIONS = {
   "Brows and forehead": ["AU1", "AU2", "AU4"],
   Eyes: ["AU5", "AU6", "AU7", "AU43", "AU45", "AU46"],
@@ -25,6 +27,9 @@ export const element = (tag, attributes = {}, ...children) => {
   return made;
 };
 
+/** A name of the atlas as a heading. */
+export const titled = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
+
 const SVG = "http://www.w3.org/2000/svg";
 export const drawn = (tag, attributes) => {
   const made = document.createElementNS(SVG, tag);
@@ -32,7 +37,6 @@ export const drawn = (tag, attributes) => {
   return made;
 };
 
-const KEY_PAUSE = 900; // ms
 const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
 const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
 const TITLES = { emotion_surprise: "Surprise", emotion_fear: "Fear", surprise: "Surprise (brows)", fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
@@ -56,7 +60,7 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   const send = (value) => { input.value = value; paint(); change(Number(input.value), gesture); };
   input.addEventListener("pointerdown", begin);
   input.addEventListener("keydown", (event) => {
-    if (event.timeStamp - last > KEY_PAUSE) begin(); // keys that follow each other are one step of undo
+    if (event.timeStamp - last > KEY_PAUSE) begin();
     last = event.timeStamp;
     if (event.key === "Delete" || event.key === "Backspace") { event.preventDefault(); send(usual); }
   });
@@ -94,19 +98,20 @@ export function row(label, options) {
   return { ...made, line, set(value) { made.set(value); mark(); } };
 }
 
+const LOOKS = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees upwards"]];
+
 export class Sliders {
   constructor(box, connection) {
-    this.box = box;
-    this.connection = connection;
-    this.rows = [];
-    this.locked = true;
+    Object.assign(this, { box, connection, rows: [], mixture: {}, looks: [0, 0], locked: true });
+    this.active = element("div", { class: "active-rows", role: "group", "aria-label": "Active", hidden: true }, element("h3", { text: "Active" }));
+    box.after(this.active);
   }
 
   build({ atlas: { expressions, units, muscles }, off }) {
     this.off = off;
     this.rows = [];
     this.box.replaceChildren();
-    const titled = (name) => name.replaceAll("_", " ").replace(/^./, (c) => c.toUpperCase());
+    this.active.replaceChildren(this.active.firstChild);
     const plain = (names) => names.filter((name) => expressions.includes(name)).map((name) => [name, TITLES[name] ?? titled(name), "", null]);
     this.section("Emotions", plain(EMOTIONS));
     this.section("More expressions", plain(expressions.filter((name) => !EMOTIONS.includes(name) && !OF_THE_PAPER.includes(name))));
@@ -123,58 +128,48 @@ export class Sliders {
       ([name, { sides }]) => [name, titled(name), "", sides ? [`${name}_l`, `${name}_r`] : null]));
   }
 
-  /** Sliders of the gaze, at the end of the eyes. */
-  gaze(group) {
-    const change = (k) => (value, gesture) => {
-      const gaze = [...this.looks];
-      gaze[k] = value;
-      this.connection.change([[["gaze"], gaze]], gesture);
-    };
-    this.looks = [0, 0];
-    const options = { min: -40, max: 40, step: 0.5, shown: (v) => Math.round(v), parse: (v) => v };
-    this.lookRows = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees upwards"]].map(([label, about], k) => {
-      const made = row(label, { ...options, about: `${about}; or drag an eye`, change: change(k) });
-      group.append(made.line);
-      this.rows.push({ line: made.line, group, name: label, words: `${label} gaze eyes aside down`.toLowerCase(), set: () => false, show: () => {}, off: () => {} });
-      return made;
-    });
-  }
-
-  setGaze(gaze) {
-    this.looks = gaze;
-    this.lookRows?.forEach((made, k) => { made.set(gaze[k]); made.line.classList.toggle("active", gaze[k] !== 0); });
-  }
-
-  /** Switch off what does nothing on this face, and say why. */
-  setOff(off, looks) {
-    this.off = off;
-    for (const each of this.rows) each.off(off[each.name]);
-    for (const made of this.lookRows ?? []) made.input.disabled = !looks;
-  }
-
   section(title, entries) {
     if (!entries.length) return;
     const group = element("div", { role: "group", "aria-label": title }, element("h3", { text: title }));
-    for (const [name, label, code, sides] of entries) {
-      const made = this.pair(name, label, code, sides);
+    const add = (name, words, sides, make) => {
+      const made = make();
+      made.off(this.off[name]);
       group.append(made.line);
-      this.rows.push({ ...made, name, group, words: `${name} ${label} ${code} ${title} ${EVERYDAY[name] ?? ""}`.toLowerCase() });
+      this.rows.push({ ...made, name, group, sides, words: words.toLowerCase(), make });
+    };
+    for (const [name, label, code, sides] of entries) {
+      add(name, `${name} ${label} ${code} ${title} ${EVERYDAY[name] ?? ""}`, sides, () => this.pair(name, label, code, sides));
     }
-    if (title === "Eyes") this.gaze(group);
+    if (title === "Eyes") LOOKS.forEach(([label], k) => add("gaze", `${label} gaze eyes aside down`, null, () => this.look(k)));
     this.box.append(group);
+  }
+
+  /** A row of the gaze. */
+  look(k) {
+    const [label, about] = LOOKS[k];
+    const made = row(label, { min: -40, max: 40, step: 0.5, shown: (v) => Math.round(v), parse: (v) => v, about: `${about}; or drag an eye`,
+      change: (value, gesture) => this.connection.change([[["gaze"], this.looks.with(k, value)]], gesture) });
+    return { line: made.line, inputs: [made.input], set: () => made.set(this.looks[k]), show() {}, off: (reason) => { made.input.disabled = Boolean(reason); } };
+  }
+
+  /** The weight of a side; one that was given for both sides at once is that of each. */
+  weight(side, both) { return Math.max(this.mixture[side] ?? 0, this.mixture[both] ?? 0); }
+
+  /** Set the weights of those sides that are moved; one that was given for both at once goes to the others. */
+  change(both, sides, moved, value, gesture) {
+    const set = this.mixture[both] === undefined ? moved : [...new Set([both, ...sides])];
+    const weights = set.map((name) => (moved.includes(name) ? value : sides.includes(name) && this.weight(name, both)));
+    this.connection.change(set.map((name, k) => [["mixture", name], weights[k] || null]), gesture);
   }
 
   /** A row for a name, or for the names of both sides: one slider while they are locked. */
   pair(name, label, code, sides) {
-    const why = this.off[name], names = sides ?? [name];
-    const change = (which) => (value, gesture) => this.connection.change(
-      [...new Set([...which, ...(which.length === names.length ? [name] : [])])]
-        .filter((each) => names.includes(each) || this.mixture?.[each] !== undefined)
-        .map((each) => [["mixture", each], names.includes(each) && value > 0 ? value : null])
-        .concat(sides && which.length < 2 && this.mixture?.[name] !== undefined ? this.opened(name, sides, which) : []), gesture);
+    const names = sides ?? [name], weights = () => names.map((each) => this.weight(each, name));
+    const change = (moved) => (value, gesture) => this.change(name, names, moved, value, gesture);
     const both = slider(label, { change: change(names) });
     const single = (sides ?? []).map((side, k) => slider(`${label}, ${k ? "right" : "left"}`, { change: change([side]) }));
-    const span = element("span", { title: why ?? `${code} ${label}`.trim() });
+    const inputs = [both, ...single].map((each) => each.input);
+    const span = element("span");
     if (code) span.append(element("small", { text: code }));
     span.append(label);
     const apart = element("div", { class: "pair" }, ...single.map((each, k) =>
@@ -184,41 +179,63 @@ export class Sliders {
     const off = (reason) => {
       line.classList.toggle("off", Boolean(reason));
       span.title = reason ?? `${code} ${label}`.trim();
-      for (const each of [both, ...single]) each.input.disabled = Boolean(reason);
+      for (const input of inputs) input.disabled = Boolean(reason);
     };
-    off(why);
     let openNow = null;
     const show = (locked) => {
-      const open = !locked && Boolean(sides);
+      const values = weights(), open = Boolean(sides) && (!locked || values[0] !== values[1]);
       if (open === openNow) return; // else the slider that is being moved would lose the focus
       openNow = open;
       line.replaceChildren(span, ...(open ? [apart, numbers] : [both.input, both.output]));
     };
-    const set = (mixture) => {
-      const whole = mixture[name] ?? 0, values = names.map((each) => Math.max(mixture[each] ?? 0, whole));
-      both.set(Math.max(...values));
+    const set = () => {
+      const values = weights(), most = Math.max(...values);
+      both.set(most);
       single.forEach((each, k) => each.set(values[k]));
-      line.classList.toggle("active", Math.max(...values) > 0);
-      return sides && values[0] !== values[1];
+      line.classList.toggle("active", most > 0);
     };
-    return { line, set, show, sides, off };
+    return { line, inputs, set, show, off };
   }
 
-  /** A weight that was given for both sides goes to the side that does not move. */
-  opened(name, sides, which) {
-    const other = sides.find((side) => !which.includes(side));
-    return [[["mixture", name], null], [["mixture", other], Math.max(this.mixture[name], this.mixture[other] ?? 0)]];
+  /** Switch off what does nothing on this face, and say why. */
+  setOff(off, looks) {
+    this.off = { ...off, gaze: looks ? undefined : "nothing turns these eyes" };
+    for (const each of this.rows) for (const made of [each, each.copy]) made?.off(this.off[each.name]);
   }
 
   lock(on) {
     this.locked = on;
-    this.update(this.mixture ?? {});
+    this.draw();
   }
 
-  /** Show a mixture; rows whose sides differ show both, locked or not. */
-  update(mixture) {
+  update({ mixture, gaze }) {
     this.mixture = mixture;
-    for (const each of this.rows) each.show(!each.set(mixture) && this.locked);
+    this.looks = gaze;
+    this.draw();
+  }
+
+  /** Show what is set; rows whose sides differ show both, locked or not. What is not 0 is counted, and has another row below all. */
+  draw() {
+    const counts = new Map(this.rows.map(({ group }) => [group, 0]));
+    for (const each of this.rows) {
+      each.set();
+      each.show(this.locked);
+      const active = each.line.classList.contains("active");
+      counts.set(each.group, counts.get(each.group) + active);
+      if (active && !each.copy) {
+        each.copy = each.make();
+        each.copy.off(this.off[each.name]);
+        for (const input of each.copy.inputs) input.ariaLabel += ", active";
+        this.active.append(each.copy.line);
+      } else if (!active && each.copy && !each.copy.line.contains(document.activeElement)) { // it may be set again at once
+        each.copy.line.remove();
+        each.copy = null;
+      }
+      each.copy?.set();
+      each.copy?.show(this.locked);
+    }
+    for (const [group, count] of counts) group.firstChild.dataset.count = count || "";
+    this.active.hidden = this.active.childElementCount < 2;
   }
 
   /** The mixture, with both sides of a unit or a muscle under one name where they are equal. */

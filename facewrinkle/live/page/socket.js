@@ -30,8 +30,6 @@ export class Connection extends EventTarget {
     sessionStorage.setItem("key", this.key);
     this.number = 0;
     this.waiting = new Map();
-    this.bytes = 0;
-    this.frames = 0;
     this.pause = 250;
     this.open();
   }
@@ -57,11 +55,9 @@ export class Connection extends EventTarget {
 
   receive(data) {
     if (data instanceof ArrayBuffer) {
-      this.bytes += data.byteLength;
       if (data.byteLength > 4 && new DataView(data).getUint32(0, true) === PHOTO) {
         this.tell("photo", photoOf(data));
       } else {
-        this.frames += 1;
         const head = decode(data);
         head.fresh = this.fresh;
         this.fresh = false;

@@ -1,5 +1,6 @@
 // The timeline: action units that come and go.
 
+import { draggable } from "./pointer.js";
 import { drawn, element } from "./sliders.js";
 
 const TIMES = ["onset", "apex", "offset", "end"];
@@ -64,8 +65,7 @@ export class Timeline {
   track(name) {
     const svg = drawn("svg", { preserveAspectRatio: "none", role: "slider", tabindex: 0 }), path = drawn("path", {}), key = () => this.keys[name];
     svg.append(path);
-    let gesture = "", last = -Infinity;
-    const change = (moved) => {
+    const change = (moved, gesture) => {
       this.keys = { ...this.keys, [name]: moved }; // the next key press may come before the answer
       this.app.connection.change([[["timeline", "keys", name], moved]], gesture);
     };
@@ -78,27 +78,12 @@ export class Timeline {
       return { ...from, [which]: Math.max(low, Math.min(high, to)) };
     };
     /** Drag with the pointer, or go with the arrow keys: `act(key, seconds, weight)` returns the key as it shall be. */
-    const moves = (target, act) => {
-      let start = null;
-      target.addEventListener("pointerdown", (event) => {
-        target.setPointerCapture(event.pointerId);
-        gesture = `key ${name} ${event.timeStamp}`;
-        start = { x: event.clientX, key: key() };
-      });
-      target.addEventListener("pointermove", (event) => {
-        if (start) change(act(start.key, ((event.clientX - start.x) / svg.getBoundingClientRect().width) * this.length, 0));
-      });
-      for (const end of ["pointerup", "pointercancel"]) target.addEventListener(end, () => { start = null; });
-      target.addEventListener("keydown", (event) => {
-        const by = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] }[event.key];
-        if (!by) return;
-        event.preventDefault();
-        event.stopPropagation();
-        if (event.timeStamp - last > 900) gesture = `key ${name} ${event.timeStamp}`;
-        last = event.timeStamp;
-        change(act(key(), ...by));
-      });
-    };
+    const moves = (target, act) => draggable(target, `key ${name}`, {
+      taken: (event) => ({ x: event.clientX, from: key() }),
+      drag: (event, { x, from }, gesture) => change(act(from, ((event.clientX - x) / svg.getBoundingClientRect().width) * this.length, 0), gesture),
+      keys: { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] },
+      press: (by, gesture) => change(act(key(), ...by), gesture),
+    });
     moves(svg, (from, by, more) => shifted({ ...from, weight: Math.round(100 * Math.max(0.05, Math.min(1, from.weight + more))) / 100 }, by));
     const corners = TIMES.map((which) => {
       const corner = element("span", { class: "corner", role: "slider", tabindex: 0, title: which });

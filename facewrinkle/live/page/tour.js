@@ -30,7 +30,10 @@ export class Tour {
     this.clear();
     const tab = /^#tab-(\w+)/.exec(where[0]);
     if (tab) this.app.panels.open(tab[1].replace(/^./, (c) => c.toUpperCase()));
-    for (const each of where) document.querySelector(each)?.classList.add("outlined");
+    for (const each of where.map((place) => document.querySelector(place))) {
+      this.app.reveal(each);
+      each.classList.add("outlined");
+    }
     const next = number + 1 < STEPS.length;
     this.box.replaceChildren(
       element("small", { text: `${number + 1} of ${STEPS.length}` }), element("h2", { id: "tour-title", text: title }), element("p", { text }),

@@ -33,8 +33,7 @@ function render({ model, el }) {
     face(face) { takeFace(face, face.faces.shown !== app.face); app.face = face.faces.shown; },
     document({ data, history }) {
       app.data = data;
-      sliders.update(data.mixture);
-      sliders.setGaze(data.gaze);
+      sliders.update(data);
       [undo.disabled, redo.disabled] = history.map((count) => !count);
     },
   };
