@@ -326,7 +326,7 @@ def _image(mesh: MeshLike, texture: object, clean: pv.PolyData) -> npt.NDArray[n
 def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progress | None) -> Found:
     """Landmarks found by the shape, warped to those that are given; a LandmarkError if there is no face."""
     from .finding import find_landmarks, pose_from_landmarks
-    from .finding.placement import CHIN
+    from .finding.landmarks import CHIN
     from .finding.template import UNMEASURED
 
     found = find_landmarks(source, progress, given)

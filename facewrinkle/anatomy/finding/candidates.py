@@ -26,8 +26,9 @@ FEWEST_POINTS = 60
 BEST_DIRECTIONS = 4
 """Directions of each nose that are kept."""
 
-TEMPLATE_SAMPLES = 40_000
-"""Points on the template, of which its polar map is made."""
+SAMPLES = 40_000
+"""Points spread over a mesh, among which noses are looked for, and over the template, of which its polar map is made.
+"""
 
 MAP_RADIUS = 1.2
 """Radius of the polar maps about noses, in distances between the pupils."""
@@ -39,20 +40,15 @@ TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
 LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
 """Largest difference of height that counts, and the difference that a place without surface has, over the radius."""
 
-# Two poses are the same if all three hold.
-SAME_SIZE = 0.75
-"""Ratio of their sizes, at least."""
-SAME_PLACE = 0.35
-"""Distance of their origins over the larger size, at most."""
-SAME_DIRECTION = 0.4
-"""Angle of the turn between them in radians, at most."""
+SAME = 0.4
+"""Two poses are the same if neither origin nor ends of axes are farther apart than this share of the larger size."""
 
 
 @cache
 def _template_map() -> tuple[Array, Array]:
     """The template's heights and their weights, both (rings, sectors), about its nose."""
     face = template()
-    points = surface_samples(face.points, face.triangles, TEMPLATE_SAMPLES)
+    points = surface_samples(face.points, face.triangles, SAMPLES)
     heights = np.empty((RINGS, SECTORS))
     _polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
@@ -100,12 +96,8 @@ def distinct(found: list[tuple[float, Pose]], n: int) -> list[tuple[float, Pose]
 
 
 def _same(a: Pose, b: Pose) -> bool:
-    size = max(a.size, b.size)
-    return bool(
-        min(a.size, b.size) > SAME_SIZE * size
-        and np.linalg.norm(a.origin - b.origin) < SAME_PLACE * size
-        and np.trace(a.axes @ b.axes.T) > 1.0 + 2.0 * np.cos(SAME_DIRECTION)
-    )
+    apart = [a.origin - b.origin, *(a.origin + a.size * a.axes - b.origin - b.size * b.axes)]
+    return bool(np.linalg.norm(apart, axis=1).max() < SAME * max(a.size, b.size))
 
 
 def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:

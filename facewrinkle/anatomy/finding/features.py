@@ -1,8 +1,7 @@
 """Features that are measured on the shape.
 
 The corners of a closed mouth are the ends of the furrow between the lips wherever it is drawn to, and the lower lip
-bulges. Brows lie on the ridge above the orbits, and the profile of the chin bends where it turns under. Lengths are in
-distances between the pupils.
+bulges. The profile of the chin bends where it turns under. Lengths are in distances between the pupils.
 """
 
 from __future__ import annotations
@@ -25,19 +24,12 @@ MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
 # times the size of the furrow or bulge, so it has no unit.
 FURROW_SIZE = 0.03
 """Size of a furrow: the standard deviation of the Gaussian that smooths the depth."""
-STEEPEST = np.radians(45.0)
-"""Angle by which the furrow may lean."""
 START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
-CLOSED_SHARE = 0.8
-"""Share of this place that has a surface, at least: else the mouth is open."""
 CLEAR_STRENGTH = 3.5
 """Strength of the furrow over the roughness of the skin around it, at least."""
 ROUGHNESS_HEIGHT = 0.35
 """Distance above and below within which the roughness is measured."""
-OPEN_STRENGTH = 3.0
-"""A furrow of this strength is an open mouth."""
-
 # --- The path along the furrow to its end: the one with the largest sum of strength, less these costs.
 FAINT, STRONGEST = 0.4, 1.2
 """Strength at which the furrow ends, and the largest that counts, relative to that in its middle."""
@@ -45,47 +37,16 @@ LEAN_COST = 0.1
 """Cost of a step upwards or downwards."""
 DISTANCE_COST = 50.0
 """Cost of an end far from its expected place, per square of the distance."""
-REACH = 0.85
-"""Distance from the middle within which the corners are looked for."""
-
 # --- The lower lip: a place below the furrow between the lips, by its concavity.
 LIP_SIZE, LIP_BREADTH = 0.04, 0.04
 """Size of the bulges and furrows down the middle of a mouth, and half the breadth of the strip on which they are seen.
 """
-HOLLOW = 0.15
-"""With a concavity of at least this, the expected place is in the furrow below the lip, not on the lip."""
-BULGE = -0.25
-"""Then the nearest bulge above it that is stronger than this is the lip."""
-FLAT = -0.08
-"""No bulge is stronger than this where a lip is rolled in: it is not seen."""
-
-
 LIP_BORDER = 0.37
 """The border of the lower lip lies this share of the way from the top of its bulge to the fold above the chin (0.17 to
 0.54 on thirty-two labelled faces, a share of 0.12 of the distance between the pupils on average).
 """
-MEETING_ERROR, LIP_HEIGHT = 0.05, 0.3
-"""Error of the height at which the lips meet; distance from there to the bulge, and from the bulge to the fold, at
-most.
-"""
-
-# --- The brows ---
-
-BROW_GRID = Grid(0.02, (-1.2, -0.6), (1.2, 1.1))
-
-ABOVE_RIDGE = {"inner": 0.01, "mid": 0.05}
-"""Height of a brow above the ridge, in distances between the pupils: on thirty-two labelled faces it lies 0.05 below to
-0.09 above, and 0.03 below to 0.13 above. Their outer ends lie beside the ridge, and go along.
-"""
-
-RIDGE_SIZE = 0.1
-"""Size of the bends that count, and half the breadth of the strip on which they are seen."""
-
-STRONG_RIDGE = -0.12
-"""Concavity of a ridge, at most."""
-
-SEARCHED = (-0.4, 0.2)
-"""Heights above the expected brow between which the ridge is looked for."""
+LIP_HEIGHT = 0.3
+"""Distance from the meeting of the lips to the bulge, and from the bulge to the fold, at most."""
 
 # --- The chin: its profile is seen from before and below, where the bend is foremost ---
 FROM_BELOW = np.radians(45.0)
@@ -99,14 +60,11 @@ BEND_SIZE = 0.1
 BENT = 1.8
 """Curvature of the bend, at least (2.4 to 5.0 on thirty-one labelled faces)."""
 
-ABOVE_MENTON, BELOW_MENTON = 0.25, 0.3
+NEAR_MENTON = 0.3
 """The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
 
 BEYOND = 0.2
 """The skin goes on for this beyond the bend, at least: at the rim of a mask nothing tells that the chin turns under."""
-
-TURNING = np.radians(30.0)
-"""Angle by which the profile leans back at the bend, at least."""
 
 UNDER = np.radians(50.0)
 """Angle by which the profile leans back at the lowest place of the chin, at least (42 to 71 degrees there)."""
@@ -169,35 +127,13 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     """
     concavity = _concavity(pose.local(points), triangles, x)
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
-    meeting = float(up[np.argmax(np.where(np.abs(up - meeting) < MEETING_ERROR, inner, -np.inf))])
-    bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < FLAT) & (up < meeting)]
+    bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0) & (up < meeting)]
     if not len(bulges) or meeting - bulges[-1] > LIP_HEIGHT:
         return None
-    folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > -FLAT) & (up < bulges[-1])]
+    folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0) & (up < bulges[-1])]
     if not len(folds) or bulges[-1] - folds[-1] >= LIP_HEIGHT:
         return None
     return float(bulges[-1] - LIP_BORDER * (bulges[-1] - folds[-1]))
-
-
-def lower_lip(points: Array, triangles: IntArray, pose: Pose, upper: Array, lower: Array) -> tuple[float, bool]:
-    """Return the height of the lower lip above its expected place, 0 if it is not above, and True if the lip is seen.
-
-    `upper` and `lower` are the expected middles of the lips (2,), in the face's coordinates.
-    """
-    concavity = _concavity(pose.local(points), triangles, float(lower[0]))
-    up, between = MOUTH_GRID.y, (MOUTH_GRID.y > lower[1]) & (MOUTH_GRID.y < upper[1])
-    if not between.any():
-        return 0.0, False
-    meeting = float(up[between][np.argmax(concavity[between])])
-    if np.interp(lower[1], up, concavity) < HOLLOW:
-        around = (up > lower[1] - MOUTH_GRID.step) & (up < meeting)
-        return 0.0, bool(around.any() and concavity[around].min() < FLAT)
-    inner = concavity[1:-1]
-    tops = np.flatnonzero((inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < BULGE)) + 1
-    above = up[tops][(up[tops] > lower[1]) & (up[tops] < upper[1])]
-    if not len(above):
-        return 0.0, False
-    return float(above[0] - min(_below_top(), 0.5 * (above[0] - lower[1])) - lower[1]), True
 
 
 def _concavity(local: Array, triangles: IntArray, x: float) -> Array:
@@ -207,15 +143,6 @@ def _concavity(local: Array, triangles: IntArray, x: float) -> Array:
     return np.asarray(gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)) * LIP_SIZE / MOUTH_GRID.step**2
 
 
-@cache
-def _below_top() -> float:
-    """Distance of the template's lower lip below the top of its bulge."""
-    face = template()
-    x, y, _ = face.landmarks["lower_lip_mid"]
-    near = np.abs(MOUTH_GRID.y - y) < 0.1
-    return float(MOUTH_GRID.y[near][np.argmin(_concavity(face.points, face.triangles, float(x))[near])] - y)
-
-
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
     """The ends (2, 2) of the longest and deepest furrow near the middle of the lips, and its height there."""
     depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
@@ -223,12 +150,10 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
     columns = np.abs(MOUTH_GRID.x - middle[0]) < START[0]
     below = np.abs(MOUTH_GRID.y - middle[1])
     profile = np.where(below < START[1], strength[:, columns].mean(axis=1), -np.inf)
-    if known[np.isfinite(profile)][:, columns].mean() < CLOSED_SHARE:
-        return None
     roughness = float(np.median(np.abs(strength[below < ROUGHNESS_HEIGHT])))
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if OPEN_STRENGTH > profile[row] > max(profile[row - 1], profile[row + 1], CLEAR_STRENGTH * roughness):
+        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR_STRENGTH * roughness):
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
@@ -240,25 +165,21 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
 
 
 def furrows(depth: Array, grid: Grid) -> Array:
-    """Strength of furrows (rows, columns): concavity across the deepest line that leans no more than 45 degrees."""
+    """Strength of furrows (rows, columns): the largest concavity in any direction, an eigenvalue of the Hessian."""
     sigma = FURROW_SIZE / grid.step
 
     def second(order: tuple[int, int]) -> Array:
         return np.asarray(gaussian_filter(depth, sigma, order=order)) * FURROW_SIZE / grid.step**2
 
     down, across, both = second((2, 0)), second((0, 2)), second((1, 1))
-    mean, half = 0.5 * (down + across), 0.5 * (down - across)
-    turn = np.clip(np.arctan2(both, half), -2.0 * STEEPEST, 2.0 * STEEPEST)  # twice the angle from the vertical
-    return np.asarray(mean + half * np.cos(turn) + both * np.sin(turn))
+    return np.asarray(0.5 * (down + across) + np.hypot(0.5 * (down - across), both))
 
 
 def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -> tuple[float, Array]:
     """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column."""
     grid = MOUTH_GRID
     total, best, end = np.where(rows, gain[:, start], -np.inf), -np.inf, expected
-    for column in range(start + side, start + side * int(REACH / grid.step), side):
-        if not 0 <= column < gain.shape[1]:
-            break
+    for column in range(start + side, gain.shape[1] if side > 0 else -1, side):
         above, below = np.append(total[1:], -np.inf), np.append(-np.inf, total[:-1])
         total = np.maximum(total, np.maximum(above, below) - LEAN_COST) + gain[:, column]
         square = (grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2
@@ -266,36 +187,6 @@ def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -
         if total[row] - DISTANCE_COST * square[row] > best:
             best, end = float(total[row] - DISTANCE_COST * square[row]), np.array([grid.x[column], grid.y[row]])
     return best, end
-
-
-def rise_of_brows(points: Array, triangles: IntArray, pose: Pose, expected: dict[str, Array]) -> float:
-    """Return how far the brows lie above their expected places, by the ridge above the orbits; 0 where none is seen.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 3)
-    triangles : ndarray of int, shape (m, 3)
-    pose : Pose
-    expected : dict of str to ndarray, shape (2,)
-        Expected places of the landmarks of the brows, in the face's coordinates.
-    """
-    depth, known = openings_closed(depth_map(pose.local(points), triangles, BROW_GRID), BROW_GRID)
-    rises = []
-    for name, (x, y) in expected.items():
-        above = ABOVE_RIDGE.get(name.rsplit("_", 1)[1])
-        strip = np.abs(BROW_GRID.x - x) < 0.5 * RIDGE_SIZE
-        if above is None or not strip.any():
-            continue
-        profile = depth[:, strip].mean(axis=1)
-        bend = gaussian_filter1d(profile, RIDGE_SIZE / BROW_GRID.step, order=2) * RIDGE_SIZE / BROW_GRID.step**2
-        bend[~known[:, strip].all(axis=1)] = 0.0
-        inner = bend[1:-1]
-        near = (BROW_GRID.y > y + SEARCHED[0] - above) & (BROW_GRID.y < y + SEARCHED[1] - above)
-        tops = near[1:-1] & (inner < bend[:-2]) & (inner <= bend[2:]) & (inner < STRONG_RIDGE)
-        if tops.any():
-            row = 1 + int(np.argmin(np.where(tops, inner, np.inf)))
-            rises.append(float(BROW_GRID.y[row]) + above - y)
-    return float(np.median(rises)) if len(rises) > 2 else 0.0
 
 
 def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float | None]:
@@ -320,7 +211,7 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     known = np.asarray(np.isfinite(depth).all(axis=1))
     with np.errstate(invalid="ignore"):  # from one row that is not known to the next
         known[1:] &= np.abs(np.diff(depth.mean(axis=1))) < JUMP  # what is seen behind a rim is no chin
-    start = int(np.argmin(np.abs(PROFILE.y - y - ABOVE_MENTON)))
+    start = int(np.argmin(np.abs(PROFILE.y - y - NEAR_MENTON)))
     gaps = np.flatnonzero(~known)
     first = int(gaps[gaps < start].max(initial=-1)) + 1
     last = int(gaps[gaps > start].min(initial=len(known)))
@@ -333,13 +224,12 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
         return np.asarray(tilt.T @ [x, np.interp(row, rows, up), np.interp(row, rows, profile)])
 
     slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), BEND_SIZE / PROFILE.step, mode="nearest")
-    lean = np.arctan(slope) + FROM_BELOW
     bend = -np.gradient(slope, PROFILE.step) / (1.0 + slope**2) ** 1.5
     along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
-    near = np.flatnonzero((up < y + ABOVE_MENTON) & (up > y - BELOW_MENTON))
+    near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
-    if bend[at] < BENT or along[at] < BEYOND or lean[at] < TURNING:
-        under = np.flatnonzero((lean > UNDER) & (up < y + ABOVE_MENTON))
+    if bend[at] < BENT or along[at] < BEYOND:
+        under = np.flatnonzero((np.arctan(slope) + FROM_BELOW > UNDER) & (up < y + NEAR_MENTON))
         return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
     lowest = np.interp(along[at] - TO_MENTON, along, np.arange(len(up)))
     return place(float(lowest)), float(place(at)[1] + TO_POGONION)

@@ -18,9 +18,8 @@ from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
 from ...progress import Progress
 from ..landmarks import REFUSED
-from .alignment import COARSE, FINE, aligned, pose_score, surface_map, template_map
-from .candidates import SIZES, candidates, distinct
-from .matching import Match, matched
+from .candidates import SAMPLES, SIZES, candidates, distinct
+from .matching import COARSE, FINE, Match, aligned, matched, pose_score, surface_map, template_map
 from .template import VARIANTS, Pose, template
 
 NO_FACE = (
@@ -29,8 +28,6 @@ NO_FACE = (
 )
 
 # The effort of the search. The confidence of a match tells faces from other things, see `matching`.
-MESH_SAMPLES = 40_000
-"""Points spread over the mesh, among which noses are looked for."""
 TRIED, REFINED = 40, 3
 """Candidates that are aligned, and the best of these that are matched."""
 SURE = 0.75
@@ -51,18 +48,12 @@ NEAR = 4.5
 """Distance from a face within which triangles may belong to it, in distances between the pupils."""
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
-THIN = 0.02
-"""Thickness over the largest extent of a part, at least: a floor or a wall is no face."""
 UNEVEN = 0.004
 """Unevenness of a floor, at most, over the diagonal of the bounding box."""
-MOST_OF_THE_FACE = 0.6
-"""A part that makes up more than this share of what is seen is the face: the others are left out."""
-
-
 PART_LOSS = 0.1
-"""It may be less like a face than with the others, which fill its eyes: lashes and the shells of eyes are no landmarks.
+"""The part that makes up most of what is seen is the face, unless it is by so much less like one than with the others:
+lashes and the shells of eyes, which fill its eyes, are left out.
 """
-
 
 STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
 """Steps of the search of a mesh or a part of it, at most."""
@@ -105,7 +96,7 @@ def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
 def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, Pose]]) -> Iterator[None]:
     """Fill in aligned candidates with their scores, the best first, in steps."""
     starts: list[tuple[float, Pose]] = []
-    for found in candidates(surface_samples(points, triangles, MESH_SAMPLES)):
+    for found in candidates(surface_samples(points, triangles, SAMPLES)):
         starts += found
         yield
     starts.sort(key=lambda pair: pair[0])
@@ -240,18 +231,10 @@ def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[
 def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
     """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
     proper, label = _labelled_parts(points, triangles, 7)
-    if not len(proper):
-        return
-    triangles = triangles[proper]
     count = np.bincount(label)
-    order = [part for part in np.argsort(-count, kind="stable") if FEWEST_TRIANGLES <= count[part] < len(triangles)]
-    for part in order[:PARTS]:
-        alone = triangles[label == part]
-        corners = points[np.unique(alone)]
-        along = np.linalg.svd(corners - corners.mean(axis=0), full_matrices=False)[2]
-        extent = np.ptp(corners @ along.T, axis=0)
-        if extent.min() > THIN * extent.max():
-            yield alone
+    for part in np.argsort(-count, kind="stable")[:PARTS]:
+        if FEWEST_TRIANGLES <= count[part] < len(proper):
+            yield triangles[proper[label == part]]
 
 
 def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
@@ -271,7 +254,7 @@ def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
 
 
 def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
-    """The triangles of the part to which most of what is seen belongs; all of them if there is no such part."""
+    """The triangles of the part to which most of what is seen belongs."""
     pose, surface = match.pose, match.surface
     local = pose.local(points)
     proper, label = _labelled_parts(local, triangles, 6)
@@ -283,5 +266,4 @@ def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
     used, first = np.unique(triangles[proper], return_index=True)
     nearest = cKDTree(local[used]).query(places)[1]
     votes = np.bincount(label[first[nearest] // 3], minlength=label.max() + 1)
-    chosen = int(np.argmax(votes))
-    return triangles[proper[label == chosen]] if votes[chosen] > MOST_OF_THE_FACE * votes.sum() else triangles
+    return triangles[proper[label == np.argmax(votes)]]
