@@ -27,9 +27,6 @@ from ...files import bytes_of, sibling_file
 from .materials import image_place, srgb
 from .polygons import Primitive, strip_triangles
 
-__all__ = ["Document", "read_gltf_file"]
-
-
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
 COMPRESSED = {
@@ -230,11 +227,8 @@ class Document:
 
     def label(self, node: int) -> str:
         """The name of the mesh of a node or of the node, else its number."""
-        return next(str(name) for name in self.names(node) if name)
-
-    def names(self, node: int) -> tuple[str | None, str | None, str]:
-        """The names of the mesh of a node and of the node, if they have any, and its number."""
-        return self._at("meshes", self.nodes[node]["mesh"]).get("name"), self.nodes[node].get("name"), str(node)
+        mesh = self._at("meshes", self.nodes[node]["mesh"])
+        return str(mesh.get("name") or self.nodes[node].get("name") or node)
 
     def primitives(self, node: int, world: Array) -> list[Primitive]:
         """The mesh of a node in the coordinates of the scene, given the matrices of all nodes."""

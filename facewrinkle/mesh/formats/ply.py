@@ -17,8 +17,6 @@ from ...files import bytes_of
 from .materials import image_place
 from .polygons import Polygons, check_vertices, strip_triangles, textured
 
-__all__ = ["read_ply"]
-
 NUMBERS = {
     name: kind
     for names, kind in {

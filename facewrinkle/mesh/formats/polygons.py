@@ -20,8 +20,6 @@ from ...errors import MeshError
 from ...files import bytes_of, text_of
 from .materials import image_place, images_of_materials, uncommented
 
-__all__ = ["Polygons", "read_obj", "read_off", "read_stl"]
-
 
 @dataclass(frozen=True)
 class Polygons:

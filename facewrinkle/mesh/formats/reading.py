@@ -15,9 +15,8 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 from ...errors import MeshError
 from ...files import check_file, check_inside, opened, reading, text_of
 from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
-from .datasets import from_dataset, from_polygons
 from .gltf import read_gltf_file
-from .merging import from_primitives
+from .merging import from_dataset, from_polygons, from_primitives
 from .ply import read_ply
 from .polygons import read_obj, read_off, read_stl
 from .probing import OF_VTK, probe

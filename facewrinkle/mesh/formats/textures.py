@@ -18,7 +18,7 @@ from ...files import bytes_of, check_file, is_outside, reading
 from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
 from ..seams import corner_texture
 from .gltf import Document
-from .merging import from_primitives, set_texture
+from .merging import set_texture
 from .reading import GLTF, MeshLike, read_surface
 
 LARGEST_SIDE = 16_384
@@ -72,7 +72,7 @@ def as_texture(image: object) -> Image:
     return np.ascontiguousarray(pixels[:, :, :3])
 
 
-def read_texture(source: MeshLike, mesh: str | None = None) -> Image | None:
+def read_texture(source: MeshLike) -> Image | None:
     """Return the image of a mesh file or a trimesh-like object.
 
     Parameters
@@ -80,8 +80,6 @@ def read_texture(source: MeshLike, mesh: str | None = None) -> Image | None:
     source : path, or anything that :func:`facewrinkle.read_surface` takes
         OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base colour texture. Of
         several, the one on most faces is taken.
-    mesh : str, optional
-        The mesh or node of a glTF file to look at: its name, or the number of the node.
 
     Returns
     -------
@@ -113,10 +111,10 @@ def read_texture(source: MeshLike, mesh: str | None = None) -> Image | None:
         source = read_surface(source)  # what is no mesh is an error, unlike an image that cannot be read
     name = source.name if isinstance(source, Path) else "the mesh"
     try:
-        surface = _of_mesh(source, mesh) if isinstance(source, Path) and mesh is not None else read_surface(source)
-        numbers = np.asarray([] if surface is None else surface.cell_data.get(IMAGE, []), dtype=np.int64)
+        surface = read_surface(source)
+        numbers = np.asarray(surface.cell_data.get(IMAGE, []), dtype=np.int64)
         counts = np.bincount(numbers[numbers >= 0])
-        if surface is None or not counts.any():
+        if not counts.any():
             return None
         names = images_of(surface)
         if len(names) > 1:
@@ -197,19 +195,6 @@ def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
 def _short(source: str) -> str:
     """The name of an image without its folder."""
     return Path(source).name
-
-
-def _of_mesh(path: Path, name: str) -> pv.PolyData | None:
-    """The mesh or node of a glTF file by its name or number; None if there is none."""
-    if path.suffix.lower() not in GLTF:
-        return None
-    check_file(path)
-    with reading(path):
-        document = Document(path)
-        world = document.world()
-        named = [node for node in document.shown if name in document.names(node)]
-        parts = [part for node in named for part in document.primitives(node, world)]
-        return from_primitives(parts, path) if parts else None
 
 
 def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:

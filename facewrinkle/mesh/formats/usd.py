@@ -14,9 +14,6 @@ from .materials import srgb
 from .polygons import Primitive, polygon_triangles
 from .probing import probe
 
-__all__ = ["read_usd_file"]
-
-
 COORDINATES = ("st", "UVMap", "st0", "uv")
 """Names of texture coordinates, in order of preference; else the first of another name is taken."""
 

@@ -13,8 +13,8 @@ from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageErro
 from facewrinkle.geometry import topology
 from facewrinkle.layers.patterns_on_skin.region import selection_weights
 from facewrinkle.mesh import prepare
-from facewrinkle.mesh.repair import reconstruction
-from facewrinkle.mesh.repair.reconstruction import closed_up, reconstructed
+from facewrinkle.mesh.repair import prepare as repair
+from facewrinkle.mesh.repair.prepare import closed_up, reconstructed
 from facewrinkle.mesh.repair.topology_repair import RepairedMesh
 
 
@@ -88,7 +88,7 @@ def test_a_face_in_pieces_with_small_gaps_is_closed_and_not_reconstructed():
 @pytest.mark.slow
 def test_a_face_in_pieces_that_face_inward_is_reconstructed(monkeypatch):
     pytest.importorskip("pymeshlab")
-    monkeypatch.setattr(reconstruction, "SAMPLES", 6_000)  # many take long
+    monkeypatch.setattr(repair, "SAMPLES", 6_000)  # many take long
     points, triangles = ball()
     source = pv.PolyData.from_regular_faces(*soup(points, triangles[:, ::-1], 0.2))
     source.point_data["height"] = source.points[:, 2].astype(float)
