@@ -48,49 +48,17 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 5] += s * xy
 
 
-@compiled(inline="always")
-def strain_at(i, corners, barycentric, strain):
-    """The six components of a strain (n0, 6) of the base mesh, interpolated at point i."""
-    a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
-    wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
-    return (
-        wa * strain[a, 0] + wb * strain[b, 0] + wc * strain[c, 0],
-        wa * strain[a, 1] + wb * strain[b, 1] + wc * strain[c, 1],
-        wa * strain[a, 2] + wb * strain[b, 2] + wc * strain[c, 2],
-        wa * strain[a, 3] + wb * strain[b, 3] + wc * strain[c, 3],
-        wa * strain[a, 4] + wb * strain[b, 4] + wc * strain[c, 4],
-        wa * strain[a, 5] + wb * strain[b, 5] + wc * strain[c, 5],
-    )
-
-
 @compiled
-def strain_epsilon(starts, corners, barycentric, strain, products, out):
-    """``1 - |F m|`` for the entries of each refined vertex, from the strain (n0, 6) at the vertices of the base mesh.
-
-    `products` (p, 6) are the products of each direction's components over its squared length in the rest metric.
-    """
-    for i in range(starts.shape[0] - 1):
-        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        if first < last:
-            xx, yy, zz, yz, xz, xy = strain_at(i, corners, barycentric, strain)
-            for p in range(first, last):
-                change = products[p, 0] * xx + products[p, 1] * yy + products[p, 2] * zz
-                change += products[p, 3] * yz + products[p, 4] * xz + products[p, 5] * xy
-                out[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
-
-
-@compiled
-def amplitudes(where, folds, epsilon, k0, smallest, relief):
-    """Sum of k0 H At A over the entries of each vertex in `where`, the same with blunt H (`shown`), and the half cycle
-    of the finest fold that matters.
+def amplitudes(folds, epsilon, k0, smallest, relief):
+    """Sum of k0 H At A over the entries of each vertex, the same with blunt H (`shown`), and the half cycle of the
+    finest fold that matters.
 
     From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
     entries together ask for more than that, each gets the `share` for which the skin suffices.
     """
-    starts, muscle, unit, blunt, swing, steep, cycle, direction = folds
+    starts, muscle, unit, blunt, swing, steep, cycle, _, direction, _ = folds
     height, shown, spacing, across, active, share = relief
-    for k in range(where.shape[0]):
-        i = where[k]
+    for i in range(len(starts) - 1):
         total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
             depth = k0[muscle[p]]
@@ -142,19 +110,3 @@ def level(height, shown, areas):
         share = bulges if height[i] > 0.0 else furrows
         height[i] *= share
         shown[i] *= share
-
-
-@compiled
-def put_gathered(muscle, coordinates, row, spans, values, out):
-    """Compression of the entries (p,) of creases, between values (creases, places) along the `spans` (k, 2) of these.
-
-    `row` (k,) tells which crease a muscle is, -1 for those that are none: their entries stay.
-    """
-    steps = values.shape[1] - 1
-    for p in range(len(muscle)):
-        k = muscle[p]
-        if row[k] >= 0:
-            step = min(max((coordinates[p, 0] - spans[k, 0]) / (spans[k, 1] - spans[k, 0]), 0.0), 1.0) * steps
-            lower = min(np.int64(step), steps - 1)
-            low, high = values[row[k], lower], values[row[k], lower + 1]
-            out[p] = low + (step - lower) * (high - low)

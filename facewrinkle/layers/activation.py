@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
@@ -12,8 +11,7 @@ from ..array_types import Array, BoolArray
 from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
-from . import _kernels as kernels
-from .compression import StrainField, orthonormal_tangents, per_length, principal, tangents_of
+from .compression import StrainField, orthonormal_tangents, per_length, principal, shortening, tangents_of
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
@@ -69,11 +67,13 @@ class Activation:
     def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, field: StrainField) -> None:
         self._field = field
         hosts = np.flatnonzero(zones.any(axis=0))
-        corners = np.repeat(face.triangles[hosts], 4, axis=0)
-        weights = np.tile(QUARTERS, (len(hosts), 1))
-        upright = vertex_normals(face.points, face.triangles)
+        self._used, local = np.unique(face.triangles[hosts], return_inverse=True)
+        self._corners = np.repeat(local.reshape(-1, 3).astype(np.int32), 4, axis=0)
+        self._weights = np.tile(QUARTERS, (len(hosts), 1))
+        upright, rest = vertex_normals(face.points, face.triangles)[self._used], field.metric[self._used]
+        self._basis = orthonormal_tangents(rest, upright)
         where, normals, metric = (
-            interpolated(values, corners, weights) for values in (face.points, upright, field.metric)
+            interpolated(values, self._corners, self._weights) for values in (face.points[self._used], upright, rest)
         )
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
@@ -83,21 +83,10 @@ class Activation:
             for muscle, zone in zip(muscles, zones, strict=True)
         ]
         doubled = _doubled(entries, [muscle.wrinkles.depth for muscle in muscles])
-        self._count = len(muscles)
-        acting = [(k, *entries[k][:3]) for k in np.flatnonzero(~doubled)]
-        owner = np.concatenate([e[1] for e in acting] or [np.empty(0, int)])
-        order = np.argsort(owner, kind="stable")
-        self._muscle = np.concatenate([np.full(len(e[1]), e[0]) for e in acting] or [np.empty(0, int)])[order]
-        self._share = np.concatenate([e[2] for e in acting] or [np.empty(0)])[order]
-        self._products = np.concatenate([e[3] for e in acting] or [np.empty((0, 6))])[order]
-        self._starts = np.searchsorted(owner[order], np.arange(len(where) + 1)).astype(np.int32)
-        self._corners, self._weights = corners, weights
-        places = np.repeat(np.arange(len(where)), np.diff(self._starts))
-        at, here = corners[places], self._share[:, None] * weights[places]
-        self._vertices, column = np.unique(at, return_inverse=True)
-        self._basis = orthonormal_tangents(field.metric[self._vertices], upright[self._vertices])
-        self._regions = csr_array(
-            (here.ravel(), (np.repeat(self._muscle, 3), column.ravel())), shape=(self._count, len(self._vertices))
+        self._count, nothing = len(muscles), (np.empty(0, int), np.empty(0), np.empty((0, 6)))
+        acting = [(np.full(len(entries[k][0]), k), *entries[k][:3]) for k in np.flatnonzero(~doubled)]
+        self._muscle, self._point, self._share, self._products = (
+            np.concatenate(column) for column in zip((nothing[0], *nothing), *acting, strict=True)
         )
 
     def of(self, deformed: Array) -> Array:
@@ -106,13 +95,14 @@ class Activation:
 
     def at(self, strain: Array) -> Array:
         """Return the activation (k,) of the muscles at a strain (n0, 6) of the base mesh."""
-        epsilon = np.empty(len(self._share))
-        kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, epsilon)
-        shorter = np.maximum(epsilon, 0.0)
-        mean = np.bincount(self._muscle, self._share * shorter, self._count)
-        ours = np.bincount(self._muscle, self._share * _lost(epsilon), self._count)
-        values, *_ = principal(strain[self._vertices], *self._basis)
-        largest = self._regions @ np.clip(-values[:, 0], 0.0, 1.0)
+        now = strain[self._used]
+        change = interpolated(now, self._corners, self._weights)[self._point] * self._products
+        epsilon, (values, *_) = shortening(change.sum(axis=1)), principal(now, *self._basis)
+        most = interpolated(np.clip(-values[:, :1], 0.0, 1.0), self._corners, self._weights)[self._point, 0]
+        mean, ours, largest = (
+            np.bincount(self._muscle, self._share * each, self._count)
+            for each in (np.maximum(epsilon, 0.0), _lost(epsilon), most)
+        )
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
         return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
 

@@ -124,6 +124,11 @@ class SurfaceState:
         return self._field().strain(self.base)
 
     @cached_property
+    def strain_at_vertices(self) -> Array:
+        """The same (n, 6), interpolated at all vertices."""
+        return interpolated(self.strain, self.vertices.corners, self.vertices.barycentric)
+
+    @cached_property
     def areas(self) -> Array:
         """Twice the area of the triangles around each vertex (n,) of the bare surface, mm^2: weights of its heights."""
         out = np.empty(len(self.bare))
@@ -132,20 +137,19 @@ class SurfaceState:
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""
-        return compression_along(*self._tensors, self.vertices.normals, directions)
+        return compression_along(self.strain_at_vertices, self._metric, self.vertices.normals, directions)
 
     @cached_property
     def principal_compression(self) -> tuple[Array, Array]:
         """The largest compression over all tangents (n,), negative where all are stretched, and the unit tangent of
         the rest surface that has it (n, 3).
         """
-        return principal_compression(*self._tensors, self.vertices.normals)
+        return principal_compression(self.strain_at_vertices, self._metric, self.vertices.normals)
 
     @cached_property
-    def _tensors(self) -> tuple[Array, Array]:
-        """Change of the metric and rest metric (n, 6) at the vertices."""
-        where = self.vertices.corners, self.vertices.barycentric
-        return interpolated(self.strain, *where), interpolated(self._field().metric, *where)
+    def _metric(self) -> Array:
+        """Rest metric (n, 6) at the vertices."""
+        return interpolated(self._field().metric, self.vertices.corners, self.vertices.barycentric)
 
     def _field(self) -> StrainField:
         if self.strain_field is None:

@@ -16,7 +16,6 @@ from ..array_types import Array, BoolArray
 from ..geometry import closest_point as closest
 from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
-from ..geometry.refinement import frozen
 from . import _kernels as kernels
 
 
@@ -137,6 +136,17 @@ def per_length(metric: Array, tangents: Array) -> Array:
     return np.asarray(products(tangents) / np.maximum(along(metric, tangents), 1e-6)[:, None])
 
 
+def shortening(change: Array) -> Array:
+    """Return by which share a length is shortened whose square changes by a share: ``1 - |F m|``, below 0 if stretched.
+
+    Examples
+    --------
+    >>> shortening(np.array([-0.75, 0.0, 0.44])).round(9).tolist()
+    [0.5, 0.0, -0.2]
+    """
+    return np.asarray(1.0 - np.sqrt(np.maximum(1.0 + change, 0.0)))
+
+
 def compression_along(strain: Array, metric: Array, normals: Array, directions: Array) -> Array:
     """Return the compression ``1 - |F m|`` along directions at some points.
 
@@ -167,7 +177,7 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
     squares = products(m)
     length, change = (squares * metric).sum(axis=1), (squares * strain).sum(axis=1)
     share = np.divide(change, length, out=np.zeros_like(change), where=length > 1e-12 * (directions**2).sum(axis=-1))
-    return np.asarray(1.0 - np.sqrt(np.maximum(1.0 + share, 0.0)))
+    return shortening(share)
 
 
 def principal_compression(
@@ -205,7 +215,7 @@ def principal_compression(
     """
     values, tangents, _ = principal(strain, *(basis or orthonormal_tangents(metric, normals)))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    return 1.0 - np.sqrt(np.maximum(1.0 + values[:, 0], 0.0)), tangents
+    return shortening(values[:, 0]), tangents
 
 
 def principal(tensors: Array, first: Array, second: Array) -> tuple[Array, Array, Array]:
@@ -311,10 +321,9 @@ class Gathered:
         self._spans = np.array([getattr(muscle, "span", (0.0, 1.0)) for muscle in muscles]).reshape(-1, 2)
         corners, weights, tensors = [np.empty((0, 3), np.int32)], [np.empty((0, 3))], [np.empty((0, 6))]
         for k in own:
-            crease, near = muscles[k], np.flatnonzero(zones[k])
+            crease, inside = muscles[k], triangles[zones[k]]
             assert isinstance(crease, Crease)
             places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            inside = triangles[near]
             found = [closest.closest(points, inside, place) for place in places]
             at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
@@ -323,24 +332,21 @@ class Gathered:
             corners.append(at)
             weights.append(share)
             tensors.append(per_length(rest, tangents_of(crease.fold_direction(places), normal)))
-        # Read-only, as those of vertices are: machine code for both is the same.
-        self._corners, self._weights = frozen(np.concatenate(corners).astype(np.int32)), frozen(np.concatenate(weights))
+        self._corners, self._weights = np.concatenate(corners), np.concatenate(weights)
         self._products = np.concatenate(tensors)
-        self._starts = np.arange(len(self._products) + 1, dtype=np.int32)
-        self._out = np.empty(len(self._products))
         places = np.linspace(0.0, 1.0, PLACES)
         even = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
         self._even = even / even.sum(axis=1, keepdims=True)
 
     def epsilon(self, strain: Array) -> Array:
         """Return the compression (creases, places) at a strain (n0, 6) of the base mesh."""
-        kernels.strain_epsilon(self._starts, self._corners, self._weights, strain, self._products, self._out)
-        return np.asarray(self._out.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
+        found = shortening((self._products * interpolated(strain, self._corners, self._weights)).sum(axis=1))
+        return np.asarray(found.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
 
-    def put(self, strain: Array, muscle: npt.NDArray[np.integer], coordinates: Array, epsilon: Array) -> None:
-        """Write the compression of those entries that lie on creases into the compression (p,) of all.
-
-        Entries are given by their muscles (p,) and their coordinates (p, 2) there: lambda, and one that is not used.
-        """
-        if len(self._products):
-            kernels.put_gathered(muscle, coordinates, self._row, self._spans, self.epsilon(strain), epsilon)
+    def at(self, strain: Array, muscle: npt.NDArray[np.integer], along: Array) -> Array:
+        """Return the compression (p,) at places on creases, each given by its muscle (p,) and its lambda (p,) there."""
+        values, row, (begin, end) = self.epsilon(strain), self._row[muscle], self._spans[muscle].T
+        step = np.clip((along - begin) / (end - begin), 0.0, 1.0) * (PLACES - 1)
+        lower = np.minimum(step.astype(int), PLACES - 2)
+        low, high = values[row, lower], values[row, lower + 1]
+        return np.asarray(low + (step - lower) * (high - low))

@@ -56,6 +56,4 @@ class Creases(MuscleWrinkles):
         return replace(found, shading_offset=shown - height)
 
     def _compressed(self, state: SurfaceState) -> Array:
-        epsilon = super()._compressed(state)
-        self._gathered.put(state.strain, self._folds.muscle, self._folds.coordinates, epsilon)
-        return epsilon
+        return self._gathered.at(state.strain, self._folds.muscle, self._folds.coordinates[:, 0])

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -30,15 +30,20 @@ class Entries:
     >>> @dataclass(frozen=True, eq=False)
     ... class Heights(Entries):
     ...     height: Column
-    >>> table = Heights(*sorted_by_vertex([np.array([2, 0, 0])], [np.array([0.3, 0.1, 0.2])], n=3))
-    >>> table.starts.tolist(), table.height.tolist()
-    ([0, 2, 2, 3], [0.1, 0.2, 0.3])
+    >>> table = Heights(*sorted_by_vertex(np.array([2, 0, 0]), np.array([0.3, 0.1, 0.2]), n=3))
+    >>> table.starts.tolist(), table.vertices.tolist(), table.height.tolist()
+    ([0, 2, 2, 3], [0, 0, 2], [0.1, 0.2, 0.3])
     >>> both = table.followed(np.array([1, 2]), table)
     >>> both.starts.tolist(), both.height.tolist()
     ([0, 0, 1, 3, 3, 4], [0.3, 0.1, 0.2, 0.3])
     """
 
     starts: IntArray
+
+    @cached_property
+    def vertices(self) -> IntArray:
+        """The vertex (p,) of each entry."""
+        return np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
 
     @property
     def columns(self) -> list[Column]:
@@ -61,28 +66,39 @@ class Entries:
         return type(self)(starts, *map(np.concatenate, zip(old.columns, new.columns, strict=True)))
 
 
-def sorted_by_vertex(vertices: Sequence[IntArray], *columns: Sequence[Column], n: int) -> tuple[Column, ...]:
-    """Return the starts (n + 1,), and then the columns, of entries that come in several parts, in any order.
+def sorted_by_vertex(vertices: IntArray, *columns: Column, n: int) -> tuple[Column, ...]:
+    """Return the starts (n + 1,), and then the columns, of entries in any order; those of a vertex keep theirs.
 
     Parameters
     ----------
-    vertices : sequence of ndarray of int
-        The vertices of the entries of each part.
-    *columns : sequence of ndarray
-        For each column, the rows of each part.
+    vertices : ndarray of int, shape (p,)
+        The vertex of each entry.
+    *columns : ndarray, shape (p, ...)
     n : int
         Number of vertices.
 
     Examples
     --------
-    >>> starts, height = sorted_by_vertex([np.array([2, 0])], [np.array([0.3, 0.1])], n=3)
+    >>> starts, height = sorted_by_vertex(np.array([2, 0]), np.array([0.3, 0.1]), n=3)
     >>> starts.tolist(), height.tolist()
     ([0, 1, 1, 2], [0.1, 0.3])
     """
-    where = np.concatenate(vertices)
-    order = np.argsort(where, kind="stable")
-    starts = np.searchsorted(where[order], np.arange(n + 1)).astype(np.int32)
-    return starts, *(np.concatenate(column)[order] for column in columns)
+    order = np.argsort(vertices, kind="stable")
+    starts = np.searchsorted(vertices[order], np.arange(n + 1)).astype(np.int32)
+    return starts, *(column[order] for column in columns)
+
+
+def scattered(where: BoolArray, values: Column, none: float) -> Column:
+    """Return an array with `values` where `where` (n,) is True, and `none` elsewhere.
+
+    Examples
+    --------
+    >>> scattered(np.array([True, False]), np.array([0.5]), -1.0).tolist()
+    [0.5, -1.0]
+    """
+    out = np.full(len(where), none, values.dtype)
+    out[where] = values
+    return out
 
 
 class Relief(NamedTuple):

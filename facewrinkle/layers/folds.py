@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -28,7 +27,7 @@ would vary along the furrow, and its line would look serrated.
 class Folds(Entries):
     """Folds of all muscles, with one entry per vertex and muscle whose wrinkling region it lies in.
 
-    Those of a vertex are in the order of the muscles.
+    The last one of a vertex is that of the dominant muscle: the entries rise by abs(H At), and where H is 0 by `swing`.
 
     Attributes
     ----------
@@ -49,8 +48,6 @@ class Folds(Entries):
         Unit tangent across the folds.
     products : ndarray, shape (p, 6)
         Products of the direction's components over its squared length in the rest metric.
-    leads : ndarray of bool, shape (p,)
-        True for the entry of the dominant muscle of its vertex.
 
     Examples
     --------
@@ -62,8 +59,8 @@ class Folds(Entries):
     >>> vertices = SurfacePoints(points, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
     >>> flat = np.array([[1.0, 1, 0, 0, 0, 0]])
     >>> folds = Folds.at(vertices, [muscle], np.array([[True]]), flat, unit=1.0)
-    >>> folds.leading.tolist(), folds.coordinates.tolist(), folds.cycle.round(2).tolist()
-    ([0, -1], [[0.5, 0.0]], [5.33])
+    >>> folds.starts.tolist(), folds.coordinates.tolist(), folds.cycle.round(2).tolist()
+    ([0, 1, 1], [[0.5, 0.0]], [5.33])
     """
 
     muscle: IntArray
@@ -75,15 +72,6 @@ class Folds(Entries):
     coordinates: Array
     direction: Array
     products: Array
-    leads: BoolArray
-
-    @cached_property
-    def leading(self) -> IntArray:
-        """The entry (n,) of the dominant muscle of each vertex, -1 for none."""
-        folded = np.diff(self.starts) > 0
-        out = np.full(len(folded), -1, np.int32)
-        out[folded] = np.flatnonzero(self.leads)
-        return out
 
     @classmethod
     def at(
@@ -116,8 +104,8 @@ class Folds(Entries):
         parts = [part for part in found if len(part[0])]
         if not parts:
             return cls.none(len(vertices.points))
-        starts, where, muscle_of, height, blunt, swing, cycle, coordinates, direction = sorted_by_vertex(
-            [part[0] for part in parts], *zip(*parts, strict=True), n=len(vertices.points)
+        where, muscle_of, height, blunt, swing, cycle, coordinates, direction = map(
+            np.concatenate, zip(*parts, strict=True)
         )
         at = vertices.corners[where], vertices.barycentric[where]
         if shares is not None:
@@ -125,19 +113,18 @@ class Folds(Entries):
             height, blunt, swing = part * height, part * blunt, part * swing
         direction = tangents_of(direction, vertices.normals[where])
         squares = per_length(interpolated(metric, *at), direction)
-        leads = _leading(where, np.abs(height), swing)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
-        return cls(
-            starts, muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction,
-            squares, leads,
-        )  # fmt: skip
+        columns = muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction, squares
+        rising = np.lexsort((swing, np.abs(height)))
+        of_vertices = sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points))
+        return cls(*of_vertices)
 
     @classmethod
     def none(cls, n: int) -> Self:
         """Return no entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
-        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, coordinates, direction, squares, np.empty(0, bool))
+        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, coordinates, direction, squares)
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
@@ -156,12 +143,3 @@ def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Arra
         np.stack(muscle.coordinates(x), axis=1),
         muscle.fold_direction(x),
     )
-
-
-def _leading(owner: IntArray, size: Array, swing: Array) -> BoolArray:
-    """True (p,) for the entry of the largest |H At| of each vertex; where H is 0, that of the largest `swing`."""
-    order = np.lexsort((swing, size, owner))
-    last = np.append(owner[order][1:] != owner[order][:-1], True)
-    leads = np.zeros(len(owner), bool)
-    leads[order[last]] = True
-    return leads

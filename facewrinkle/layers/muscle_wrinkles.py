@@ -7,7 +7,7 @@ import numpy as np
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
-from ..array_types import Array, BoolArray
+from ..array_types import Array
 from ..errors import check_flag, check_range
 from ..geometry.equations import anisotropy
 from ..geometry.normals import vertex_normals
@@ -15,8 +15,8 @@ from ..geometry.refinement import Change
 from . import _kernels as kernels
 from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
-from .compression import StrainField
-from .entries import Relief
+from .compression import StrainField, shortening
+from .entries import Relief, scattered
 from .folds import Folds
 
 SMALLEST = 0.4
@@ -24,9 +24,6 @@ SMALLEST = 0.4
 
 DEEP_ENOUGH = 0.05
 """Wrinkles of this height, mm, count among those that are limited, or not."""
-
-LABELS = ("lambda", "gamma", "muscle")
-"""Point data of the dominant muscle that do not change with the contraction."""
 
 
 class MuscleWrinkles(Layer):
@@ -86,10 +83,9 @@ class MuscleWrinkles(Layer):
         self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
-        self._missed, self._asking_vertices = np.empty(0, int), np.empty(0, int)
+        self._missed = np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
         self._epsilon, self._relief = np.empty(0), Relief.flat(0)
-        self._labels: dict[str, np.ndarray] = {}
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -98,36 +94,24 @@ class MuscleWrinkles(Layer):
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
         self._epsilon = np.zeros(len(self._folds.muscle))
-        self._relief, self._labels = Relief.flat(len(self._folds.starts) - 1), {}
-        self._folded = np.flatnonzero(np.diff(self._folds.starts)).astype(np.int32)
-        self._asking_vertices = np.empty(0, int)
+        self._relief = Relief.flat(len(self._folds.starts) - 1)
         met = np.zeros(len(self._zones), bool)
         met[self._folds.muscle] = True
         self._missed = np.flatnonzero(self._folding & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        folds = self._folds
+        folds, relief = self._folds, self._relief
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0 = self._k0 * self.rates
-        relief = self._relief
-        relief.spacing[self._asking_vertices], relief.active[self._asking_vertices] = np.inf, False
-        columns = (
-            folds.starts, folds.muscle, folds.height, folds.blunt, folds.swing, folds.steep, folds.cycle,
-            folds.direction,
-        )  # fmt: skip
-        kernels.amplitudes(self._folded, columns, self._epsilon, k0, SMALLEST, tuple(relief))
+        kernels.amplitudes((folds.starts, *folds.columns), self._epsilon, k0, SMALLEST, tuple(relief))
         self._ask(k0, state.vertices, relief)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
     def _ask(self, k0: Array, vertices: SurfacePoints, relief: Relief) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
-        asking = self._missed[k0[self._missed] > 0.0]
-        self._asking_vertices = (
-            np.concatenate([self._zone_vertices[k] for k in asking]) if len(asking) else np.empty(0, int)
-        )
-        for k in asking:
+        for k in self._missed[k0[self._missed] > 0.0]:
             where, muscle = self._zone_vertices[k], self._muscles[k]
             relief.spacing[where] = np.minimum(relief.spacing[where], muscle.half_cycles(vertices.points[where]))
             relief.across[where] = muscle.fold_direction(vertices.points[where])
@@ -137,11 +121,8 @@ class MuscleWrinkles(Layer):
 
     def _compressed(self, state: SurfaceState) -> Array:
         """Epsilon of all entries."""
-        folds, vertices = self._folds, state.vertices
-        kernels.strain_epsilon(
-            folds.starts, vertices.corners, vertices.barycentric, state.strain, folds.products, self._epsilon
-        )
-        return self._epsilon
+        change = state.strain_at_vertices[self._folds.vertices] * self._folds.products
+        return shortening(change.sum(axis=1))
 
     def _activated(self, strain: Array) -> Array:
         """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""
@@ -153,19 +134,20 @@ class MuscleWrinkles(Layer):
 
     def limited_share(self) -> float:
         """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
-        folded = self._folded[np.abs(self._relief.height[self._folded]) > DEEP_ENOUGH]
-        return float((self._relief.share[folded] < 1.0).mean()) if self.inextensible and len(folded) else 0.0
+        shares = self._relief.share[np.abs(self._relief.height) > DEEP_ENOUGH]
+        return float((shares < 1.0).mean()) if self.inextensible and len(shares) else 0.0
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
-        folds, some = self._folds, self._folds.leading >= 0
-        lead = folds.leading[some]
-        if not self._labels:
-            values = (folds.coordinates[lead, 0], folds.coordinates[lead, 1], folds.muscle[lead])
-            self._labels = {
-                name: _scattered(some, v, fill) for name, v, fill in zip(LABELS, values, (0.0, 0.0, -1), strict=True)
-            }
-        return {**self._labels, "epsilon": _scattered(some, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
+        folds, some = self._folds, np.diff(self._folds.starts) > 0
+        lead = folds.starts[1:][some] - 1
+        columns = {
+            "lambda": (folds.coordinates[lead, 0], 0.0),
+            "gamma": (folds.coordinates[lead, 1], 0.0),
+            "epsilon": (self._epsilon[lead], 0.0),
+            "muscle": (folds.muscle[lead], -1),
+        }
+        return {**{name: scattered(some, *column) for name, column in columns.items()}, "W": self._relief.height.copy()}
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
@@ -175,7 +157,7 @@ class MuscleWrinkles(Layer):
             return None
         folds = self._folds
         entries = np.flatnonzero(folds.muscle == muscle)
-        where = np.repeat(np.arange(len(folds.leading)), np.diff(folds.starts))[entries]
+        where, n = folds.vertices[entries], len(self._relief.height)
         share, height = anisotropy(self._epsilon[entries]) * self._relief.share[where], folds.height[entries]
         columns = {
             "lambda": folds.coordinates[entries, 0],
@@ -183,10 +165,10 @@ class MuscleWrinkles(Layer):
             "epsilon": self._epsilon[entries],
             "W": self._k0[muscle] * self.rates[muscle] * height * share,
         }
-        out = {name: np.zeros(len(folds.leading)) for name in columns}
+        out = {name: np.zeros(n) for name in columns}
         for name, values in columns.items():
             out[name][where] = values
-        return {**out, "region": np.isin(np.arange(len(folds.leading)), where)}
+        return {**out, "region": np.isin(np.arange(n), where)}
 
     def explained(self, vertex: int) -> list[dict[str, float]]:
         """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.
@@ -228,10 +210,3 @@ def outer_skin(face: Face) -> Array:
             near = np.linalg.norm(offset, axis=1) < SHELL * eye.radius
             lined |= near & ((offset * normals).sum(axis=1) < 0.0)
     return np.where(lined, 0.0, 1.0)
-
-
-def _scattered(where: BoolArray, values: np.ndarray, fill: float) -> np.ndarray:
-    """An array with `values` where `where` is True, and `fill` elsewhere."""
-    out = np.full(len(where), fill, values.dtype)
-    out[where] = values
-    return out

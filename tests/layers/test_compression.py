@@ -20,7 +20,6 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.geometry.equations import edge_compression
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
-from facewrinkle.layers._kernels import strain_epsilon
 from facewrinkle.layers.compression import (
     StrainField,
     along,
@@ -28,6 +27,7 @@ from facewrinkle.layers.compression import (
     mixed,
     principal_compression,
     products,
+    shortening,
 )
 
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
@@ -35,13 +35,9 @@ TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
 def gradient_compression(points, triangles, deformed, directions):
     """epsilon at the vertices of the base mesh, as the layer evaluates it."""
-    field, n = StrainField(points, triangles), len(points)
-    corners = np.tile(np.arange(n, dtype=np.int32)[:, None], 3)
-    weights = np.tile([1.0, 0.0, 0.0], (n, 1))
-    out = np.full(n, np.nan)
+    field = StrainField(points, triangles)
     squares = products(directions) / along(field.metric, directions)[:, None]
-    strain_epsilon(np.arange(n + 1, dtype=np.int32), corners, weights, field.strain(deformed), squares, out)
-    return out
+    return shortening((squares * field.strain(deformed)).sum(axis=1))
 
 
 def edges_compression(points, triangles, deformed, directions):

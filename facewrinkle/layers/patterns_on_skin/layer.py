@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ...errors import ParameterError, check_range, warn
 from ...geometry.refinement import Change
 from ...geometry.topology import side_lengths
 from ..base import FINEST, Displacement, Layer, SurfacePoints, SurfaceState
+from ..entries import Entries, sorted_by_vertex
 from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern
@@ -30,6 +32,24 @@ FAINT = 0.05
 
 LONGEST_EDGE = 0.35
 """A mesh carries a pattern if its edges are at most this share of half a wavelength."""
+
+
+@dataclass(frozen=True, eq=False)
+class Places(Entries):
+    """Places in a region, one for each vertex that lies in it.
+
+    Attributes
+    ----------
+    uv : ndarray, shape (k, 2)
+    slopes : ndarray, shape (k, 3, 2)
+        Gradients of u and v.
+    weight : ndarray, shape (k,)
+        See :meth:`facewrinkle.layers.patterns_on_skin.region.LaidRegion.at`.
+    """
+
+    uv: Array
+    slopes: Array
+    weight: Array
 
 
 class PatternLayer(Layer):
@@ -179,44 +199,31 @@ class PatternLayer(Layer):
         self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
         if isinstance(self.strength, Compression):
             self._compression = RegionCompression(face, self._laid, self.strength.along)
-        self._n = 0
-        self._uv, self._slopes, self._weight = np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0)
-        self._where = np.empty(0, np.int64)
-        self._height = np.empty(0)
+        self._places = Places(np.zeros(1, np.int32), np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0))
         self._wave_t = np.nan
         self._spacings: dict[float, tuple[Array, Array, BoolArray]] = {}
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        if not isinstance(change.kept, slice):
-            renumber = np.full(self._n, -1)
-            renumber[change.kept] = np.arange(len(change.kept))
-            lives = renumber[self._where] >= 0
-            self._where = renumber[self._where][lives]
-            self._uv, self._slopes, self._weight = self._uv[lives], self._slopes[lives], self._weight[lives]
-            self._n = len(change.kept)
-        new, uv, slopes, weight = self._laid.at(created)
-        self._where = np.concatenate([self._where, new + self._n])
-        self._uv = np.concatenate([self._uv, uv])
-        self._slopes = np.concatenate([self._slopes, slopes])
-        self._weight = np.concatenate([self._weight, weight])
-        self._n += len(created.points)
+        new = Places(*sorted_by_vertex(*self._laid.at(created), n=len(created.points)))
+        self._places = self._places.followed(change.kept, new)
+        self._where, self._height = self._places.vertices, np.zeros(len(self._places.starts) - 1)
         aspect = self._laid.aspect
-        self._planes = [(pattern, *pattern.plane(self._uv, aspect)) for pattern in self._sized]
+        self._planes = [(pattern, *pattern.plane(self._places.uv, aspect)) for pattern in self._sized]
         self._variations = [pattern.variation_at(x, y, aspect) for pattern, x, y in self._planes]
         self._wave_t = np.nan
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         strength = self.strength_at(state)
-        height = np.zeros(self._n)
+        height = np.zeros_like(self._height)
         if strength > 0.0:
             seconds = state.time + self.begin
             relief = sum(
                 share * pattern.evaluated(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect, shift)
                 for (pattern, x, y), (shift, share) in zip(self._planes, self._variations, strict=True)
             )
-            height[self._where] = self._depth * self._weight * relief
+            height[self._where] = self._depth * self._places.weight * relief
         self._height = height
         return Displacement(height, *self._spacing(strength, state))
 
@@ -259,13 +266,14 @@ class PatternLayer(Layer):
         return self._spacings[step]
 
     def _spacing_at(self, strength: float, points: Array) -> tuple[Array, Array, BoolArray]:
-        spacing, across, active = np.full(self._n, np.inf), np.zeros((self._n, 3)), np.zeros(self._n, bool)
+        n = len(points)
+        spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         if strength == 0.0:
             return spacing, across, active
         if self._tiny:
             self._ask(points, spacing, across, active)
         half, direction = self._waves
-        finer = (strength * self._weight > FAINT) & (half < spacing[self._where])
+        finer = (strength * self._places.weight > FAINT) & (half < spacing[self._where])
         spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
         active[self._where] = True
         return spacing, across, active
@@ -290,7 +298,7 @@ class PatternLayer(Layer):
             along = [np.subtract(pattern.plane(np.array([step]), self._laid.aspect),
                                  pattern.plane(np.zeros((1, 2)), self._laid.aspect))[:, 0] for step in du]  # fmt: skip
             u, v = (wx * step[0] + wy * step[1] for step in along)
-            gradient = u[:, None] * self._slopes[:, :, 0] + v[:, None] * self._slopes[:, :, 1]
+            gradient = u[:, None] * self._places.slopes[:, :, 0] + v[:, None] * self._places.slopes[:, :, 1]
             steep = np.linalg.norm(gradient, axis=1)
             finer = steep > np.pi / half
             half[finer] = np.pi / steep[finer]
@@ -322,7 +330,7 @@ class PatternLayer(Layer):
             edge = np.linalg.norm(points[twin._laid.corners[0]] - points[twin._laid.corners[1]])
             return int(np.clip(np.ceil(np.log2(edge / (LONGEST_EDGE * twin._laid.half.min()))), 1, 12))
         half, _ = twin._wavelengths(self.begin)
-        strong = twin._weight > 0.5 * twin._weight.max()
+        strong = twin._places.weight > 0.5 * twin._places.weight.max()
         edges = np.median(side_lengths(points[corners]), axis=1)[twin._where]
         ratio = edges[strong] / (LONGEST_EDGE * half[strong])
         return int(np.clip(np.ceil(np.log2(np.quantile(ratio, 0.75))), 0, 12))

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...geometry.compilation import compiled
 from ...geometry.equations import fall, fall_integral
-from .._kernels import strain_at
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""
@@ -50,41 +49,25 @@ NARROWEST = 0.6
 
 
 @compiled
-def excesses(vertices, strain, waves, epsilon, excess, folding):
-    """Compression beyond the onset, smoothly from 0; list the vertices that have any, and return how many.
+def compressions(strain, tangents, window):
+    """The compression across the lines of an entry, ``1 - |F m|``, and how far it is beyond the onset, smoothly from 0.
 
-    `vertices` are corners and barycentric coordinates of the points, `waves` starts, tangents and window of their
-    waves. `epsilon` (p,) is the compression across the lines, ``1 - |F m|``. What stretches skin along the lines, and
-    what shears it along them, folds it less.
+    What stretches skin along the lines, and what shears it along them, folds it less.
     """
-    starts, tangents, window = waves
-    count = 0
-    for i in range(len(starts) - 1):
-        first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
-        if first == last:
-            continue
-        xx, yy, zz, yz, xz, xy = strain_at(i, vertices[0], vertices[1], strain)
-        some = False
-        for p in range(first, last):
-            x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
-            sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
-            epsilon[p] = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
-            excess[p] = 0.0
-            if epsilon[p] > ONSET - SOFT:
-                x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
-                shear = x * sx + y * sy + z * sz
-                change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
-                pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-                e = epsilon[p] + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
-                if e > SOFT:
-                    excess[p] = window[p] * e
-                elif e > -SOFT:
-                    excess[p] = window[p] * (e + SOFT) ** 2 / (4.0 * SOFT)
-            some |= excess[p] > 0.0
-        if some:
-            folding[count] = i
-            count += 1
-    return count
+    xx, yy, zz, yz, xz, xy = strain
+    x, y, z = tangents[0], tangents[1], tangents[2]
+    sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+    epsilon = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
+    if epsilon <= ONSET - SOFT:
+        return epsilon, 0.0
+    x, y, z = tangents[3], tangents[4], tangents[5]
+    shear = x * sx + y * sy + z * sz
+    change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
+    pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
+    e = epsilon + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
+    if e > SOFT:
+        return epsilon, window * e
+    return epsilon, window * max(e + SOFT, 0.0) ** 2 / (4.0 * SOFT)
 
 
 @compiled
@@ -108,19 +91,21 @@ def spacing_for(length, depth):
 
 
 @compiled
-def heights(where, waves, compression, depth, age, entries, relief, leading):
-    """Heights at the vertices `where`, the same with blunt furrows (`shown`), and the spacing needed.
+def heights(waves, strain, depth, age, now, relief, leading):
+    """Heights at n vertices with a strain (n, 6), the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
-    are no longer than the skin that the compression frees. `leading` (n,) gets the deepest entry of each, and
-    `entries` what is left to them of the compression, their depths, shape exponents and heights.
+    are no longer than the skin that the compression frees. `leading` (n,) gets the deepest entry of each, and `now` the
+    compression of the entries, what is beyond the onset, what is left of that to each, depths, shape exponents and
+    heights.
     """
-    starts, theta, strength, length, wave, old = waves
-    epsilon, excess = compression
-    left, deep, shape, high = entries
+    starts, _, theta, strength, window, length, old, wave, tangents = waves
+    epsilon, excess, left, deep, shape, high = now
     height, shown, spacing, across, active, share = relief
-    for i in where:
+    for i in range(len(starts) - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
+        for p in range(first, last):
+            epsilon[p], excess[p] = compressions(strain[i], tangents[p], window[p])
         asked, furrowed, deepest = 0.0, 0.0, first
         for p in range(first, last):
             furrowed += old[p]
@@ -137,32 +122,40 @@ def heights(where, waves, compression, depth, age, entries, relief, leading):
             big, rest = allowed * deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
                 rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
-            if big + rest <= 0.0:
-                continue
-            s = theta[p] / np.pi
-            if big > 0.0:
-                steep = min((big + rest) / (SHARP_DEPTH * length[p]), 1.0)
-                shape[p] = alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * steep
-                bulge, scale = 0.5 * fallen_integral(2.0, alpha), big / 2.0**alpha
-                high[p] = scale * (bulge - fallen(s, alpha))
-                total += high[p]
-                mean = (fallen_integral(s + ROUNDED, alpha) - fallen_integral(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
-                mild += scale * (bulge - mean)
-            if rest > 0.0:
-                w = 0.5 * (1.0 - abs(s)) / FINE
-                cut = rest * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
-                total -= cut
-                mild -= cut
+            shape[p], high[p], blunt = fold(theta[p] / np.pi, big, (big + rest) / length[p])
+            cut = line(theta[p] / np.pi, rest)
+            total += high[p] - cut
+            mild += blunt - cut
             curved = big + 2.0 * rest / (2.0 * np.pi * FINE) ** 2  # as a wave with the curvature at the bottom
-            if curved >= LEAST:
-                wide = spacing_for(length[p], curved)
-                if wide < finest:
-                    finest, lead = wide, np.int64(p)
+            if curved >= LEAST and spacing_for(length[p], curved) < finest:
+                finest, lead = spacing_for(length[p], curved), np.int64(p)
         height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
         if lead >= 0:
             norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
             for c in range(3):
                 across[i, c] = wave[lead, c] / norm
+
+
+@compiled
+def fold(s, deep, slope):
+    """Shape exponent, height and blunt height, at the place s in its cycle, of a fold that is so deep; by depth over
+    wavelength it is sharp, or not.
+    """
+    if deep <= 0.0:
+        return BLUNT_ALPHA, 0.0, 0.0
+    alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * min(slope / SHARP_DEPTH, 1.0)
+    bulge, scale = 0.5 * fallen_integral(2.0, alpha), deep / 2.0**alpha
+    mean = (fallen_integral(s + ROUNDED, alpha) - fallen_integral(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
+    return alpha, scale * (bulge - fallen(s, alpha)), scale * (bulge - mean)
+
+
+@compiled
+def line(s, deep):
+    """How deep a line of old skin lies at the place s in the cycle, below the mean of the skin around it."""
+    if deep <= 0.0:
+        return 0.0
+    w = 0.5 * (1.0 - abs(s)) / FINE
+    return deep * (np.exp(-0.5 * w * w) - FINE * np.sqrt(2.0 * np.pi))
 
 
 @compiled

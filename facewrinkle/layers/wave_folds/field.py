@@ -151,4 +151,6 @@ class WaveField:
             tangents = directed(wave, vertices, near, self._metric)
             parts.append((near, family, theta, strength, np.ascontiguousarray(window), longest, old, wave, tangents))
         n = len(vertices.points)
-        return Waves(*sorted_by_vertex(*zip(*parts, strict=True), n=n)) if parts else Waves.none(n)
+        if not parts:
+            return Waves.none(n)
+        return Waves(*sorted_by_vertex(*map(np.concatenate, zip(*parts, strict=True)), n=n))

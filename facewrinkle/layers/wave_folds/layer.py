@@ -13,7 +13,7 @@ from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from .._kernels import level
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
-from ..entries import Relief
+from ..entries import Relief, scattered
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -157,39 +157,21 @@ class WaveFolds(Layer):
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
                 "motions that fold it, or leave the family out."
             )
-        self._waves = Waves.none(0)
-        self._resize(0)
+        self._waves, self._relief = Waves.none(0), Relief.flat(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._waves = self._waves.followed(change.kept, self._field.at(created))
-        self._resize(len(self._waves.starts) - 1)
-
-    def _resize(self, n: int) -> None:
-        starts, p = self._waves.starts, len(self._waves.theta)
-        self._now, self._relief = Now(*np.zeros((6, p))), Relief.flat(n)
-        self._leading = np.where(np.diff(starts) > 0, starts[:-1], -1)
-        self._room = np.zeros(n, np.int64)
-        self._aged = np.flatnonzero(np.diff(starts)) if self._age > 0.0 else None
-        self._folding = self._room[:0]
+        n, p = len(self._waves.starts) - 1, len(self._waves.theta)
+        self._now, self._relief, self._leading = Now(*np.zeros((6, p))), Relief.flat(n), np.zeros(n, np.int64)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
-        waves, now, relief, before = self._waves, self._now, self._relief, self._folding
-        relief.height[before] = relief.shown[before] = 0.0
-        relief.spacing[before], relief.active[before], relief.share[before] = np.inf, False, 1.0
-        now.deep[:] = now.height[:] = 0.0
-        now.alpha[:] = kernels.BLUNT_ALPHA
-        points = state.vertices.corners, state.vertices.barycentric
-        count = kernels.excesses(
-            points, state.strain, (waves.starts, waves.tangents, waves.window), now.epsilon, now.excess, self._room
-        )
-        self._folding = self._room[:count] if self._aged is None else self._aged
-        columns = waves.starts, waves.theta, waves.strength, waves.length, waves.wave, waves.old
-        beyond = self._beyond
+        waves, relief, beyond = self._waves, self._relief, self._beyond
         kernels.heights(
-            self._folding, columns, now[:2], self._depth / beyond, self._age, now[2:], tuple(relief), self._leading
-        )
+            (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, self._age, tuple(self._now),
+            tuple(relief), self._leading,
+        )  # fmt: skip
         height, shown, spacing = relief.height, relief.shown, relief.spacing / self._face.unit
         if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
             height, shown, spacing = beyond * height, beyond * shown, spacing / np.sqrt(beyond)
@@ -237,14 +219,11 @@ class WaveFolds(Layer):
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
-        some = self._leading >= 0
+        some = np.diff(self._waves.starts) > 0
         lead = self._leading[some]
-        columns: list[tuple[str, np.ndarray, float]] = [
-            ("theta", self._waves.theta, 0.0),
-            ("epsilon", self._now.epsilon, 0.0),
-            ("family", self._waves.family, -1),
-        ]
-        out = {name: np.full(len(some), none, values.dtype) for name, values, none in columns}
-        for name, values, _ in columns:
-            out[name][some] = values[lead]
-        return out
+        columns = {
+            "theta": (self._waves.theta[lead], 0.0),
+            "epsilon": (self._now.epsilon[lead], 0.0),
+            "family": (self._waves.family[lead], -1),
+        }
+        return {name: scattered(some, *column) for name, column in columns.items()}
