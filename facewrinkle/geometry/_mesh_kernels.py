@@ -59,48 +59,6 @@ def normalise(vectors):
 
 
 @compiled
-def touch(moved, triangles, touched):
-    """Set at the corners of each triangle the bits (n,) of all of its corners."""
-    for f in range(len(triangles)):
-        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        bits = moved[i] | moved[j] | moved[k]
-        if bits:
-            touched[i] |= bits
-            touched[j] |= bits
-            touched[k] |= bits
-
-
-@compiled
-def around(triangles, touched):
-    """The triangles with a corner that is touched (n,)."""
-    near = np.empty((len(triangles), 3), triangles.dtype)
-    count = 0
-    for f in range(len(triangles)):
-        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        if touched[i] or touched[j] or touched[k]:
-            near[count, 0], near[count, 1], near[count, 2] = i, j, k
-            count += 1
-    return near[:count]
-
-
-@compiled
-def changed(before, smooth, bit, touched, out):
-    """Turn normals `out` (n, 3), not normalised, into `smooth` plus their change from `before`, where touched."""
-    for v in range(out.shape[0]):
-        x, y, z = smooth[v, 0], smooth[v, 1], smooth[v, 2]
-        if touched[v] & bit:
-            a, b, c = out[v, 0], out[v, 1], out[v, 2]
-            length = np.sqrt(a * a + b * b + c * c)
-            if length > 0.0:
-                a, b, c = a / length, b / length, c / length
-            x, y, z = a + (x - before[v, 0]), b + (y - before[v, 1]), c + (z - before[v, 2])
-        length = np.sqrt(x * x + y * y + z * z)
-        if length > 0.0:
-            x, y, z = x / length, y / length, z / length
-        out[v, 0], out[v, 1], out[v, 2] = x, y, z
-
-
-@compiled
 def interpolate(values, corners, barycentric, out):
     """Linear interpolation of values (n0, d) at points with three corners and weights each."""
     for i in range(corners.shape[0]):

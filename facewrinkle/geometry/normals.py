@@ -64,7 +64,7 @@ def detail_normals(bare: Array, displaced: Array, triangles: npt.NDArray[np.int3
 def details_normals(
     bare: Array, displaced: Sequence[Array], triangles: npt.NDArray[np.int32], smooth: Array
 ) -> list[Array]:
-    """Return :func:`detail_normals` of several displacements, at most eight, of one bare mesh.
+    """Return :func:`detail_normals` of several displacements of one bare mesh.
 
     Examples
     --------
@@ -74,18 +74,10 @@ def details_normals(
     >>> even[0].round(3).tolist(), tilted[0].round(3).tolist()
     ([0.0, 0.0, 1.0], [-0.707, 0.0, 0.707])
     """
-    # Only triangles around vertices with a triangle that is displaced are looked at.
-    moved, touched, before = np.zeros(len(bare), np.uint8), np.zeros(len(bare), np.uint8), np.empty_like(bare)
-    for k, points in enumerate(displaced):
-        moved[(bare != points).any(axis=1)] |= np.uint8(1 << k)
-    kernels.touch(moved, triangles, touched)
-    near = kernels.around(triangles, touched)
-    kernels.accumulate(bare, near, before)
-    kernels.normalise(before)
-    out = [np.empty_like(bare) for _ in displaced]
-    for k, (points, normals) in enumerate(zip(displaced, out, strict=True)):
-        kernels.accumulate(points, near, normals)
-        kernels.changed(before, smooth, np.uint8(1 << k), touched, normals)
+    before = vertex_normals(bare, triangles)
+    out = [vertex_normals(points, triangles) - before + smooth for points in displaced]
+    for normals in out:
+        kernels.normalise(normals)
     return out
 
 

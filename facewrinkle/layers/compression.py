@@ -340,7 +340,8 @@ class Gathered:
 
     def epsilon(self, strain: Array) -> Array:
         """Return the compression (creases, places) at a strain (n0, 6) of the base mesh."""
-        found = shortening((self._products * interpolated(strain, self._corners, self._weights)).sum(axis=1))
+        here = interpolated(strain, self._corners, self._weights)
+        found = shortening(np.einsum("pk,pk->p", here, self._products))
         return np.asarray(found.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
 
     def at(self, strain: Array, muscle: npt.NDArray[np.integer], along: Array) -> Array:

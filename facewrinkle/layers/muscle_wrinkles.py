@@ -121,8 +121,8 @@ class MuscleWrinkles(Layer):
 
     def _compressed(self, state: SurfaceState) -> Array:
         """Epsilon of all entries."""
-        change = state.strain_at_vertices[self._folds.vertices] * self._folds.products
-        return shortening(change.sum(axis=1))
+        strain = state.strain_at_vertices[self._folds.vertices]
+        return shortening(np.einsum("pk,pk->p", strain, self._folds.products))
 
     def _activated(self, strain: Array) -> Array:
         """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""

@@ -49,25 +49,26 @@ NARROWEST = 0.6
 
 
 @compiled
-def compressions(strain, tangents, window):
-    """The compression across the lines of an entry, ``1 - |F m|``, and how far it is beyond the onset, smoothly from 0.
+def compressions(strain, i, tangents, p):
+    """The compression across the lines of entry p at vertex i, ``1 - |F m|``, and how far it is beyond the onset,
+    smoothly from 0.
 
     What stretches skin along the lines, and what shears it along them, folds it less.
     """
-    xx, yy, zz, yz, xz, xy = strain
-    x, y, z = tangents[0], tangents[1], tangents[2]
+    xx, yy, zz, yz, xz, xy = strain[i, 0], strain[i, 1], strain[i, 2], strain[i, 3], strain[i, 4], strain[i, 5]
+    x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
     sx, sy, sz = xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
     epsilon = 1.0 - np.sqrt(max(1.0 + x * sx + y * sy + z * sz, 0.0))
     if epsilon <= ONSET - SOFT:
         return epsilon, 0.0
-    x, y, z = tangents[3], tangents[4], tangents[5]
+    x, y, z = tangents[p, 3], tangents[p, 4], tangents[p, 5]
     shear = x * sx + y * sy + z * sz
     change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
     pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
     e = epsilon + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
     if e > SOFT:
-        return epsilon, window * e
-    return epsilon, window * max(e + SOFT, 0.0) ** 2 / (4.0 * SOFT)
+        return epsilon, e
+    return epsilon, max(e + SOFT, 0.0) ** 2 / (4.0 * SOFT)
 
 
 @compiled
@@ -105,11 +106,15 @@ def heights(waves, strain, depth, age, now, relief, leading):
     for i in range(len(starts) - 1):
         first, last = np.uint32(starts[i]), np.uint32(starts[i + 1])
         for p in range(first, last):
-            epsilon[p], excess[p] = compressions(strain[i], tangents[p], window[p])
+            epsilon[p], beyond = compressions(strain, i, tangents, p)
+            excess[p] = window[p] * beyond
         asked, furrowed, deepest = 0.0, 0.0, first
         for p in range(first, last):
             furrowed += old[p]
-            left[p] = e = share_of(p, first, last, excess, wave) if excess[p] > 0.0 else 0.0
+            left[p], deep[p], shape[p], high[p] = 0.0, 0.0, BLUNT_ALPHA, 0.0
+            if excess[p] == 0.0:
+                continue
+            left[p] = e = share_of(p, first, last, excess, wave)
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
                 asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
@@ -122,6 +127,8 @@ def heights(waves, strain, depth, age, now, relief, leading):
             big, rest = allowed * deep[p], 0.0
             if age > 0.0 and old[p] > 0.0:
                 rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+            if big + rest <= 0.0:
+                continue
             shape[p], high[p], blunt = fold(theta[p] / np.pi, big, (big + rest) / length[p])
             cut = line(theta[p] / np.pi, rest)
             total += high[p] - cut
