@@ -25,12 +25,12 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.geometry.interpolation import interpolated
-from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.simulation.fold_layers import fold_layers
 from tools.self_intersections import self_intersections
 
 from . import subjects
 from .soundness import code
+from .swept import swept_volumes
 
 Array = npt.NDArray[np.float64]
 Record = dict[str, Any]

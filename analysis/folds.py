@@ -15,7 +15,6 @@ from scipy.signal import find_peaks
 import facewrinkle as fw
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.compression import StrainField, principal_compression
 from facewrinkle.plotting import Style, picture, side_by_side, stacked
 from facewrinkle.simulation.fold_layers import Folds
@@ -23,6 +22,7 @@ from facewrinkle.simulation.fold_layers import Folds
 from . import subjects
 from .motion import read_shapes
 from .report import Plot, Report, Table, run_report
+from .swept import swept_volumes
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import CROWN_RINGS, CROWN_SIDES, CROWN_WIDTHS, ELLIPSE, OVERJET, Arch
 from facewrinkle.geometry.morton import morton_order
-from facewrinkle.geometry.topology import edge_triangles, unique_edges, vertex_rings
+from facewrinkle.geometry.topology import incident_triangles, unique_edges, vertex_rings
 from tools import _self_intersection_kernels as crossings
 
 from . import _oracle_kernels as kernels
@@ -96,7 +96,7 @@ class Sheet:
         """Return the sheet of some triangles of a mesh at rest."""
         own = np.ascontiguousarray(triangles[kept], dtype=np.int64)
         edges, sides = unique_edges(own)
-        single = np.diff(edge_triangles(sides)[0]) == 1
+        single = np.diff(incident_triangles(sides)[0]) == 1
         ends = {frozenset(edge) for edge in edges[single].tolist()}
         border = np.zeros((len(triangles), 3), bool)
         for t, corners in zip(kept, own.tolist(), strict=True):

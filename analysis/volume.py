@@ -16,7 +16,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle, Wrinkles
 from facewrinkle.geometry import equations
 from facewrinkle.geometry.normals import vertex_areas
-from facewrinkle.geometry.volume import swept_volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 from facewrinkle.simulation.fold_layers import with_printed_muscles
 
@@ -33,6 +32,7 @@ from .surfaces import (
     wrinkled_surface,
     wrinkling,
 )
+from .swept import swept_volumes
 
 Array = npt.NDArray[np.float64]
 

@@ -49,7 +49,7 @@ def self_intersections(points: Array, triangles: NDArray[np.integer]) -> IntArra
             break
         room = count
     found = found[:count]
-    offsets, around = topology.edge_triangles(sides)
+    offsets, around = topology.incident_triangles(sides)
     counts = np.diff(offsets)[found[:, 0]]
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
     first = around[np.repeat(offsets[found[:, 0]], counts) + place]

@@ -21,9 +21,6 @@ from ..mesh.arrays import closest_places, reshaped
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
 
-CELL = 0.02
-"""Width of the cells in which triangles under brows are looked up, in distances between the pupils."""
-
 
 @dataclass(frozen=True, eq=False)
 class HairLines:
@@ -151,7 +148,7 @@ class Brows(Hairs):
         self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
         self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
-        self._deepest, self._cell = 0.08 * face.frame.pupil_distance, CELL * face.frame.pupil_distance
+        self._deepest = 0.08 * face.frame.pupil_distance
         width = 0.0017 * face.frame.pupil_distance
         k, p = hairs.triangles.shape
         random = np.random.default_rng(7)
@@ -189,7 +186,7 @@ class Brows(Hairs):
         if not len(strands):
             return
         place, up = (part[strands].reshape(-1, 3) for part in (lines.points, lines.up))
-        height = height_above(place, up, (points, triangles), self._cell, self._deepest)
+        height = height_above(place, up, (points, triangles), self._deepest)
         rise = np.maximum(height.reshape(len(strands), -1) + self.hairs.heights, 0.0)
         lines.points[strands] += rise[..., None] * lines.up[strands]
 

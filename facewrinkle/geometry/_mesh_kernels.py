@@ -142,67 +142,28 @@ def interpolate_corners(values, base, triangles, roots, hosts, weights, out):
 
 
 @compiled
-def heights_above(place, up, local, triangles, step, deep, tolerance, out):
-    """Heights above each place (k, 3), along its direction, of the highest of the triangles over or under it.
+def heights_above(places, up, corners, deep, tolerance, out):
+    """Raise `out` (n,) to the heights of triangles, with `corners` (m, 3, 3), above places (n, 3) that are sorted by x.
 
-    Triangles are sorted into the cells, `step` wide, of a grid along x and y; those count that face z, and contain the
-    place as seen along it. Their planes give the heights; `out` stays where there is none that is higher.
+    Those triangles count that face z and contain the place as seen along it; their planes give the heights.
     """
-    low, high = np.empty(3), np.empty(3)
-    for k in range(3):
-        low[k], high[k] = np.inf, -np.inf
-        for i in range(len(place)):
-            low[k], high[k] = min(low[k], place[i, k]), max(high[k], place[i, k])
-    columns, rows = int((high[0] - low[0]) / step) + 1, int((high[1] - low[1]) / step) + 1
-    first, box = np.zeros(columns * rows + 1, np.int64), np.empty((len(triangles), 4), np.int64)
-    near = 0
-    plane = np.empty((len(triangles), 10))
-    for f in range(len(triangles)):
-        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        ax, ay, az = local[i, 0], local[i, 1], local[i, 2]
-        bx, by, bz = local[j, 0], local[j, 1], local[j, 2]
-        cx, cy, cz = local[k, 0], local[k, 1], local[k, 2]
-        if max(az, bz, cz) < low[2] - deep or min(az, bz, cz) > high[2] + deep:
+    x = places[:, 0].copy()
+    for f in range(len(corners)):
+        ax, ay, az = corners[f, 0, 0], corners[f, 0, 1], corners[f, 0, 2]
+        ex, ey, ez = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay, corners[f, 1, 2] - az
+        gx, gy, gz = corners[f, 2, 0] - ax, corners[f, 2, 1] - ay, corners[f, 2, 2] - az
+        nx, ny, nz = ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx
+        if nz <= 0.0:
             continue
-        west, east, south, north = min(ax, bx, cx), max(ax, bx, cx), min(ay, by, cy), max(ay, by, cy)
-        if east < low[0] or west > high[0] or north < low[1] or south > high[1]:
-            continue
-        ex, ey, ez, gx, gy, gz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-        double = ex * gy - gx * ey
-        if double <= 0.0:
-            continue
-        left, right = max(int((west - low[0]) / step), 0), min(int((east - low[0]) / step), columns - 1)
-        bottom, top = max(int((south - low[1]) / step), 0), min(int((north - low[1]) / step), rows - 1)
-        box[near, 0], box[near, 1], box[near, 2], box[near, 3] = left, right, bottom, top
-        plane[near, 0], plane[near, 1], plane[near, 2] = ax, ay, az
-        plane[near, 3], plane[near, 4] = ex / double, ey / double
-        plane[near, 5], plane[near, 6] = gx / double, gy / double
-        plane[near, 7], plane[near, 8], plane[near, 9] = ey * gz - ez * gy, ez * gx - ex * gz, double
-        near += 1
-        for row in range(bottom, top + 1):
-            for column in range(left, right + 1):
-                first[row * columns + column + 1] += 1
-    for cell in range(columns * rows):
-        first[cell + 1] += first[cell]
-    cells, end = np.empty(first[columns * rows], np.int64), first.copy()
-    for n in range(near):
-        for row in range(box[n, 2], box[n, 3] + 1):
-            for column in range(box[n, 0], box[n, 1] + 1):
-                cell = row * columns + column
-                cells[end[cell]] = n
-                end[cell] += 1
-    for i in range(len(place)):
-        x, y, z = place[i, 0], place[i, 1], place[i, 2]
-        cell = int((y - low[1]) / step) * columns + int((x - low[0]) / step)
-        for at in range(first[cell], first[cell + 1]):
-            n = cells[at]
-            ox, oy = x - plane[n, 0], y - plane[n, 1]
-            v, w = ox * plane[n, 6] - oy * plane[n, 5], oy * plane[n, 3] - ox * plane[n, 4]
+        margin = tolerance * (abs(ex) + abs(gx))
+        first, last = min(ax, ax + ex, ax + gx) - margin, max(ax, ax + ex, ax + gx) + margin
+        for i in range(np.searchsorted(x, first), np.searchsorted(x, last)):
+            ox, oy = x[i] - ax, places[i, 1] - ay
+            v, w = (ox * gy - oy * gx) / nz, (oy * ex - ox * ey) / nz
             if v < -tolerance or w < -tolerance or v + w > 1.0 + tolerance:
                 continue
-            nx, ny, nz = plane[n, 7], plane[n, 8], plane[n, 9]
             facing = nx * up[i, 0] + ny * up[i, 1] + nz * up[i, 2]
             if facing > 0.0:
-                rise = -(nx * ox + ny * oy + nz * (z - plane[n, 2])) / facing
-                if abs(rise) < deep and rise > out[i]:
-                    out[i] = rise
+                rise = -(nx * ox + ny * oy + nz * (places[i, 2] - az)) / facing
+                if abs(rise) < deep:
+                    out[i] = max(out[i], rise)

@@ -13,7 +13,7 @@ from ..array_types import Array, IntArray
 from .closest_point import ClosestPoint
 from .compilation import compiled
 from .laplacian import symmetric_factors
-from .topology import unique_edges
+from .topology import incident_triangles, unique_edges
 
 SWEEPS = 2
 """Further passes over all vertices, once each has a first value."""
@@ -60,27 +60,9 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     distance, angle = np.full(len(points), np.inf), np.zeros(len(points))
     distance[corners] = np.linalg.norm(rays, axis=1)
     angle[corners] = np.arctan2(rays @ upward, rays @ right)
-    order = np.argsort(triangles, axis=None, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=len(points)))])
-    _polar(points, triangles, offsets, order // 3, centre.triangle, reach, distance, angle)
+    _polar(points, triangles, *incident_triangles(triangles), centre.triangle, reach, distance, angle)
     distance[np.isinf(distance)] = np.nan
     return np.stack([distance * np.cos(angle) + shift @ right, distance * np.sin(angle) + shift @ upward], axis=1)
-
-
-def projected_chart(points: Array, centre: ClosestPoint, up: npt.ArrayLike) -> Array:
-    """Coordinates (n, 2), right and up, in the tangent plane at the centre: a pattern projected onto the surface.
-
-    Examples
-    --------
-    Heights above the tangent plane make no difference:
-
-    >>> from facewrinkle.geometry.closest_point import closest_point
-    >>> p, t = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32)
-    >>> projected_chart(np.array([[1.25, 0.25, 9.0]]), closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0]).round(9)
-    array([[1., 0.]])
-    """
-    right, upward = tangents(centre.normal, up)
-    return np.asarray((points - centre.point) @ np.stack([right, upward], axis=1))
 
 
 def tangents(normal: Array, up: npt.ArrayLike) -> tuple[Array, Array]:

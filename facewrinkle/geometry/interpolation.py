@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from . import _mesh_kernels as kernels
 from .refinement import frozen
 
@@ -69,30 +69,57 @@ def displaced(points: Array, heights: Array, directions: Array) -> Array:
     return np.asarray(points + heights[:, None] * directions)
 
 
-def height_above(
-    points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.integer]], step: float, deep: float
-) -> Array:
+def height_above(points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.integer]], deep: float) -> Array:
     """Heights (n,) of a mesh above points (n, 3), along unit directions (n, 3) that differ by less than a right angle.
 
     Triangles count that contain a point as seen along the mean of the directions, face it and its own direction, and
-    whose plane is within `deep` of it. The highest gives the height; -inf where there is none. Triangles are looked up
-    in a grid with cells `step` wide.
+    whose plane is within `deep` of it. The highest gives the height; -inf where there is none.
 
     Examples
     --------
     >>> sheet = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0], [0.0, 4.0, 3.0]]), np.array([[0, 1, 2]], np.int32)
     >>> up, below = np.tile([0.0, 0.0, 1.0], (2, 1)), np.array([[1.0, 2.0, 0.0], [3.0, 3.0, 0.0]])
-    >>> height_above(below, up, sheet, step=1.0, deep=10.0).tolist()
+    >>> height_above(below, up, sheet, deep=10.0).tolist()
     [2.0, -inf]
     """
     out = np.full(len(points), -np.inf)
     if not len(points):
         return out
-    mean = up.mean(axis=0)
-    ahead = mean / max(float(np.linalg.norm(mean)), 1e-300)
+    ahead = up.mean(axis=0)
+    ahead /= max(float(np.linalg.norm(ahead)), 1e-300)
     aside = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)
     aside /= np.linalg.norm(aside)
     axes = np.stack([aside, np.cross(ahead, aside), ahead], axis=1)
-    local, triangles = np.asarray(mesh[0]) @ axes, np.ascontiguousarray(mesh[1], np.int32)
-    kernels.heights_above(points @ axes, up @ axes, local, triangles, step, deep, TOLERANCE, out)
+    place, local, reach = points @ axes, np.asarray(mesh[0]) @ axes, np.array([0.0, 0.0, deep])
+    near = overlapping(local, mesh[1], place.min(axis=0) - reach, place.max(axis=0) + reach)
+    order = np.argsort(place[:, 0])
+    found = np.full(len(points), -np.inf)
+    kernels.heights_above(place[order], (up @ axes)[order], local[mesh[1][near]], deep, TOLERANCE, found)
+    out[order] = found
     return out
+
+
+def overlapping(points: Array, triangles: npt.NDArray[np.integer], low: Array, high: Array) -> IntArray:
+    """Return the triangles (k,) whose bounding boxes overlap the box from `low` to `high`.
+
+    Examples
+    --------
+    >>> points = 4.0 * np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 2, 2]])
+    >>> overlapping(points, np.array([[0, 1, 2], [1, 2, 3]]), np.ones(3), 2.0 * np.ones(3)).tolist()
+    [1]
+    """
+    beyond = np.packbits(np.hstack([points < low, points > high]), axis=1)[:, 0]  # one bit for each side of the box
+    a, b, c = triangles.T
+    return np.flatnonzero((beyond[a] & beyond[b] & beyond[c]) == 0)
+
+
+def balls_around(corners: Array) -> Array:
+    """Return centres and radii (k, 4) of balls around triangles (k, 3, 3).
+
+    Examples
+    --------
+    >>> balls_around(np.array([[[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]])).round(3).tolist()
+    [[1.0, 1.0, 0.0, 2.236]]
+    """
+    centres = corners.mean(axis=1)
+    return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])

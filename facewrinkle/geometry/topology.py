@@ -113,18 +113,20 @@ def side_lengths(corners: NDArray[np.floating]) -> NDArray[np.floating]:
     return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
 
 
-def edge_triangles(sides: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
-    """Triangles at each edge, as CSR: offsets (e + 1,), triangles (3 m,). `unique_edges` gives `sides`.
+def incident_triangles(elements: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:
+    """Triangles at each edge or vertex, as CSR: offsets (n + 1,), triangles (3 m,).
+
+    The `elements` (m, 3) of each triangle are its sides, as `unique_edges` numbers them, or its vertices.
 
     Examples
     --------
     >>> edges, sides = unique_edges([[0, 1, 2], [2, 1, 3]])
-    >>> offsets, triangles = edge_triangles(sides)
+    >>> offsets, triangles = incident_triangles(sides)
     >>> {tuple(edge): triangles[offsets[i]:offsets[i + 1]].tolist() for i, edge in enumerate(edges.tolist())}
     {(0, 1): [0], (1, 2): [0, 1], (2, 0): [0], (1, 3): [1], (3, 2): [1]}
     """
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(sides.ravel()))])
-    return offsets, (np.argsort(sides, axis=None, kind="stable") // 3).astype(np.int32)
+    offsets = np.concatenate([[0], np.cumsum(np.bincount(elements.ravel()))])
+    return offsets, (np.argsort(elements, axis=None, kind="stable") // 3).astype(np.int32)
 
 
 def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[IntArray, IntArray]:
@@ -198,7 +200,7 @@ def sheets(triangles: ArrayLike) -> IntArray:
     """
     array = as_triangles(triangles)
     _, sides = unique_edges(array)
-    offsets, around = edge_triangles(sides)
+    offsets, around = incident_triangles(sides)
     after = np.ones(len(around), bool)
     after[offsets[:-1]] = False  # the first triangle of each edge follows none
     links = np.stack([around[np.flatnonzero(after) - 1], around[after]])

@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
@@ -303,26 +302,6 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     power = check_whole("gamma", gamma, 0, 64, "An even number makes bumps that stick out.")
     x, y = _plane(x, y)
     return np.asarray((np.cos(x + alpha * t) + np.cos(y + beta * t)) ** power / t)
-
-
-def sharpened(s: npt.ArrayLike, sharpness: float) -> Array:
-    """Return a sine s in [-1, 1] with narrower furrows and wider bulges: 1 from bulge to furrow, 0 on average.
-
-    ``(I0(k) - exp(-k s)) / (2 sinh k)`` with k = `sharpness`; s / 2 at 0. It is the forehead's ``exp(alpha sin)``
-    upside down: as printed, ridges are sharp and valleys round, but skin folds the other way round.
-
-    Examples
-    --------
-    >>> sharpened([-1.0, 0.0, 1.0], 0.0)
-    array([-0.5,  0. ,  0.5])
-    >>> bool(np.isclose(np.ptp(sharpened([-1.0, 1.0], 2.0)), 1.0))
-    True
-    """
-    s = np.asarray(s, dtype=np.float64)
-    k = check_range("sharpness", sharpness, 0.0, 20.0)
-    if k < 1e-6:
-        return 0.5 * s
-    return np.asarray((i0(k) - np.exp(-k * s)) / (2.0 * np.sinh(k)))
 
 
 def _plane(x: npt.ArrayLike, y: npt.ArrayLike) -> tuple[Array, Array]:

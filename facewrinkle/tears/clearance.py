@@ -6,9 +6,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
+from ..geometry.interpolation import balls_around, overlapping
 from ..geometry.topology import pairs_of
 from . import _kernels as kernels
-from .strip import balls_around, overlapping
 
 REACH = 2.5
 """Distance from the skin, in heights of the tear, within which other skin is looked up."""

@@ -19,7 +19,7 @@ from ..array_types import Array, IntArray
 from ..checks import finite, vectors
 from ..errors import ParameterError
 from ..geometry.closest_point import closest
-from ..geometry.topology import unique_edges
+from ..geometry.topology import incident_triangles, unique_edges
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
@@ -75,9 +75,7 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     >>> path[0].round(3) + 0.0, path[-1].round(3) + 0.0
     (array([3., 8., 0.]), array([  3., -10.,   0.]))
     """
-    order = np.argsort(support.triangles, axis=None, kind="stable")
-    offsets = np.concatenate([[0], np.cumsum(np.bincount(support.triangles.ravel(), minlength=len(support.points)))])
-    fans, down = (offsets, order // 3), support.down
+    fans, down = incident_triangles(support.triangles), support.down
     cells, found = support.nearest(start[None])
     cell, path, heading = int(cells[0]), [found[0]], down if heading is None else heading
     while len(path) <= int(length / step):

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
-from ..geometry.interpolation import barycentric
+from ..geometry.interpolation import balls_around, barycentric, overlapping
 from ..geometry.topology import pairs_of
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
@@ -207,19 +207,6 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
         raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
     hosts = cell[order[first]]
     return Binding(corners, hosts, BoundPoints(near[hosts], weights[order[first]]))
-
-
-def overlapping(points: Array, triangles: IntArray, low: Array, high: Array) -> IntArray:
-    """Return the triangles whose bounding boxes overlap the box from `low` to `high`."""
-    beyond = np.packbits(np.hstack([points < low, points > high]), axis=1)[:, 0]  # one bit for each side of the box
-    a, b, c = triangles.T
-    return np.flatnonzero((beyond[a] & beyond[b] & beyond[c]) == 0)
-
-
-def balls_around(corners: Array) -> Array:
-    """Return centres and radii (k, 4) of balls around triangles (k, 3, 3)."""
-    centres = corners.mean(axis=1)
-    return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])
 
 
 def grid_triangles(rows: int, columns: int) -> IntArray:

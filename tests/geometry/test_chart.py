@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.geometry.chart import (
     geodesic_chart,
     gradients,
-    projected_chart,
     smoothed,
     smoothly_interpolated,
     tangents,
@@ -120,16 +119,6 @@ def test_what_is_out_of_reach_is_nan():
     twice = np.concatenate([points, np.add(points, [0.0, 0.0, 0.1])])
     chart = geodesic_chart(twice, apart, closest_point(twice, apart, [0, 0, -1]), [0, 1, 0], 99.0)
     assert np.isnan(chart[len(points) :]).all()
-
-
-def test_projected_coordinates_are_a_shadow():
-    points, triangles = ball(3)
-    centre = closest_point(points, triangles, [0.0, 0.0, 12.0])
-    chart = projected_chart(points, centre, [0, 1, 0])
-    np.testing.assert_allclose(chart, (points - centre.point)[:, :2] @ np.eye(2), atol=0.2)
-    right, upward = tangents(centre.normal, [0, 1, 0])
-    along = ((points - centre.point) @ centre.normal)[:, None] * centre.normal
-    np.testing.assert_allclose(points - centre.point - chart @ [right, upward], along, atol=1e-12)
 
 
 def test_smoothing_keeps_linear_functions_and_takes_noise_away():

@@ -25,8 +25,8 @@ from facewrinkle.geometry.refinement import RedGreenForest, refined
 from facewrinkle.geometry.topology import (
     boundary_loops,
     components,
-    edge_triangles,
     euler_characteristic,
+    incident_triangles,
     is_oriented,
     non_manifold_edges,
     unique_edges,
@@ -161,7 +161,7 @@ def check_conforming(forest, base):
 
 def check_levels(forest):
     _, sides = unique_edges(forest.triangles)
-    offsets, on_edge = edge_triangles(sides)
+    offsets, on_edge = incident_triangles(sides)
     level = forest.level[on_edge]
     assert (np.maximum.reduceat(level, offsets[:-1]) - np.minimum.reduceat(level, offsets[:-1]) <= 1).all()
     assert level.max() <= forest.max_level

@@ -15,8 +15,8 @@ from facewrinkle.geometry.topology import (
     as_triangles,
     boundary_loops,
     components,
-    edge_triangles,
     euler_characteristic,
+    incident_triangles,
     is_oriented,
     non_manifold_edges,
     oriented,
@@ -80,7 +80,7 @@ def test_edges_sides_and_incidence(triangles):
     assert [frozenset(edges[e].tolist()) for e in sides.ravel()] == pairs
     first = {pair: i for i, pair in reversed(list(enumerate(pairs)))}
     assert [tuple(e) for e in edges.tolist()] == [half_edges(triangles)[first[frozenset(e)]] for e in edges.tolist()]
-    offsets, on_edge = edge_triangles(sides)
+    offsets, on_edge = incident_triangles(sides)
     expected = defaultdict(list)
     for h, pair in enumerate(pairs):
         expected[pair].append(h // 3)

@@ -6,7 +6,6 @@ shifts           the phase that they are added to; a number of wrinkles for each
 angle            its limits on the axes; the same on both sides of the origin
 seams            odd gamma: the jump that it would make, refused; even gamma: none
 dimple           depth in proportion to the strength, its t inverted
-sharpened        integral over a cycle; its extremes; curvature of furrow and bulge
 """
 
 from __future__ import annotations
@@ -179,17 +178,6 @@ def test_an_even_pouch_sticks_out():
     assert p.eye_pouch(x, y, 0.7, 1.0, 2.0, 3).min() < -1.0
 
 
-@pytest.mark.parametrize("k", [0.0, 1e-7, 0.5, 2.0, 6.0])
-def test_sharpened_waves_keep_their_volume(k):
-    s = np.sin(2 * np.pi * (np.arange(4000) + 0.5) / 4000)
-    h = p.sharpened(s, k)
-    assert abs(h.mean()) < 1e-12
-    assert p.sharpened(1.0, k) - p.sharpened(-1.0, k) == pytest.approx(1.0, abs=1e-12)
-    assert (np.diff(p.sharpened(np.linspace(-1, 1, 99), k)) > 0).all()
-    if k >= 0.5:  # narrow furrows, wide bulges: below the middle for less than half of the cycle
-        assert (h < p.sharpened([-1.0, 1.0], k).mean()).mean() < 0.5
-
-
 @pytest.mark.parametrize(
     "formula",
     [
@@ -199,8 +187,6 @@ def test_sharpened_waves_keep_their_volume(k):
         lambda x, y: p.frown(x, y, 3, alpha=2, beta=0.5),
         lambda x, y: p.dimple(x, y, 0.02),
         lambda x, y: p.eye_pouch(x, y, 0.4, alpha=2, beta=3, gamma=4),
-        lambda x, y: p.sharpened(x, 0.0),
-        lambda x, y: p.sharpened(y, 2.0),
     ],
 )
 def test_single_precision_is_reckoned_in_double(formula):
@@ -226,7 +212,6 @@ def test_single_precision_is_reckoned_in_double(formula):
         (lambda: p.frown(X, Y, 0.5, 1.0, 1.0, "fan"), ParameterError, "larger t"),
         (lambda: p.frown(X, Y, 0.5, 1.0, 0.0), ParameterError, "beta must not be 0"),
         (lambda: p.frown(X, Y, 2.0, 1.0, 1.0, "fen"), UnknownNameError, "'fan'"),
-        (lambda: p.sharpened(X, -1.0), ParameterError, "sharpness"),
     ],
 )
 def test_errors(call, error, says):

@@ -16,7 +16,6 @@ from scipy.special import i0  # of one number, much faster than NumPy's
 from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
 from ...geometry.smoothstep import smoothstep
-from .. import patterns
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,18 +244,16 @@ class Waves(Pattern):
         """Return the heights (k,) by the paper's function, with a shift of its phase."""
         raise NotImplementedError
 
-    def of_sine(self, sine: Array) -> Array:
-        """Return a sine as a wave of this sharpness, 1 from bulge to furrow."""
-        k = self.sharpness
-        if self.furrows == "paper" and k >= FLAT:
-            return np.asarray(np.expm1(k * sine) / (2.0 * np.sinh(k)))
-        return patterns.sharpened(sine, k)
+    def of_sine(self, sine: Array, strength: float = 1.0) -> Array:
+        """Return a sine as a wave of this sharpness, 1 from bulge to furrow at the full strength.
 
-    def of_exponential(self, wave: Array, k: float, baseline: Array | float = 1.0) -> Array:
-        """Return a wave ``baseline exp(k sin)`` without its baseline, 1 from bulge to furrow at the full sharpness;
-        where the furrows are to be sharp, upside down, and 0 on average.
+        ``(exp(k sin) - 1) / (2 sinh(sharpness))`` with k the strength times the sharpness; where the furrows are to be
+        sharp, upside down, and 0 on average. At the sharpness 0 it is half the sine.
         """
-        height = wave - baseline if self.furrows == "paper" else i0(k) * baseline - wave
+        k = strength * self.sharpness
+        if self.sharpness < FLAT:
+            return 0.5 * strength * sine
+        height = np.expm1(k * sine) if self.furrows == "paper" else i0(k) - np.exp(-k * sine)
         return np.asarray(height / (2.0 * np.sinh(self.sharpness)))
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:

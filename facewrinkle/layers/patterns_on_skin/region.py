@@ -13,7 +13,7 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import vector
 from ...errors import MeshError, ParameterError, check_positive, check_range, check_whole, unknown_name
-from ...geometry.chart import geodesic_chart, gradients, projected_chart, smoothed, smoothly_interpolated, tangents
+from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.equations import attenuation, band
 from ...geometry.interpolation import interpolated
@@ -128,12 +128,9 @@ def _on_face(values: np.ndarray, face: Face) -> np.ndarray:
 
 
 Outline = Literal["ellipse", "box"]
-Coordinates = Literal["geodesic", "projected"]
 
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents p of the p-norm of (u, v), which is 1 at the border."""
-
-COORDINATES: tuple[Coordinates, ...] = ("geodesic", "projected")
 
 SHARE = 0.1
 """Width and height of a region that are not given, relative to the mesh from corner to corner."""
@@ -176,8 +173,6 @@ class Region:
         The box has round corners.
     border : float
         Share of the distance from the border to the middle over which the pattern fades, in (0, 1].
-    coordinates : {"geodesic", "projected"}
-        Laid along the surface, or projected on it along its normal in the centre.
     bow : float
         Height of the ends of the region's middle line above its middle, in half heights of the region: a crescent.
     mirrored : bool
@@ -203,7 +198,6 @@ class Region:
     select: npt.ArrayLike | str | None = None
     outline: Outline = "ellipse"
     border: float = 0.6
-    coordinates: Coordinates = "geodesic"
     bow: float = 0.0
     mirrored: bool = False
     valid_share: float = 1.0
@@ -212,8 +206,6 @@ class Region:
     def __post_init__(self) -> None:
         if self.outline not in OUTLINES:
             raise unknown_name("outline", self.outline, OUTLINES)
-        if self.coordinates not in COORDINATES:
-            raise unknown_name("coordinates", self.coordinates, COORDINATES)
         check_range("border", self.border, 1e-6, 1.0)
         check_range("bow", self.bow, -10.0, 10.0)
         check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
@@ -298,8 +290,6 @@ class Region:
         near[centre.triangle] = True
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
-        if self.coordinates == "projected":  # not on the far side of the surface
-            return np.where(np.isfinite(laid), projected_chart(points, centre, vector("up", self.up)), np.nan)
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
         straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan

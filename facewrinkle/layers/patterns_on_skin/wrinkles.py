@@ -11,7 +11,7 @@ import numpy as np
 from ...array_types import Array
 from ...errors import ParameterError, check_range, unknown_name
 from .. import patterns
-from .base import FLAT, Waves
+from .base import Waves
 
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
 """Styles of forehead wrinkles, and their beta."""
@@ -86,11 +86,7 @@ class Forehead(Waves):
 
     def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
         """See :class:`Waves`."""
-        k = self.sharpness
-        if k < FLAT:  # a plain sine
-            return strength * self.of_sine(np.log(patterns.forehead(x, y, t, 1.0, self.beta, shift)))
-        wave = patterns.forehead(x, y, t, k if self.furrows == "paper" else -k, self.beta, shift)
-        return strength * self.of_exponential(wave, k)
+        return strength * self.of_sine(np.log(patterns.forehead(x, y, t, 1.0, self.beta, shift)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -298,8 +294,6 @@ class EyeCorner(Waves):
     def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
         """See :class:`Waves`; the paper's t is the strength times the sharpness."""
         alpha, beta, gamma = np.exp(self.decay * self.radius), -0.5 * self.decay, self.gammas(x, aspect)
-        flat, k = self.sharpness < FLAT, strength * self.sharpness
-        wave, level = (patterns.eye_corner(x, y, now, alpha, beta, gamma, shift) for now in (1.0 if flat else k, 0.0))
-        if flat:  # a plain sine
-            return strength * level * self.of_sine(np.log(level / wave))
-        return self.of_exponential(wave, k, level)
+        wave, level = (patterns.eye_corner(x, y, now, alpha, beta, gamma, shift) for now in (1.0, 0.0))
+        sine = np.log(wave / level if self.furrows == "paper" else level / wave)  # printed with a minus
+        return level * self.of_sine(sine, strength)

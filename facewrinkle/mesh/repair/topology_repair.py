@@ -183,7 +183,7 @@ def _flipped(mesh: RepairedMesh) -> RepairedMesh:
             break
         triangles, corners = mesh.triangles.copy(), mesh.corners.copy()
         _, sides = topology.unique_edges(triangles)
-        offsets, around = topology.edge_triangles(sides)
+        offsets, around = topology.incident_triangles(sides)
         touched: set[int] = set()
         for t in flat.tolist():
             ends = mesh.points[triangles[t]]
@@ -287,7 +287,7 @@ def _cut(
 ) -> RepairedMesh:
     """Connect the triangles only at edges with two triangles, and by chosen pairs at non-manifold edges."""
     valence = np.bincount(sides.ravel())
-    offsets, around = topology.edge_triangles(sides)
+    offsets, around = topology.incident_triangles(sides)
     inner = np.flatnonzero(valence == 2)
     pairs = np.stack([inner, around[offsets[inner]], around[offsets[inner] + 1]], axis=1).astype(np.int64)
     m = len(mesh.triangles)
@@ -346,7 +346,7 @@ def _in_excess(mesh: RepairedMesh) -> IntArray:
     non_manifold = np.flatnonzero(valence > 2)
     if not len(non_manifold):
         return np.zeros(0, np.int64)
-    offsets, around = topology.edge_triangles(sides)
+    offsets, around = topology.incident_triangles(sides)
     loose = (valence[sides] == 1).sum(axis=1)
     size = areas_doubled(mesh.points, mesh.triangles)
     out: set[int] = set()
@@ -366,7 +366,7 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     )
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     _, sides = topology.unique_edges(triangles)
-    offsets, around = topology.edge_triangles(sides)
+    offsets, around = topology.incident_triangles(sides)
     inner = np.flatnonzero(np.diff(offsets) == 2)
     t, u = around[offsets[inner]], around[offsets[inner] + 1]
     folded = (normals[t] * normals[u]).sum(axis=1) < FOLDED

@@ -4,6 +4,7 @@ what                 checked against
 no strength          exactly nothing
 dimple               its depth, border and formula
 wave vectors         differences of the heights of plain sines
+sharpness            integral over a cycle; extremes; curvature of furrow and bulge
 even wrinkles        the paper's formulas
 crease, splay        their defining properties
 """
@@ -107,3 +108,15 @@ def test_wrinkles_that_splay_curve_apart():
         np.testing.assert_allclose(begin, straight.phase(np.array([1.0]), np.array([np.tan(angle)]), 0.0, 1.0))
         np.testing.assert_allclose(end, begin, rtol=1e-12)
     assert not np.isclose(straight.phase(np.array([far]), np.array([far * np.tan(0.5)]), 0.0, 1.0), begin).all()
+
+
+@pytest.mark.parametrize("k", [0.0, 1e-7, 0.5, 2.0, 6.0])
+def test_sharpened_waves_keep_their_volume(k):
+    wave = Cheek(sharpness=k).of_sine
+    s = np.sin(2 * np.pi * (np.arange(4000) + 0.5) / 4000)
+    h = wave(s)
+    assert abs(h.mean()) < 1e-12
+    assert wave(1.0) - wave(-1.0) == pytest.approx(1.0, abs=1e-12)
+    assert (np.diff(wave(np.linspace(-1, 1, 99))) > 0).all()
+    if k >= 0.5:  # narrow furrows, wide bulges: below the middle for less than half of the cycle
+        assert (h < wave(np.array([-1.0, 1.0])).mean()).mean() < 0.5

@@ -193,7 +193,6 @@ def test_valid_vertices_stay_under_refinement(ball):
         (lambda: Region((0, 0, 0), size=1.0, border=0.0), ParameterError, "border"),
         (lambda: Region((0, 0, 0), size=1.0, valid_share=0.0), ParameterError, "valid"),
         (lambda: Region((0, 0, 0), size=1.0, outline="elipse"), UnknownNameError, "'ellipse'"),
-        (lambda: Region((0, 0, 0), size=1.0, coordinates="geodetic"), UnknownNameError, "'geodesic'"),
     ],
 )
 def test_errors_of_parameters(make, error, says):

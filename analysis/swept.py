@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..array_types import Array
+from facewrinkle.array_types import Array
 
 
 def swept_areas(points: npt.ArrayLike, displacement: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.geometry.volume import swept_areas, swept_volumes
+from analysis.swept import swept_areas, swept_volumes
 
 
 @pytest.fixture(scope="module")
