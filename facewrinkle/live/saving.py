@@ -132,10 +132,12 @@ class Kept:
         self._saved, self._failed = document.version, False
         self._lock = threading.Lock()
         self._timer: threading.Timer | None = None
-        self.when, self._text, self._in_the_way = "", "", False
-        path = None if folder.path is None else folder.path / SESSION
+        self.when, self._text = "", ""
+        self._found: tuple[int, ...] = ()
+        self._own: tuple[int, ...] = ()
+        self._path = path = None if folder.path is None else folder.path / SESSION
         if path is not None and path.is_file():
-            self._in_the_way = True
+            self._found = _mark(path)
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 self._text = path.read_text(encoding="utf-8")
                 self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
@@ -150,7 +152,7 @@ class Kept:
         """
         if self.when:
             self._document.load(self._text)
-            self.when, self._in_the_way = "", False
+            self.when, self._own = "", self._own or self._found
 
     def dismiss(self) -> None:
         """Leave the session that was found; it is kept under another name."""
@@ -158,20 +160,20 @@ class Kept:
 
     def changed(self) -> None:
         """Save the session soon."""
-        if self._folder.path is not None and self._timer is None and self._saved != self._document.version:
+        if self._path is not None and self._timer is None and self._saved != self._document.version:
             self._timer = threading.Timer(LATER if self._failed else SOON, self.save)
             self._timer.daemon = True
             self._timer.start()
 
     def save(self) -> None:
-        """Save the session if it was changed. A file of an earlier start that was not resumed gets another name."""
+        """Save the session if it was changed. A file that was not written here, nor resumed, gets another name."""
         self._timer = None
-        if self._folder.path is None or not self._lock.acquire(timeout=5.0):
+        if self._path is None or not self._lock.acquire(timeout=5.0):
             return
         try:
             if self._saved != self._document.version:
-                self._write(self._document.version)
-        except OutputError as problem:
+                self._write(self._path, self._document.version)
+        except (OSError, OutputError) as problem:
             if not self._failed:
                 self._complain(f"The session is not saved, which is tried again: {problem}")
             self._failed = True
@@ -180,14 +182,17 @@ class Kept:
         if self._failed:
             self.changed()
 
-    def _write(self, version: int) -> None:
-        assert self._folder.path is not None
-        path = self._folder.path / SESSION
-        if os.path.islink(path) or (self._in_the_way and os.path.exists(path)):  # it may have been moved since
-            self._folder.set_aside(SESSION)
-        self._in_the_way = False
+    def _write(self, path: Path, version: int) -> None:
+        if os.path.lexists(path) and (os.path.islink(path) or _mark(path) != self._own):
+            self._folder.set_aside(SESSION)  # what is not our own
         self._folder.write(SESSION, self._document.text().encode(), anew=False)
-        self._saved, self._failed = version, False
+        self._own, self._saved, self._failed = _mark(path), version, False
+
+
+def _mark(path: Path) -> tuple[int, ...]:
+    """What a file is told from others by, and from what it was."""
+    status = path.lstat()
+    return status.st_dev, status.st_ino, status.st_mtime_ns
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -216,11 +221,10 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
     if what not in KINDS:
         raise ParameterError(f"what is saved must be one of {', '.join(KINDS)}, received {what!r}.")
     assert stage.shown is not None
-    data = document.data
     if what == "session":
         return "session.json", document.text().encode()
     if what == "atlas":
-        return "atlas.toml", atlas_with(stage.face, data).encode()
+        return "atlas.toml", atlas_with(stage.face, document.data).encode()
     with tempfile.TemporaryDirectory() as folder:
         if what == "glb":
             path = Path(folder) / "face.glb"

@@ -5,12 +5,14 @@ a later start        | is offered it; resuming is a step of undo; what is not re
 what is no session   | an error when it is taken, and nothing before
 a disk that is full  | is told once, and tried again
 what libraries print | much of it, in C, and no text: no harm
+written by another   | gets another name
 a link to elsewhere  | gets another name, and what it leads to stays
 stopped              | before and while it runs: an error, and nothing in the terminal
 """
 
 from __future__ import annotations
 
+import json
 import os
 import threading
 import time
@@ -206,6 +208,18 @@ def test_a_link_is_not_followed_out_of_the_folder(folder, tmp_path_factory):
         assert outside.read_text() == "precious"
         assert path.read_text() == document.text()
         assert not path.is_symlink()
+
+
+def test_what_another_has_written_meanwhile_is_kept(folder):
+    """As two studios in one folder do."""
+    (one, ours), (other, theirs) = begun(folder), begun(folder)
+    ours.resume()
+    for document, kept, intensity in ((one, ours, 0.2), (one, ours, 0.3), (other, theirs, 0.4), (one, ours, 0.5)):
+        document.change([(("intensity",), intensity)])
+        kept.save()
+        assert (folder.path / "session.json").read_text() == document.text()
+    found = {path.name: json.loads(path.read_text())["intensity"] for path in folder.path.iterdir()}
+    assert found == {"session_1.json": 0.3, "session_2.json": 0.4, "session.json": 0.5}
 
 
 class Run:
