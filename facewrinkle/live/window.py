@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import sys
 import time
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -80,6 +81,7 @@ class Studio:
         self._stage.faces.append(lambda: self._server.tell_all({"is": "face", **answers.face()}))
         self._stage.complaints.append(self._tell)
         self._stage.start()
+        atexit.register(self.end)
         try:
             self._first()
         except BaseException:
@@ -135,23 +137,15 @@ class Studio:
 
     def change(self, **parts: Any) -> None:
         """Set parts of the document, such as ``folds={"depth": 2.0}``, as one step of undo."""
-        with self._stage.condition:
-            self._document.change([((name,), value) for name, value in parts.items()])
-        self._changed()
+        self._edited(lambda: self._document.change([((name,), value) for name, value in parts.items()]))
 
     def undo(self) -> bool:
         """Take the last step back; return False if there is none."""
-        with self._stage.condition:
-            done = self._document.undo()
-        self._changed()
-        return done
+        return self._edited(self._document.undo)
 
     def redo(self) -> bool:
         """Do the last step that was taken back again."""
-        with self._stage.condition:
-            done = self._document.redo()
-        self._changed()
-        return done
+        return self._edited(self._document.redo)
 
     def frame(self, settled: bool = True, timeout: float = 30.0) -> pv.PolyData:
         """Return the frame that is shown: a copy.
@@ -211,10 +205,11 @@ class Studio:
             self._stage.join(0.5)
 
     def close(self) -> None:
-        """Save the session, disconnect all pages, and stop."""
-        self.end()
+        """Disconnect all pages, save the session, and stop."""
         self._stage.close()
         self._server.close()
+        self.end()
+        atexit.unregister(self.end)
 
     def end(self) -> None:
         """Save the session, and end files that are being made: all that must be done before the process ends."""
@@ -226,6 +221,12 @@ class Studio:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _edited(self, act: Callable[[], object]) -> bool:
+        with self._stage.condition:
+            done = bool(act())
+        self._changed()
+        return done
 
     def _changed(self) -> None:
         self._stage.wake()

@@ -168,6 +168,20 @@ def test_a_session_that_was_answered_elsewhere_is_offered_no_more(page, studio):
     until(lambda: page.locator("#offer").is_hidden())
 
 
+def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(browser, face, tmp_path):
+    session = {"facewrinkle session": 1, "intensity": 0.5, "face": "other.ply"}
+    (tmp_path / "session.json").write_text(json.dumps(session))
+    page = browser.new_page(viewport={"width": 1180, "height": 560})
+    with Studio(face, browser=False, save_to=tmp_path) as studio:
+        page.goto(studio.url)
+        page.get_by_role("button", name="Resume").click()
+        until(lambda: "other.ply' is not open" in page.inner_text("#message"))
+        assert page.locator("#offer").is_visible()
+        page.get_by_role("button", name="Start new").click()
+        until(page.locator("#offer").is_hidden)
+    page.close()
+
+
 def test_search_finds_everyday_words(page):
     page.keyboard.press("/")
     page.keyboard.type("crow's feet")
@@ -505,7 +519,7 @@ def test_landmarks_and_patterns_are_dragged(page, studio):
     assert np.allclose(other, moved() * [-1.0, 1.0, 1.0], atol=1e-3)  # both sides are moved together
     studio.frame()
     assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
-    page.get_by_role("button", name="Landmarks as found").click()
+    page.get_by_role("button", name="Reset landmarks").click()
     until(lambda: not studio.document["landmarks"])
     dimple = {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
     studio.change(patterns={"d": dimple})

@@ -11,7 +11,10 @@ what cannot be done         | a sentence, and the document as it was
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
+import subprocess
+import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -37,6 +40,7 @@ from facewrinkle.live.document import Document
 from facewrinkle.live.protocol import Probe
 from facewrinkle.live.saving import Folder, atlas_with
 from facewrinkle.live.window import Studio
+from facewrinkle.processes import environment
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
@@ -318,6 +322,34 @@ def test_the_session_is_saved_while_the_timeline_plays_and_at_the_end(face, tmp_
         assert json.loads(path.read_text())["timeline"]["keys"] == {"k": key}
         window.rates = {"AU12": 0.5}
     assert json.loads(path.read_text())["mixture"] == {"AU12": 0.5}
+
+
+@pytest.mark.slow
+def test_all_that_was_acknowledged_before_the_end_is_saved(face, tmp_path):
+    acknowledged = []
+
+    async def visit(studio):
+        async with page(studio) as seen:
+            with contextlib.suppress(AssertionError):  # the connection is closed
+                for k in range(10_000):
+                    patch = [["intensity"], k / 10_000]
+                    await seen.ask("change", patches=[patch], gesture="drag")
+                    acknowledged.append(k / 10_000)
+
+    with ThreadPoolExecutor() as pool:
+        with Studio(face, browser=False, save_to=tmp_path) as window:
+            visitor = pool.submit(asyncio.run, visit(window))
+            time.sleep(2.0)
+        visitor.result(20.0)
+    assert len(acknowledged) > 10
+    assert json.loads((tmp_path / "session.json").read_text())["intensity"] >= acknowledged[-1]
+
+
+@pytest.mark.slow
+def test_a_program_that_ends_without_closing_the_studio_has_saved(tmp_path):
+    program = "import facewrinkle as fw; fw.studio(browser=False, save_to='.').rates = {'AU12': 0.5}"
+    subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=environment(), check=True, timeout=120)
+    assert json.loads((tmp_path / "session.json").read_text())["mixture"] == {"AU12": 0.5}
 
 
 def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):

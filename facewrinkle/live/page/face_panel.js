@@ -8,7 +8,7 @@ export class FacePanel {
     this.app = app;
     this.choice = element("select", { "aria-label": "Face that is shown", onchange: () => app.connection.send("show", { name: this.choice.value }) });
     this.shown = element("input", { type: "checkbox", onchange: () => app.handlesOf("Face") });
-    this.back = element("button", { text: "Landmarks as found", disabled: true, onclick: () => app.connection.change([[["landmarks"], {}]]) });
+    this.back = element("button", { text: "Reset landmarks", disabled: true, onclick: () => app.connection.change([[["landmarks"], {}]]) });
     this.about = element("p");
     this.report = element("ul", { class: "report" });
     this.person = element("div");

@@ -14,7 +14,7 @@ import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const KEYS = [
-  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "set everything back"], ["M", "move both sides together, or each"],
+  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "both sides together, or each"],
   ["F", "front view"], ["1 to 9", "named views"], ["H", "handles of muscles"], ["W", "wireframe"], ["C", "next field in colour"], ["Space", "play or stop"],
   ["K", "add a key"], ["← →", "turn the view (in the view), a frame (else)"], ["/", "search"], ["?", "this page"],
 ];
@@ -81,7 +81,7 @@ class App {
     on("lost", ({ final, reason }) => {
       this.timeline.toggle(false);
       $("state").textContent = final ? "" : "Connection lost; trying again …";
-      if (final) this.say(`This address is not of a studio that is open (${reason}). Use the one that was printed at its start.`, true);
+      if (final) this.say(`This address is not of a studio that is open (${reason}). Use the one printed when the studio started.`, true);
     });
     this.view.onfield = (info) => this.legend(info);
     this.view.onrestored = () => location.reload();
@@ -116,9 +116,9 @@ class App {
     const box = $("offer");
     box.hidden = !when;
     if (!when) return;
-    const go = (on) => () => { box.hidden = true; this.ask("continue", { on }); };
-    box.replaceChildren(element("span", { text: `There is a session of ${when}.` }),
-      element("button", { class: "main", text: "Go on with it", onclick: go(true) }), element("button", { text: "Begin anew", onclick: go(false) }));
+    const go = (on) => () => this.ask("continue", { on }); // where that is done, it is offered no more
+    box.replaceChildren(element("span", { text: `Session of ${when} found.` }),
+      element("button", { class: "main", text: "Resume", onclick: go(true) }), element("button", { text: "Start new", onclick: go(false) }));
   }
 
   /** Open the side that something is in, where there is room for one only. */

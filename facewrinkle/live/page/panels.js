@@ -99,7 +99,7 @@ export class Panels {
     const seed = element("input", { type: "number", min: 0, max: 2147483648, step: 1, "aria-label": "Seed", id: "seed" });
     seed.addEventListener("change", () => this.app.connection.change([[["folds", "seed"], Math.max(0, Math.round(Number(seed.value)))]]));
     this.updates.push((data) => { if (document.activeElement !== seed) seed.value = data.folds.seed; });
-    const other = element("button", { text: "Another", title: "Lines of another person", onclick: () => {
+    const other = element("button", { text: "New lines", title: "The lines of another person", onclick: () => {
       this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
     } });
     return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other), ...this.regions(regions),
@@ -109,7 +109,7 @@ export class Panels {
   patterns({ patterns: { kinds, numbers } }) {
     const both = element("input", { type: "checkbox" });
     const buttons = kinds.map((kind) => element("button", { text: titled(kind), onclick: (event) => this.app.place(
-      `Click where the ${titled(kind).toLowerCase()} shall be. Escape ends it.`, event.target, (place) => {
+      `Click where to put the ${titled(kind).toLowerCase()}. Escape cancels.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
         const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
         this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
@@ -127,7 +127,7 @@ export class Panels {
     this.updates.push((data) => this.list(list, "tears", data.tears, () => "Tear", tears,
       { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
     const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
-      "Click where the tear shall begin, below an eye. Escape ends it.", event.target,
+      "Click where the tear starts, below an eye. Escape cancels.", event.target,
       (place) => this.app.add("tears", { start: place, width: 3, length: 60, begin: 0 })) });
     return [element("div", { class: "actions" }, button), list];
   }
@@ -168,13 +168,13 @@ export class Panels {
     this.rangeBox = element("div", { class: "actions", hidden: true }, element("span", { text: "Range" }), this.ends[0], "to", this.ends[1],
       element("label", { class: "inline", title: "Keep the range as the face moves" }, this.lockedRange, "Lock"));
     return [element("label", { class: "inline" }, "Colour by ", select), this.rangeBox,
-      element("p", { text: "The number under the pointer is told in the legend. Click on the face to read all fields there, and what made the fold." })];
+      element("p", { text: "The legend shows the value under the pointer. Click on the face to read all fields there, and what made the fold." })];
   }
 
   /** The colours take the range of the inputs, or follow the values again. */
   lockRange() {
     const [low, high] = this.ends.map((end) => Number(end.value));
-    if (this.lockedRange.checked && !(high > low)) { this.app.say("The greatest number of the colours must exceed the least."); this.lockedRange.checked = false; }
+    if (this.lockedRange.checked && !(high > low)) { this.app.say("The greatest value of the colours must exceed the least."); this.lockedRange.checked = false; }
     this.app.view.locked = this.lockedRange.checked ? [low, high] : null;
     if (this.app.view.fieldInfo) this.app.legend(this.app.view.fieldInfo);
     this.app.view.request();

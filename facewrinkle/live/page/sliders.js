@@ -46,7 +46,7 @@ let gestures = 0;
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
 export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Math.round(100 * v), parse = (v) => v / 100, usual = 0, change }) {
   const input = element("input", { type: "range", min, max, step, "aria-label": label });
-  const output = element("output", { title: "Double click to type a number; Delete on the slider sets it back" });
+  const output = element("output", { title: "Double-click to type a number; Delete on the slider resets it" });
   let gesture = "";
   const paint = () => {
     const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
@@ -257,7 +257,7 @@ export class Sliders {
       if (!each.line.hidden) full.add(each.group);
     }
     for (const each of this.rows) each.group.hidden = !full.has(each.group);
-    this.nothing ??= element("p", { class: "nothing", text: "Nothing of that name." });
+    this.nothing ??= element("p", { class: "nothing", text: "No slider of that name." });
     this.nothing.hidden = full.size > 0;
     this.box.append(this.nothing);
   }
