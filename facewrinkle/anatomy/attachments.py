@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +14,7 @@ from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.rigid_alignment import RigidAlignment, closest_rotations
 from ..geometry.topology import vertex_rings
-from ..mesh import to_polydata
+from ..mesh import joined
 from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
 from .eyeball import Eyeball
 from .jaw import Mandible
@@ -197,30 +196,12 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
     (True, ['skin', 'hat'])
     """
     meshes = [skin, *parts.values()]
-    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
-    data = {}
-    for name in (*skin.point_data, *({COLORS} - set(skin.point_data))):
-        known = [np.asarray(mesh.point_data[name]) for mesh in meshes if name in mesh.point_data]
-        if not known:
-            continue
-        values = max(known, key=lambda a: a.shape[1:]) if name == COLORS else known[0]
-        rows = []
-        for mesh in meshes:
-            own: Any = mesh.point_data.get(name)
-            if name == COLORS and own is not None and own.ndim == 2 and own.shape[1] + 1 == values.shape[1] == 4:
-                own = np.column_stack([own, np.full(len(own), 255, values.dtype)])  # opaque skin, translucent parts
-            fits = own is not None and own.shape[1:] == values.shape[1:]
-            nothing = np.full((mesh.n_points, *values.shape[1:]), 255 if name == COLORS else 0, values.dtype)
-            rows.append(np.asarray(own, values.dtype) if fits else nothing)
-        data[name] = np.concatenate(rows)
-    data[PART] = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
-    whole = to_polydata(
-        np.concatenate([mesh.points for mesh in meshes]),
-        np.concatenate([mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]),
-        data,
-    )
+    names = [*skin.point_data, *({COLORS} & {name for mesh in meshes[1:] for name in mesh.point_data})]
+    whole = joined(meshes, dict.fromkeys(names), {COLORS: 255})
+    owner: np.ndarray = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
+    whole.point_data.set_array(owner, PART)
     whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})
     whole.field_data["parts"] = ["skin", *parts]
     use_texture(whole, skin.point_data.active_texture_coordinates_name)
-    whole.point_data.active_normals_name = "Normals" if "Normals" in data else None
+    whole.point_data.active_normals_name = "Normals" if "Normals" in names else None
     return whole

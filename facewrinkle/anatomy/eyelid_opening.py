@@ -53,8 +53,8 @@ SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
 
 # --- The mesh ends at the margins, or goes on behind them: then the lids have a thickness -------------------
 
-RIM_VERTICES, RIM_REACH = 6, 1.8
-"""The rim of the hole before an eye has at least this many vertices, and lies within this many radii of its centre."""
+RIM_REACH = 1.8
+"""The rim of the hole before an eye lies within this many radii of its centre; of several, it is the longest."""
 
 RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
 """The rim is the margin that is seen if, between these places, the two are nowhere farther apart than this."""
@@ -237,11 +237,8 @@ def eyelid_opening(
 
 def lid_rim(eye: Eyeball, points: Array, loops: Sequence[IntArray]) -> IntArray | None:
     """Vertices around the hole before an eye, of the boundary loops of a mesh; None if it goes on behind the lids."""
-    for loop in loops:
-        far = np.linalg.norm(points[loop] - eye.centre, axis=1).max()
-        if len(loop) >= RIM_VERTICES and far < RIM_REACH * eye.radius:
-            return np.asarray(loop, np.int32)
-    return None
+    near = [loop for loop in loops if np.linalg.norm(points[loop] - eye.centre, axis=1).max() < RIM_REACH * eye.radius]
+    return np.asarray(max(near, key=len), np.int32) if near else None
 
 
 def _polar(points: Array, centre: Array, inner: Array, axes: Array, width: float) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -15,7 +14,6 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import unique_edges
 from ..mesh import merged_texture
 from ..mesh.arrays import COLORS, PART, SOURCE, with_data
 from .eyeball import RADIUS, Eyeball
@@ -40,7 +38,9 @@ adult's eye either way, as a pupil is.
 """
 
 STRAND = 0.2
-"""They are no hairs: their second largest extent is at least this share of the largest."""
+"""They are no hairs: their second largest extent is at least this share of the largest. Lashes that are no hairs are
+cards, which show a picture of some.
+"""
 
 # --- It is the ball of an eye, and gives it its place and size ---------------------------------------------
 
@@ -107,17 +107,6 @@ FRINGE = 1.0
 OPAQUE = 0.95
 """Parts whose points all have a larger alpha are opaque: scanners and exporters leave a 254 here and there."""
 
-# --- Lashes are cards --------------------------------------------------------------------------------------
-
-CARD = 0.04
-"""Sheets wider than this share of the extent of all lashes are cards with a picture; a hair is a tenth as wide."""
-
-SHEET = 0.5
-"""The normals of a sheet add up to more than this share of its area; those of a tube cancel."""
-
-MOSTLY = 0.5
-"""Lashes count as cards where cards make up more than this share of their area."""
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -152,22 +141,13 @@ class Part:
 
     @cached_property
     def lacks_picture(self) -> bool:
-        """True for cards, flat and wide, that have neither the picture of hairs that they should show nor colours."""
+        """True for cards, mostly no hairs, that have neither the picture of hairs that they should show nor colours."""
         if self.texture is not None or COLORS in self.mesh.point_data:
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
-        label = np.asarray(self.mesh.cell_data[PART])
-        a, b, c = (points[triangles[:, corner]] for corner in range(3))
-        across = 0.5 * np.cross(b - a, c - a)
-        area = np.bincount(label, np.linalg.norm(across, axis=1))
-        flat = np.linalg.norm([np.bincount(label, values) for values in across.T], axis=0) > SHEET * area
-        edges, sides = unique_edges(triangles)
-        length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-        length[np.bincount(sides.ravel()) > 1] = 0.0
-        border = np.bincount(label, length[sides].sum(axis=1))
-        # The width of a strip is twice its area over the length of its border.
-        cards = flat & (2.0 * area > CARD * np.ptp(points, axis=0).max() * border)
-        return bool(area[cards].sum() > MOSTLY * area.sum())
+        pieces = [points[np.unique(triangles[piece])] for piece in _pieces(np.asarray(self.mesh.cell_data[PART]))]
+        cards = sum(len(piece) for piece in pieces if not _is_strand(piece))
+        return 2 * cards > sum(map(len, pieces))
 
 
 def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
@@ -213,9 +193,7 @@ def named_parts(
     local = frame.local(np.asarray(others.points))
     marks = {name: frame.local(place) for name, place in landmarks.items()}
     away = _height(np.asarray(others.points), skin) / frame.pupil_distance
-    order = np.argsort(label, kind="stable")
-    ends = np.flatnonzero(np.diff(label[order], prepend=-1, append=label.max() + 1))
-    pieces = [(piece, np.unique(triangles[piece])) for piece in (order[begin:end] for begin, end in pairwise(ends))]
+    pieces = [(piece, np.unique(triangles[piece])) for piece in _pieces(label)]
     eyes = {side: _socket([local[used] for _, used in pieces], marks[f"eye_{side}_centre"]) for side in "lr"}
     kinds = [_kind(local[used], away[used], marks, eyes) for _, used in pieces]
     teeth = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
@@ -226,6 +204,12 @@ def named_parts(
         chosen.setdefault(name, []).append(piece)
     specks = len(chosen.pop("speck", []))
     return {name: _part(name, others, np.sort(np.concatenate(chosen[name]))) for name in sorted(chosen)}, specks
+
+
+def _pieces(label: IntArray) -> list[IntArray]:
+    """The numbers of the triangles with each label."""
+    counts = np.unique(label, return_counts=True)[1]
+    return np.split(np.argsort(label, kind="stable"), np.cumsum(counts)[:-1])
 
 
 def _height(points: Array, skin: pv.PolyData) -> Array:
@@ -282,10 +266,15 @@ def _is_of_eyeball(points: Array, centre: Array, radius: float) -> bool:
     """True for balls, corneas and irises; False for lashes, which stand off the rim of the eye."""
     low, high = points.min(axis=0), points.max(axis=0)
     aside, extent = np.linalg.norm((0.5 * (low + high) - centre)[:2]), high - low
-    lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if aside >= OFF_AXIS * radius or lengths[1] < STRAND * lengths[0]:
+    if aside >= OFF_AXIS * radius or _is_strand(points):
         return False
     return bool(extent[1] > EYE_HEIGHT * extent[0] or extent[:2].max() < EYE_SMALL * RADIUS)
+
+
+def _is_strand(points: Array) -> bool:
+    """True for hairs."""
+    lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    return bool(lengths[1] < STRAND * lengths[0])
 
 
 def _is_in_mouth(low: Array, high: Array, mouth: Array) -> bool:

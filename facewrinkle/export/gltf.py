@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..array_types import Array, Single
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
-from ..mesh.formats.materials import linear_light
+from ..mesh.formats.merging import linear_light
 from .model import WATER_INDEX, WATER_OPACITY, Model, Morphs, WeightTrack
 
 CODES = {np.dtype(kind): code for code, kind in COMPONENTS.items()}

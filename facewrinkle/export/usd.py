@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..array_types import Array, Single
 from ..errors import missing_package
 from ..files import written
-from ..mesh.formats.materials import linear_light
+from ..mesh.formats.merging import linear_light
 from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
 from .model import Model, Morphs, WeightTrack
 

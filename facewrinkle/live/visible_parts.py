@@ -26,9 +26,8 @@ from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.seams import split_vertices
-from ..mesh.arrays import COLORS, CORNERS
+from ..mesh.arrays import COLORS, CORNERS, corner_texture
 from ..mesh.frame_state import FrameState
-from ..mesh.seams import corner_texture
 from ..plotting.scene import PLAIN_COLOUR
 from .encoding import LARGEST, Box, Part, small_normals
 

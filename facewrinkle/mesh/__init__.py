@@ -10,8 +10,11 @@ from .arrays import (
     MUSCLES,
     POSE,
     UNIT,
+    add_seams,
     closest_places,
+    corner_texture,
     interpolated_point_data,
+    joined,
     refilled,
     to_polydata,
     with_data,
@@ -19,9 +22,8 @@ from .arrays import (
 )
 from .formats.reading import MeshLike, read_surface, triangle_mesh
 from .formats.textures import as_texture, merged_texture, outside_images, read_texture
-from .refining import refine
 from .repair.prepare import CleanSurface, prepare
-from .seams import add_seams, corner_texture, refine_seams, split_at_seams
+from .seams import refine, refine_seams, split_at_seams
 
 __all__ = [
     "ARRAYS",
@@ -35,6 +37,7 @@ __all__ = [
     "closest_places",
     "corner_texture",
     "interpolated_point_data",
+    "joined",
     "merged_texture",
     "outside_images",
     "prepare",

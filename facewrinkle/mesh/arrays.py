@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated, nearest_values
 from ..geometry.normals import vertex_normals
+from ..geometry.seams import split_vertices
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -323,3 +324,42 @@ def with_data(
     for name in () if rows is None else source.cell_data:
         mesh.cell_data[name] = np.asarray(source.cell_data[name])[rows]
     return mesh
+
+
+def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
+    """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
+    if CORNERS in mesh.cell_data:
+        return np.asarray(mesh.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
+    of_points = mesh.active_texture_coordinates
+    return None if of_points is None else np.asarray(of_points, dtype=np.float64)[mesh.regular_faces]
+
+
+def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
+    """Store texture coordinates (m, 3, 2) at the corners of the triangles with the mesh, if they have seams."""
+    if split_vertices(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
+        mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
+
+
+def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping[str, float]) -> pv.PolyData:
+    """Return several meshes of triangles as one, their points and triangles one after the other.
+
+    Of the point data, it has the arrays of the given names, in the widest form that one of the meshes has; those that
+    lack it get the number in `missing`, or else 0. Colours without transparency are opaque beside others.
+
+    Examples
+    --------
+    >>> both = joined([pv.Triangle(), pv.Sphere()], [], {})
+    >>> both.n_points, both.n_cells
+    (845, 1681)
+    """
+    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
+    data = {}
+    for name in names:
+        widest = max((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), key=lambda a: a.shape[1:])
+        rows = [np.full((mesh.n_points, *widest.shape[1:]), missing.get(name, 0), widest.dtype) for mesh in meshes]
+        for mesh, row in zip(meshes, rows, strict=True):
+            if (own := mesh.point_data.get(name)) is not None:
+                row.reshape(len(row), -1)[:, : own[:1].size] = own.reshape(len(own), -1)
+        data[name] = np.concatenate(rows)
+    triangles = [mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]
+    return to_polydata(np.concatenate([mesh.points for mesh in meshes]), np.concatenate(triangles), data)

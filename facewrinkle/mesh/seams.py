@@ -1,27 +1,57 @@
-"""Texture coordinates of meshes with seams: one vertex on the mesh, several on the texture."""
+"""Meshes with seams, which have one vertex on the mesh and several on the texture: refined, and split at the seams."""
 
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
+from ..errors import MeshError
+from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
 from ..geometry.seams import refined_values, split_vertices
-from .arrays import CORNERS, TEXTURE, to_polydata, use_texture
+from .arrays import CORNERS, TEXTURE, corner_texture, interpolated_point_data, to_polydata, use_texture
+from .formats.reading import MeshLike, read_surface
 
 
-def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
-    """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
-    if CORNERS in mesh.cell_data:
-        return np.asarray(mesh.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
-    of_points = mesh.active_texture_coordinates
-    return None if of_points is None else np.asarray(of_points, dtype=np.float64)[mesh.regular_faces]
+def refine(mesh: MeshLike, marked: npt.ArrayLike) -> pv.PolyData:
+    """Split the marked triangles of a mesh in four and close the mesh around them, in one step of red-green refinement.
 
+    Parameters
+    ----------
+    mesh : PolyData, or anything that `read_surface` takes
+        Of triangles or polygons, which are triangulated. Not changed.
+    marked : array_like of bool, shape (m,), or indices of triangles
 
-def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
-    """Store texture coordinates (m, 3, 2) at the corners of the triangles with the mesh, if they have seams."""
-    if split_vertices(mesh.regular_faces, corners, mesh.n_points).origin.size > mesh.n_points:
-        mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
+    Returns
+    -------
+    PolyData
+        The refined mesh with interpolated point data. New points follow the old ones; no vertex hangs on an edge.
+
+    Raises
+    ------
+    MeshError
+        If the mesh has no triangles, or the marks do not fit them.
+
+    Examples
+    --------
+    >>> import pyvista as pv
+    >>> fine = refine(pv.Plane(i_resolution=2, j_resolution=2).triangulate(), [0])
+    >>> fine.n_cells, fine.n_points
+    (12, 12)
+    """
+    source = read_surface(mesh)
+    triangles = np.asarray(source.regular_faces, dtype=np.int32)
+    if len(triangles) == 0:
+        raise MeshError("the mesh has no faces to refine.")
+    forest = RedGreenForest(triangles, n_points=source.n_points)
+    forest.split(marked)
+    points = interpolated(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
+    data = interpolated_point_data(dict(source.point_data), forest.corners, forest.barycentric)
+    fine = to_polydata(points, forest.triangles, data)
+    use_texture(fine, source.point_data.active_texture_coordinates_name)
+    refine_seams(source, fine, forest)
+    return fine
 
 
 def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest) -> None:
@@ -48,6 +78,7 @@ def split_at_seams(mesh: pv.PolyData) -> pv.PolyData:
     Examples
     --------
     >>> import numpy as np
+    >>> from facewrinkle.mesh import add_seams
     >>> sheet = to_polydata([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], np.array([[0, 1, 2], [2, 1, 3]]))
     >>> add_seams(sheet, np.array([[[0, 0], [1, 0], [0, 1]], [[0, 1], [0.5, 0], [1, 1]]]))
     >>> apart = split_at_seams(sheet)

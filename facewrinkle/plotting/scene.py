@@ -18,8 +18,7 @@ from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS
-from ..mesh.seams import corner_texture
+from ..mesh.arrays import COLORS, corner_texture
 from .drawn import FrontFirst, Joined, same
 from .fields import field_colouring
 from .relief import Relief, send_relief

@@ -22,7 +22,7 @@ from ..files import written
 from ..geometry.depth_buffer import rasterise_texels
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
-from ..mesh.seams import corner_texture
+from ..mesh.arrays import corner_texture
 from ..simulation import Refinement, Simulation
 
 OVERLAP = 0.02

@@ -15,7 +15,7 @@ from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry.interpolation import barycentric
 from ..mesh import MeshLike, closest_places, read_surface
-from ..mesh.seams import corner_texture
+from ..mesh.arrays import corner_texture
 from .fields import CUT, Baker, Placed, faded, shape_fields
 from .linear_rig import Rig
 from .maps import around_head

@@ -18,7 +18,7 @@ import numpy.typing as npt
 from ..errors import ParameterError, check_whole
 from ..files import written
 from ..geometry.smoothstep import smoothstep
-from ..mesh.seams import corner_texture
+from ..mesh.arrays import corner_texture
 from ..progress import Progress, silent
 from .fields import Baker
 from .linear_rig import Rig

@@ -18,8 +18,7 @@ import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.mesh import to_polydata
-from facewrinkle.mesh.seams import corner_texture
+from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.rigging.maps import Texels, _shared_places, around_head, tangents_of, visible_first
 
 SIZE = 2048

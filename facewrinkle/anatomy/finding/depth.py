@@ -24,9 +24,7 @@ BELOW_NOSTRILS = -0.8
 """An open mouth lies below this height."""
 
 PEAK_RADIUS = 0.12
-"""Size of the surroundings to which the paraboloid of a peak is fitted."""
-PEAK_SHIFT = 0.15
-"""Peaks farther than this from the start are not those of its bulge."""
+"""Size of the surroundings to which a peak's paraboloid is fitted; farther from the start it is another bulge's."""
 
 
 @dataclass(frozen=True)
@@ -126,4 +124,4 @@ def peak(depth: Array, grid: Grid, start: Array) -> Array:
             return start
         step = -np.linalg.solve([[p, q], [q, r]], [a, b])
         place = place + step * min(1.0, 0.08 / max(float(np.linalg.norm(step)), 1e-12))
-    return place if np.linalg.norm(place - start) < PEAK_SHIFT else start
+    return place if np.linalg.norm(place - start) < PEAK_RADIUS else start

@@ -38,7 +38,7 @@ LEAN_COST = 0.1
 DISTANCE_COST = 50.0
 """Cost of an end far from its expected place, per square of the distance."""
 # --- The lower lip: a place below the furrow between the lips, by its concavity.
-LIP_SIZE, LIP_BREADTH = 0.04, 0.04
+LIP_SIZE = 0.04
 """Size of the bulges and furrows down the middle of a mouth, and half the breadth of the strip on which they are seen.
 """
 LIP_BORDER = 0.37
@@ -139,7 +139,7 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
 def _concavity(local: Array, triangles: IntArray, x: float) -> Array:
     """Concavity (rows,) down the middle of a mouth: furrows are positive, bulges negative."""
     depth, _ = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
-    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_BREADTH].mean(axis=1)
+    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_SIZE].mean(axis=1)
     return np.asarray(gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)) * LIP_SIZE / MOUTH_GRID.step**2
 
 

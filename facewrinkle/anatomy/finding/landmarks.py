@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 from ...array_types import Array, BoolArray, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import MeshLike, closest_places, read_surface, to_polydata
+from ...mesh.repair.topology_repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import NAMES, complete
 from .depth import peak
@@ -156,12 +157,9 @@ def _regular_surface(mesh: MeshLike) -> tuple[Array, IntArray]:
     """The triangles of a mesh that have an area, and the points that they use."""
     source = read_surface(mesh)
     points, triangles = np.array(source.points, dtype=np.float64), np.array(source.regular_faces, dtype=np.int64)
-    corners = points[triangles]
-    if not (np.abs(corners) < LARGEST).all():
+    if not (np.abs(points[triangles]) < LARGEST).all():
         raise MeshError("points of the mesh are NaN, infinite or huge. Delete them in a modeller, or export it again.")
-    sides = corners - np.roll(corners, 1, axis=1)
-    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    triangles = triangles[area > 1e-12 * (sides**2).sum(axis=2).max(axis=1, initial=0.0)]
+    triangles = triangles[~degenerate(points, triangles)]
     if not len(triangles):
         raise MeshError("the mesh has no triangles with an area. Export it again.")
     used, renumbered = np.unique(triangles, return_inverse=True)

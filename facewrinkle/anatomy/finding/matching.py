@@ -30,8 +30,6 @@ BACKGROUND = 0.35
 
 # The Gauss-Newton steps of an alignment.
 STEPS = 14
-FEWEST_NODES = 60
-"""Nodes of the grid near the template that an alignment needs at least."""
 RIGID_STEPS = 4
 """Steps in which proportions hardly change: size and place come first."""
 STRETCH_STIFFNESS = 0.003
@@ -40,7 +38,7 @@ LARGEST_CHANGE = 0.3
 """Turn, shift and growth of one step, at most."""
 
 # How likely a pose is to be that of a face.
-POSE_DEPTH_PENALTY = 4.0
+DEPTH_PENALTY = 3.0
 """Loss of likelihood per median difference of depth of one distance between the pupils."""
 
 
@@ -98,9 +96,7 @@ def pose_score(found: SurfaceMap, base: SurfaceMap) -> float:
     Less where little is seen of a quarter of the face, and where depth differs.
     """
     correlations = [_correlation_of(a, b, found.weight) for a, b in zip(found.curvature, base.curvature, strict=True)]
-    return float(np.mean(correlations)) * coverage(found, base) ** 0.5 - POSE_DEPTH_PENALTY * depth_difference(
-        found, base
-    )
+    return float(np.mean(correlations)) * coverage(found, base) ** 0.5 - DEPTH_PENALTY * depth_difference(found, base)
 
 
 def coverage(found: SurfaceMap, base: SurfaceMap) -> float:
@@ -139,7 +135,7 @@ def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
 
 
 def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: float, stiffness: float) -> Array | None:
-    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None if too little is near it.
+    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None if nothing is near it.
 
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place. Turns and shifts, growth, and stretch upward and forward have these derivatives; the more a place
@@ -148,7 +144,7 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     slope_y, slope_x = np.array(np.gradient(depth, COARSE.step))
     difference = depth - base.depth
     near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance) & np.isfinite(slope_x) & np.isfinite(slope_y)
-    if near.sum() < FEWEST_NODES:
+    if not near.any():
         return None
     x, y = (axis[near] for axis in np.meshgrid(COARSE.x, COARSE.y))
     d, z, u, v = difference[near], depth[near], slope_x[near], slope_y[near]
@@ -202,8 +198,6 @@ SHOWN = (0.0, 0.35)
 """Share that is seen of the quarter of the face that shows least: half a face is refused, a torn or a narrow one is
 not.
 """
-DEPTH_PENALTY = 3.0
-"""Loss of the first share per median difference of depth of one distance between the pupils."""
 USUAL_STRETCH, UNUSUAL_STRETCH = 0.2, 0.3
 """Logarithm of stretch up to which a face is as likely as the template; beyond, it is less likely, by a Gaussian of the
 second's width.

@@ -16,6 +16,7 @@ from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
+from ...mesh.repair.topology_repair import areas_doubled
 from ...progress import Progress
 from ..landmarks import REFUSED
 from .candidates import SAMPLES, SIZES, candidates, distinct
@@ -168,10 +169,8 @@ def check_surface(points: Array, triangles: IntArray) -> None:
             f"no face was found on the mesh: its triangles are no surface, as only {connected} of them hang together; "
             f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
         )
-    corners = points[triangles]
-    x, y, z = np.ptp(corners, axis=(0, 1))
-    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum()
-    layers = area / max(2.0 * (x * y + y * z + z * x), 1e-300)
+    x, y, z = np.ptp(points[triangles], axis=(0, 1))
+    layers = 0.25 * areas_doubled(points, triangles).sum() / max(x * y + y * z + z * x, 1e-300)
     if layers > MOST_LAYERS:
         raise LandmarkError(
             "no face was found on the mesh: its triangles are no surface, but lie over each other. Their area must be "
@@ -239,8 +238,7 @@ def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
 
 def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
     """The triangles off a plane that is most of the surface, such as a table that a scan has grown together with."""
-    corners = points[triangles]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = areas_doubled(points, triangles)
     cloud = surface_samples(points, triangles, 2000)
     flat = np.ones(len(cloud), bool)
     for _ in range(5):  # refit the plane to the half of the points closest to it
@@ -248,7 +246,7 @@ def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
         normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
         off = np.abs((cloud - centre) @ normal)
         flat = off <= max(float(np.median(off)), UNEVEN)
-    on_floor = (np.abs((corners - centre) @ normal) < UNEVEN).all(axis=1)
+    on_floor = (np.abs((points - centre) @ normal) < UNEVEN)[triangles].all(axis=1)
     if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST_TRIANGLES:
         yield triangles[~on_floor]
 

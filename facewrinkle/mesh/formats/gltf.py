@@ -24,8 +24,8 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...errors import MeshError, warn
 from ...files import bytes_of, sibling_file
-from .materials import image_place, srgb
-from .polygons import Primitive, strip_triangles
+from .merging import srgb
+from .polygons import Primitive, image_place, strip_triangles
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from ...array_types import Array
 from ...errors import MeshError, type_of
 from ..arrays import (
     COLORS,
@@ -23,23 +24,20 @@ from ..arrays import (
     MOVED,
     PART,
     TEXTURE,
+    add_seams,
     blended,
+    corner_texture,
     images_of,
+    joined,
     name_images,
     to_polydata,
     use_texture,
     with_data,
 )
-from ..seams import add_seams, corner_texture
 from .polygons import Polygons, Primitive, polygon_triangles
 
-MISSING = {COLORS: np.uint8(255), MOVED: 0.0}
+MISSING = {COLORS: 255, MOVED: 0}
 """Values for meshes without colours or motion that are merged with others that have them."""
-
-
-def from_primitives(primitives: list[Primitive], path: Path) -> pv.PolyData:
-    """Return all meshes of a scene as one surface, with points that were split at seams of a mesh welded."""
-    return merged_primitives(primitives, path)[0]
 
 
 def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyData, np.ndarray, np.ndarray]:
@@ -156,22 +154,12 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
     """Return several surfaces as one, with the point data that all of them have, and with texture if one has it."""
     if len(surfaces) == 1:
         return surfaces[0]
-    starts = np.cumsum([0, *(surface.n_points for surface in surfaces[:-1])])
-    data = {}
-    for key in dict.fromkeys(key for surface in surfaces for key in surface.point_data):
-        shape = next(surface.point_data[key].shape[1:] for surface in surfaces if key in surface.point_data)
-        rows = [
-            np.asarray(s.point_data[key]) if key in s.point_data else np.full((s.n_points, *shape), MISSING[key])
-            for s in surfaces
-            if key in s.point_data or key in MISSING
-        ]
-        if len(rows) == len(surfaces) and all(row.shape[1:] == shape for row in rows):
-            data[key] = np.concatenate(rows)
-    mesh = to_polydata(
-        np.concatenate([surface.points for surface in surfaces]),
-        np.concatenate([surface.regular_faces + start for surface, start in zip(surfaces, starts, strict=True)]),
-        data,
-    )
+    names = []
+    for name in dict.fromkeys(name for surface in surfaces for name in surface.point_data):
+        known = [surface.point_data[name].shape[1:] for surface in surfaces if name in surface.point_data]
+        if len(set(known)) == 1 and (len(known) == len(surfaces) or name in MISSING):
+            names.append(name)
+    mesh = joined(surfaces, names, MISSING)
     owner, start = [], 0
     for surface in surfaces:
         own = np.asarray(surface.cell_data.get(MESH, np.zeros(surface.n_cells, np.int64)))
@@ -183,9 +171,9 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
         rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]
         set_texture(mesh, np.concatenate(rows))
     if any(IMAGE in surface.cell_data for surface in surfaces):
-        names = [np.array([*images_of(s), ""]) for s in surfaces]
+        images = [np.array([*images_of(s), ""]) for s in surfaces]
         numbered = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
-        set_images(mesh, np.concatenate([own[number] for own, number in zip(names, numbered, strict=True)]))
+        set_images(mesh, np.concatenate([own[number] for own, number in zip(images, numbered, strict=True)]))
     return mesh
 
 
@@ -220,7 +208,8 @@ def _colours(values: np.ndarray) -> np.ndarray:
 def from_dataset(data: Any, name: str) -> pv.PolyData:
     """Triangles of any data set that holds one surface; `name` is for errors."""
     if isinstance(data, pv.MultiBlock):
-        blocks = [(path, block) for path, block in _leaves(data) if _count_faces(block)]
+        leaves = data.recursive_iterator("items", prepend_names=True, separator="/")
+        blocks = [(path, block) for path, block in leaves if _count_faces(block)]
         if not blocks:
             raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
         return merged_surfaces([from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
@@ -256,16 +245,6 @@ def _known_cell_data(data: pv.PolyData, count: int) -> dict[str, np.ndarray]:
         known.pop(IMAGE, None)
     kinds = {CORNERS: ((count, 6), "f"), IMAGE: ((count,), "iu"), MESH: ((count,), "iu")}
     return {key: a for key, a in known.items() if a.shape == kinds[key][0] and a.dtype.kind in kinds[key][1]}
-
-
-def _leaves(data: pv.MultiBlock, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the blocks that are no multi-blocks themselves, with their paths."""
-    for number, (key, block) in enumerate(zip(data.keys(), data, strict=True)):
-        path = f"{prefix}{key or number}"
-        if isinstance(block, pv.MultiBlock):
-            yield from _leaves(block, f"{path}/")
-        else:
-            yield path, block
 
 
 def _count_faces(data: Any) -> int:
@@ -334,3 +313,26 @@ def _triangles(mesh: pv.PolyData) -> np.ndarray:
     ends, vertices = vtk_to_numpy(polys.GetOffsetsArray()), vtk_to_numpy(polys.GetConnectivityArray())
     split = polygon_triangles(np.asarray(mesh.points, dtype=np.float64)[vertices], np.diff(ends))
     return np.array(vertices[split], dtype=np.int64)
+
+
+# --- colours as glTF and USD store them ------------------------------------------------------------------------
+
+
+def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
+    linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
+    share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
+
+
+def linear_light(colours: npt.NDArray[np.uint8]) -> Array:
+    """Linear light (n, 3), from 0 to 1, of colours in sRGB: the inverse of :func:`srgb`.
+
+    Examples
+    --------
+    >>> greys = np.arange(256, dtype=np.uint8)[:, None].repeat(3, axis=1)
+    >>> bool((srgb(linear_light(greys)) == greys).all())
+    True
+    """
+    share = colours / 255.0
+    return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)

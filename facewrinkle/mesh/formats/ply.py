@@ -14,8 +14,7 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...files import bytes_of
-from .materials import image_place
-from .polygons import Polygons, check_vertices, strip_triangles, textured
+from .polygons import Polygons, check_vertices, image_place, strip_triangles, textured
 
 NUMBERS = {
     name: kind

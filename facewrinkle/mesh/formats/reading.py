@@ -16,7 +16,7 @@ from ...errors import MeshError
 from ...files import check_file, check_inside, opened, reading, text_of
 from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
 from .gltf import read_gltf_file
-from .merging import from_dataset, from_polygons, from_primitives
+from .merging import from_dataset, from_polygons, merged_primitives
 from .ply import read_ply
 from .polygons import read_obj, read_off, read_stl
 from .probing import OF_VTK, probe
@@ -146,9 +146,9 @@ def _read_by_ending(path: Path) -> pv.PolyData:
         case ".ply":
             return from_polygons(read_ply(path), path.name)
         case ending if ending in GLTF:
-            return from_primitives(read_gltf_file(path), path)
+            return merged_primitives(read_gltf_file(path), path)[0]
         case ending if ending in USD:
-            return from_primitives(read_usd_file(path), path)
+            return merged_primitives(read_usd_file(path), path)[0]
         case ending if ending in OF_VTK:
             return _without_images(from_dataset(_read_with_vtk(path), path.name))
     if path.suffix == ".face":
@@ -197,8 +197,8 @@ def _check_pieces(path: Path) -> None:
 
 def _is_empty(data: Any) -> bool:
     if isinstance(data, pv.MultiBlock):
-        return all(_is_empty(block) for block in data)
-    return data is None or (isinstance(data, pv.DataSet) and data.n_points == 0)
+        return next(data.recursive_iterator(skip_none=True, skip_empty=True), None) is None
+    return isinstance(data, pv.DataSet) and data.n_points == 0
 
 
 def _from_trimesh(source: Any) -> pv.PolyData:

@@ -15,8 +15,7 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, reading
-from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, images_of
-from ..seams import corner_texture
+from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, corner_texture, images_of
 from .gltf import Document
 from .merging import set_texture
 from .reading import GLTF, MeshLike, read_surface

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import MeshError, missing_package, warn
 from ...files import check_inside
-from .materials import srgb
+from .merging import srgb
 from .polygons import Primitive, polygon_triangles
 from .probing import probe
 
