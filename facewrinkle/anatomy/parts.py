@@ -58,11 +58,8 @@ BALL_BREADTH = 1.2
 
 # --- It belongs to the mouth: teeth, gums, tongue (teeth, unless it is a tongue) ---------------------------
 
-MOUTH_HALF_WIDTH, MOUTH_HALF_HEIGHT = 0.55, 0.5
-"""Its middle lies within these of the middle of the mouth (0.37 and 0.23)."""
-
-MOUTH_BACK, MOUTH_FRONT = -1.2, 0.05
-"""Its middle lies between these, forward of the middle of the mouth (-0.67 to -0.12)."""
+MOUTH_BOX = np.array([[-0.55, -0.5, -1.2], [0.55, 0.5, 0.05]])
+"""Its middle lies between these [left, up, forward] of the middle of the mouth (0.37, 0.23, -0.67 to -0.12)."""
 
 MOUTH_FOREMOST = 0.25
 """No point of it lies farther in front of the mouth, as glasses and a fringe do (-0.05)."""
@@ -278,12 +275,9 @@ def _is_strand(points: Array) -> bool:
 
 
 def _is_in_mouth(low: Array, high: Array, mouth: Array) -> bool:
-    aside, above, ahead = 0.5 * (low + high) - mouth
-    return bool(
-        (abs(aside) < MOUTH_HALF_WIDTH and abs(above) < MOUTH_HALF_HEIGHT and MOUTH_BACK < ahead < MOUTH_FRONT)
-        and high[2] < mouth[2] + MOUTH_FOREMOST
-        and (high - low).max() < MOUTH_EXTENT
-    )
+    middle = 0.5 * (low + high) - mouth
+    inside = (MOUTH_BOX[0] < middle).all() and (middle < MOUTH_BOX[1]).all()
+    return bool(inside and high[2] < mouth[2] + MOUTH_FOREMOST and (high - low).max() < MOUTH_EXTENT)
 
 
 def _is_tongue(low: Array, high: Array, mouth: Array) -> bool:

@@ -103,7 +103,7 @@ def degenerate(points: Array, triangles: IntArray) -> BoolArray:
 
 def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
     """Keep each triangle once, by the positions of its corners, so that two sheets back to back become one."""
-    places = _places(mesh.points, np.arange(len(mesh.points)))[mesh.triangles]
+    places = _numbered(mesh.points)[0][mesh.triangles]
     first = _numbered(np.sort(places, axis=1))[1]
     count = len(mesh.triangles)
     flat = (places == np.roll(places, 1, axis=1)).any(axis=1)  # these are not duplicates of each other
@@ -112,14 +112,6 @@ def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
     if kept.all():
         return mesh
     return mesh.only(kept).reported(f"Dropped duplicate triangles: {count - kept.sum()} of {count}.")
-
-
-def _places(points: Array, which: IntArray) -> IntArray:
-    """Number the positions of the points `which`, with equal numbers where they coincide; (n,), -1 for other points."""
-    place = np.full(len(points), -1)
-    if len(which):
-        place[which] = _numbered(points[which])[0]
-    return place
 
 
 def _numbered(rows: NDArray[np.generic]) -> tuple[IntArray, IntArray]:
@@ -216,23 +208,19 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | 
     those of two of the `meshes` (m,) of the source.
     """
     edges, sides = topology.unique_edges(mesh.triangles)
-    border = edges[np.bincount(sides.ravel()) == 1].astype(np.int64)
+    single = np.bincount(sides.ravel()) == 1
+    border = edges[single].astype(np.int64)
     if not len(border):
         return mesh
     where = mesh.points if moved is None else np.hstack([mesh.points, moved[mesh.origin]])
-    place = _near_places(where, np.unique(border))
-    ends = place[border]
+    ends = _near_places(where, np.unique(border))[border]
     turned = ends[:, 0] > ends[:, 1]
     border[turned], ends[turned] = border[turned][:, ::-1], ends[turned][:, ::-1]
-    owner = np.zeros(len(border), np.int64) if meshes is None else meshes[mesh.corners[_only_triangle(sides), 0] // 3]
-    group, _ = _numbered(np.column_stack([ends, owner]))
-    count = np.bincount(group)
-    group = group.ravel()
-    shared = (count[group] > 1) & (ends[:, 0] != ends[:, 1])
-    order = np.flatnonzero(shared)[np.argsort(group[shared], kind="stable")]
-    after = group[order][1:] == group[order][:-1]
-    one, other = border[order][:-1][after], border[order][1:][after]
-    pairs = np.concatenate([np.stack([one[:, k], other[:, k]], axis=1) for k in (0, 1)])
+    corner = np.empty(len(edges), np.int64)
+    corner[sides.ravel()] = np.repeat(mesh.corners[:, 0], 3)  # of a triangle at each edge
+    owner = np.zeros(len(border), np.int64) if meshes is None else meshes[corner[single] // 3]
+    group, first = _numbered(np.column_stack([ends, owner]))
+    pairs = np.stack([border[first[group]], border], axis=2)[ends[:, 0] != ends[:, 1]].reshape(-1, 2)
     pairs = pairs[pairs[:, 0] != pairs[:, 1]]
     if not len(pairs):
         return mesh
@@ -242,15 +230,10 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | 
     return mesh.reported(f"Joined points at which the mesh was split along seams: {merged} of {before}.")
 
 
-def _only_triangle(sides: NDArray[np.int32]) -> IntArray:
-    """Return the triangle of each border edge, in the order of the edges."""
-    border = np.bincount(sides.ravel()) == 1
-    triangle, side = np.nonzero(border[sides])
-    return np.asarray(triangle[np.argsort(sides[triangle, side])], np.int64)
-
-
 def _near_places(points: Array, which: IntArray) -> IntArray:
-    """Like `_places`, with equal numbers also where points differ by rounding."""
+    """Number the positions of the points `which`, with equal numbers where they coincide but for rounding; (n,), -1 for
+    other points.
+    """
     place = np.full(len(points), -1)
     radius = ROUNDING * float(np.abs(points[which]).max())
     pairs = cKDTree(points[which]).query_pairs(radius, output_type="ndarray")
@@ -373,7 +356,7 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     return np.asarray(np.bincount(np.concatenate([t[folded], u[folded]]), minlength=len(triangles)) >= 2)
 
 
-def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
+def unfolded(mesh: RepairedMesh) -> RepairedMesh:
     """Lay triangles that are turned over flat: their points move to the mean of their neighbours.
 
     Points on borders stay where they are; so do triangles that have no others.
@@ -386,7 +369,7 @@ def unfolded(mesh: RepairedMesh, rounds: int = 8) -> RepairedMesh:
     edges, sides = topology.unique_edges(mesh.triangles)
     border = np.zeros(len(points), bool)
     border[edges[np.bincount(sides.ravel()) == 1]] = True
-    for _ in range(rounds):
+    for _ in range(8):
         moved = np.unique(mesh.triangles[over])
         moved = moved[~border[moved]]
         if not len(moved):
