@@ -190,12 +190,8 @@ def _best_rolls(
         for a in range(axes.shape[1]):
             _polar_map(around, noses[k], axes[k, a], radius, heights)
             values = _mismatch(heights, template, weights, cap, missing)
-            even = 2 * np.argmin(values[::2])
-            best = even
-            for turn in (even - 1, even + 1):
-                if values[turn] < values[best]:
-                    best = turn
-            cost[k, a], roll[k, a] = values[best], best
+            roll[k, a] = np.argmin(values)
+            cost[k, a] = values[roll[k, a]]
     return cost, roll
 
 

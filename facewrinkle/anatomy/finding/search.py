@@ -10,13 +10,12 @@ from contextlib import suppress
 from itertools import chain
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
-from ...mesh.repair.topology_repair import areas_doubled
+from ...mesh.repair.topology_repair import areas_doubled, votes_of
 from ...progress import Progress
 from ..landmarks import REFUSED
 from .candidates import SAMPLES, SIZES, candidates, distinct
@@ -261,7 +260,5 @@ def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
     x, y = np.meshgrid(FINE.x, FINE.y)
     shown = surface.weight > 0.5
     places = np.column_stack([x[shown], y[shown], surface.depth[shown]])
-    used, first = np.unique(triangles[proper], return_index=True)
-    nearest = cKDTree(local[used]).query(places)[1]
-    votes = np.bincount(label[first[nearest] // 3], minlength=label.max() + 1)
+    votes = votes_of(local, triangles[proper], label, places)
     return triangles[proper[label == np.argmax(votes)]]

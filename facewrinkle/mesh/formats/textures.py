@@ -53,7 +53,7 @@ def as_texture(image: object) -> Image:
     from PIL import Image as Pillow
 
     if isinstance(image, str | Path):
-        return image_of_file(Path(os.path.expanduser(image)))
+        image = image_of_file(Path(os.path.expanduser(image)))
     if isinstance(image, pv.Texture):
         image = image.to_array()
     elif isinstance(image, Pillow.Image):
@@ -169,17 +169,17 @@ def _opened(source: str) -> Image:
     file, _, number = source.rpartition("#")
     if number.isdigit() and Path(file).suffix.lower() in GLTF:
         with reading(Path(file)):
-            return decoded(Document(Path(file)).image(int(number)), _short(source), alpha=True)
+            return decoded(Document(Path(file)).image(int(number)), _short(source))
     package, _, name = source.removesuffix("]").partition("[")
     if source.endswith("]") and package.lower().endswith(".usdz"):
         try:
             with ZipFile(package) as archive:
-                return decoded(archive.read(name), name, alpha=True)
+                return decoded(archive.read(name), name)
         except (OSError, KeyError, BadZipFile) as problem:
             raise MeshError(f"{Path(package).name} does not hold the image {name!r} ({problem}).") from None
     if not Path(source).is_file():
         raise MeshError(f"the image {_short(source)!r} is not there. Put it beside the mesh.")
-    return image_of_file(Path(source), alpha=True)
+    return image_of_file(Path(source))
 
 
 def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
@@ -256,13 +256,13 @@ def _padded(image: Image, channels: int) -> Image:
     return np.pad(image, ((BORDER, BORDER), (BORDER, BORDER), (0, 0)), mode="edge")
 
 
-def image_of_file(path: Path, *, alpha: bool = False) -> Image:
-    """Read an image file as (h, w, 3), or as (h, w, 4) if it is transparent and `alpha` is set."""
+def image_of_file(path: Path) -> Image:
+    """Read an image file as (h, w, 3), or as (h, w, 4) if it is transparent."""
     check_file(path)
-    return decoded(bytes_of(path), path.name, alpha=alpha)
+    return decoded(bytes_of(path), path.name)
 
 
-def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
+def decoded(data: bytes, name: str) -> Image:
     """Decode the bytes of an image, as `image_of_file` does."""
     from PIL import Image as Pillow
     from PIL import UnidentifiedImageError
@@ -275,7 +275,7 @@ def decoded(data: bytes, name: str, *, alpha: bool = False) -> Image:
                     f"the image {name} has {width} x {height} pixels. At most {LARGEST_SIDE} are allowed along a side, "
                     f"and {Pillow.MAX_IMAGE_PIXELS} in all: make it smaller."
                 )
-            mode = "RGBA" if alpha and image.has_transparency_data else "RGB"
+            mode = "RGBA" if image.has_transparency_data else "RGB"
             return np.array(_in_eight_bits(image).convert(mode))
     except MeshError:
         raise

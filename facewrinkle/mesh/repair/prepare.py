@@ -15,7 +15,7 @@ from ...geometry import topology
 from ...geometry.sampling import triangle_samples
 from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
 from ..formats.reading import MeshLike, read_surface
-from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, merged_points, unfolded
+from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, merged_points, unfolded, votes_of
 
 IN_PIECES = 0.5
 """A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
@@ -192,12 +192,9 @@ def _chosen_sheet(
 
 def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> tuple[np.ndarray, str]:
     """Votes for each sheet (the number of landmarks nearest to it, or its area), and the reason for the choice."""
-    count = int(label.max()) + 1
     if near is None:
-        return np.bincount(label, areas_doubled(whole.points, whole.triangles), count), "the one with the largest area"
-    used, first = np.unique(whole.triangles, return_index=True)
-    nearest = cKDTree(whole.points[used]).query(near)[1]
-    votes = np.bincount(label[first[nearest] // 3], minlength=count)
+        return np.bincount(label, areas_doubled(whole.points, whole.triangles)), "the one with the largest area"
+    votes = votes_of(whole.points, whole.triangles, label, near)
     return votes, f"nearest to {votes.max()} of {len(near)} landmarks"
 
 

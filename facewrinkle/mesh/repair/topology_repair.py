@@ -91,6 +91,13 @@ def areas_doubled(points: Array, triangles: IntArray) -> Array:
     return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
 
 
+def votes_of(points: Array, triangles: IntArray, label: IntArray, places: Array) -> IntArray:
+    """The number of places (n, 3) whose nearest points belong to the triangles of each label (m,)."""
+    used, first = np.unique(triangles, return_index=True)
+    nearest = cKDTree(points[used]).query(places)[1]
+    return np.bincount(label[first[nearest] // 3], minlength=int(label.max()) + 1)
+
+
 def degenerate(points: Array, triangles: IntArray) -> BoolArray:
     """True (m,) for triangles without area."""
     corners = points[triangles]
