@@ -55,23 +55,17 @@ export class Overlay {
     const dot = drawn("circle", { class: kind, r: kind === "placed" ? 6 : 4, tabindex: 0, role: "button", "aria-label": `${label}. Arrow keys move it.` });
     dot.dataset.handle = name;
     const handle = { name, where, dot, patch, label };
-    dot.addEventListener("pointerdown", (event) => {
-      event.preventDefault();
-      dot.setPointerCapture(event.pointerId);
-      this.dragged = handle;
-    });
-    dot.addEventListener("pointermove", (event) => { if (this.dragged === handle) this.move(handle, event.clientX, event.clientY); });
-    dot.addEventListener("pointerup", () => this.drop(handle));
-    dot.addEventListener("pointercancel", () => { this.dragged = handle.hit = null; this.follow(); });
-    dot.addEventListener("keydown", (event) => {
-      const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
-      if (!by) return;
-      event.preventDefault();
-      event.stopPropagation();
-      const box = this.view.canvas.getBoundingClientRect(), step = event.shiftKey ? 8 : 2;
-      this.move(handle, box.left + handle.x + step * by[0], box.top + handle.y + step * by[1]);
-      clearTimeout(this.later);
-      this.later = setTimeout(() => this.drop(handle), 400);
+    draggable(dot, name, {
+      taken: (event) => { event.preventDefault(); return (this.dragged = handle); },
+      drag: (event) => this.move(handle, event.clientX, event.clientY),
+      dropped: () => this.drop(handle),
+      keys: { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] },
+      press: (event, [x, y]) => {
+        const box = this.view.canvas.getBoundingClientRect(), step = event.shiftKey ? 8 : 2;
+        this.move(handle, box.left + handle.x + step * x, box.top + handle.y + step * y);
+        clearTimeout(this.later);
+        this.later = setTimeout(() => this.drop(handle), 400);
+      },
     });
     return this.namedOn(handle);
   }

@@ -21,7 +21,7 @@ export function draggable(target, name, { taken, drag, dropped = () => {}, keys 
     event.stopPropagation();
     if (!again) begin(event);
     last = event.timeStamp;
-    press(by, gesture, again);
+    press(event, by, gesture, again);
   });
 }
 

@@ -41,7 +41,7 @@ export function pull(overlay, name, where) {
       set(weight + ((event.clientX - x) * way.x + (event.clientY - y) * way.y) / (way.x * way.x + way.y * way.y), gesture),
     dropped: () => { overlay.dragged = null; overlay.follow(); },
     keys: { ArrowUp: 0.05, ArrowRight: 0.05, ArrowDown: -0.05, ArrowLeft: -0.05, Delete: -1, Backspace: -1, Home: -1, End: 1 },
-    press: (by, gesture, again) => set((again ? asked : handle.weight()) + by, gesture),
+    press: (event, by, gesture, again) => set((again ? asked : handle.weight()) + by, gesture),
   });
   return handle;
 }

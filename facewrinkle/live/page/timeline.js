@@ -82,7 +82,7 @@ export class Timeline {
       taken: (event) => ({ x: event.clientX, from: key() }),
       drag: (event, { x, from }, gesture) => change(act(from, ((event.clientX - x) / svg.getBoundingClientRect().width) * this.length, 0), gesture),
       keys: { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.05], ArrowDown: [0, -0.05] },
-      press: (by, gesture) => change(act(key(), ...by), gesture),
+      press: (event, by, gesture) => change(act(key(), ...by), gesture),
     });
     moves(svg, (from, by, more) => shifted({ ...from, weight: Math.round(100 * Math.max(0.05, Math.min(1, from.weight + more))) / 100 }, by));
     const corners = TIMES.map((which) => {
