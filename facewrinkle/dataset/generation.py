@@ -5,17 +5,20 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from socket import gethostname
-from typing import Any
+from typing import Annotated, Any
 
 try:
     import fcntl
 except ImportError:  # Windows, where runs are not kept apart
     fcntl = None  # type: ignore[assignment]
+
+import msgspec
+from msgspec import Meta, Struct, to_builtins
 
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
@@ -33,6 +36,16 @@ RUNNING = ".running"
 """The file in the folder of a set that a run holds as long as it lasts."""
 
 Progress = Callable[[int], None]
+
+
+class State(Struct):
+    """What the folder of a set says about it: digest, version and code of :class:`Spec`, number of samples."""
+
+    digest: str
+    version: str
+    code: str
+    count: Annotated[int, Meta(ge=1)]
+    spec: dict[str, Any]
 
 
 def generate(
@@ -165,50 +178,41 @@ def _alone(folder: Path) -> Iterator[None]:
 
 def _begin(folder: Path, spec: Spec, count: int) -> None:
     """Refuse a folder that holds something else; leave a note which set this one will hold."""
-    if not (folder / STATE).exists():
-        if any(path.name != RUNNING for path in folder.iterdir()):
-            raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
-        _state(folder, spec, count)
-        return
-    known = read_state(folder)
-    if known["code"] != code_digest():
+    if (folder / STATE).exists():
+        _check_same(read_state(folder), folder, spec, count)
+    elif any(path.name != RUNNING for path in folder.iterdir()):
+        raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
+    state = to_builtins(State(spec.digest, __version__, code_digest(), count, spec.written))
+    with written(folder / STATE) as partial:
+        partial.write_text(json.dumps(state, indent=1), encoding="utf-8")
+
+
+def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
+    """Raise an OutputError if the set in a folder is not the one that is to be made."""
+    if known.code != code_digest():
         raise OutputError(
-            f"{str(folder)!r} holds a set that other code of facewrinkle began (version {known['version']}, code "
-            f"{known['code']}; this is {__version__}, {code_digest()}), and one set must be of one code. Name a new "
+            f"{str(folder)!r} holds a set that other code of facewrinkle began (version {known.version}, code "
+            f"{known.code}; this is {__version__}, {code_digest()}), and one set must be of one code. Name a new "
             "folder, or go on with the code of before."
         )
-    if known["digest"] != spec.digest:
+    if known.digest != spec.digest:
         raise OutputError(
             f"{str(folder)!r} holds a set of another specification. Name a new folder, or go on with the specification "
             f"in its {STATE}."
         )
-    if count < known["count"] or (count > known["count"] and known["count"] % spec.shard):
+    if count < known.count or (count > known.count and known.count % spec.shard):
         raise OutputError(
-            f"{str(folder)!r} holds a set of {known['count']} samples. Go on with the same count, or with a larger one "
+            f"{str(folder)!r} holds a set of {known.count} samples. Go on with the same count, or with a larger one "
             f"if all shards of {spec.shard} are full."
         )
-    _state(folder, spec, count)
 
 
-def read_state(folder: Path) -> dict[str, Any]:
+def read_state(folder: Path) -> State:
     """Return what a folder says about the set in it."""
     try:
-        state = json.loads((folder / STATE).read_text(encoding="utf-8"))
-        return {
-            "digest": str(state["digest"]),
-            "version": str(state["version"]),
-            "code": str(state.get("code", "unknown")),
-            "count": int(state["count"]),
-            "spec": state["spec"],
-        }
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return msgspec.json.decode((folder / STATE).read_bytes(), type=State)
+    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
-
-
-def _state(folder: Path, spec: Spec, count: int) -> None:
-    state = {"digest": spec.digest, "version": __version__, "code": code_digest(), "count": count, "spec": spec.written}
-    with written(folder / STATE) as partial:
-        Path(partial).write_text(json.dumps(state, indent=1, default=str), encoding="utf-8")
 
 
 def _distribute(
@@ -216,30 +220,28 @@ def _distribute(
 ) -> None:
     """Make shards at once; when one fails, the others are finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    outcomes = (
-        _by_processes(spec, shards, folder, workers) if scheduler is None else _by_dask(spec, shards, folder, scheduler)
-    )
     reason = ""
-    for shard, problem in outcomes:
-        if problem:
-            reason = problem
-        else:
-            report(shard.last - shard.first)
+    with _pool(min(workers, len(shards)), scheduler) as pool:
+        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
+        for future in as_completed(futures):
+            if future.cancelled():
+                reason = "the scheduler was lost"
+            elif problem := future.exception():
+                reason = str(problem).rstrip(".")
+            else:
+                report(futures[future].last - futures[future].first)
     if reason:
         missing = sum(not shard.done(folder) for shard in shards)
         raise FaceWrinkleError(f"{missing} of {len(shards)} shards are missing: {reason}. Run the same again to go on.")
 
 
-def _by_processes(spec: Spec, shards: list[Shard], folder: Path, workers: int) -> Iterator[tuple[Shard, str]]:
-    """Make shards by processes here, and yield each with what went wrong."""
-    with ProcessPoolExecutor(min(workers, len(shards)), get_context("spawn")) as pool:  # VTK does not get over a fork
-        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
-        for future in as_completed(futures):
-            yield futures[future], str(future.exception() or "").rstrip(".")
-
-
-def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> Iterator[tuple[Shard, str]]:
-    """Make shards by the workers of a scheduler, and yield each with what went wrong."""
+@contextmanager
+def _pool(workers: int, scheduler: str | None) -> Iterator[Executor]:
+    """Yield what runs functions elsewhere: processes here, or the workers of a scheduler."""
+    if scheduler is None:
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:  # VTK does not get over a fork
+            yield pool
+        return
     try:
         import distributed
     except ImportError:
@@ -252,11 +254,7 @@ def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> I
             "that it is running: dask scheduler."
         ) from None
     with client:
-        inside = is_inside_only()
-        futures = {client.submit(_made, spec, shard, folder, inside, pure=False): shard for shard in shards}
-        for future in distributed.as_completed(futures):
-            failed = str(future.exception()) if future.status == "error" else "the scheduler was lost"
-            yield futures[future], "" if future.status == "finished" else failed
+        yield client.get_executor(pure=False)
 
 
 def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:

@@ -221,13 +221,21 @@ class SampleMaker:
             tears = self._tears(simulation.face, plan, frame, time)
             image, labels, facts = self._drawn(simulation, plan, frame, tears, tracker)
             rates = dict(zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True))
-            facts |= {"plan": asdict(plan), "person": asdict(person), "refused": refused}
-            facts |= {"contractions": {name: rate for name, rate in rates.items() if rate > 0.0}}
-            facts |= {"size": list(self.spec.size), "unit": simulation.face.unit, "spec": self.spec.digest}
-            facts |= {"steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP}, "parts": list(PARTS)}
-            facts |= {"regions": list(REGIONS)}
-            facts |= {"version": __version__} | ({"frame": number} if clip else {})
-            facts |= {"action_units": action_units_of(simulation, plan.expression)}
+            facts |= {
+                "plan": asdict(plan),
+                "person": asdict(person),
+                "refused": refused,
+                "contractions": {name: rate for name, rate in rates.items() if rate > 0.0},
+                "action_units": action_units_of(simulation, plan.expression),
+                "size": list(self.spec.size),
+                "unit": simulation.face.unit,
+                "steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP},
+                "parts": list(PARTS),
+                "regions": list(REGIONS),
+                "spec": self.spec.digest,
+                "version": __version__,
+            }
+            facts |= {"frame": number} if clip else {}
             mesh = mesh_of(frame) if self.spec.mesh == "npz" else {}
             model = model_of(frame, simulation.face, tears) if self.spec.mesh == "glb" else b""
             made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh, model))

@@ -151,21 +151,22 @@ def failed_in(archive: Path) -> set[int]:
 def row_of(facts: dict[str, Any]) -> dict[str, Any]:
     """Return what the table tells of a picture: numbers to search and to plot by."""
     plan, person, frame = facts["plan"], facts["person"], facts.get("frame")
-    row: dict[str, Any] = {"index": plan["index"], "key": key_of(plan["index"], frame), "person": person["number"]}
-    row["frame"] = frame or 0
-    row["scan"] = -1 if person["scan"] is None else person["scan"]
-    row["expression"] = json.dumps(plan["expression"], sort_keys=True)
-    row["action_units"] = json.dumps(facts["action_units"], sort_keys=True)
-    row["tears"] = plan["tears"] is not None
-    row["attempt"] = plan["attempt"]
-    row |= {f"identity_{name}": value for name, value in person["identity"].items()}
-    row |= {f"gaze_{name}": value for name, value in plan["gaze"].items()}
-    row |= {f"camera_{name}": value for name, value in plan["camera"].items()}
-    row |= {f"light_{name}": value for name, value in plan["lights"].items()}
-    row["furrows"] = len(facts["furrows"])
-    row["deepest"] = max((furrow["depth"] for furrow in facts["furrows"]), default=0.0)
-    row["visible_landmarks"] = sum(landmark["visible"] for landmark in facts["landmarks"].values())
-    return row
+    row = {
+        "index": plan["index"],
+        "key": key_of(plan["index"], frame),
+        "person": person["number"],
+        "frame": frame or 0,
+        "scan": -1 if person["scan"] is None else person["scan"],
+        "expression": json.dumps(plan["expression"], sort_keys=True),
+        "action_units": json.dumps(facts["action_units"], sort_keys=True),
+        "tears": plan["tears"] is not None,
+        "attempt": plan["attempt"],
+        "furrows": len(facts["furrows"]),
+        "deepest": max((furrow["depth"] for furrow in facts["furrows"]), default=0.0),
+        "visible_landmarks": sum(landmark["visible"] for landmark in facts["landmarks"].values()),
+    }
+    drawn = {"identity": person["identity"], "gaze": plan["gaze"], "camera": plan["camera"], "light": plan["lights"]}
+    return row | {f"{group}_{name}": value for group, values in drawn.items() for name, value in values.items()}
 
 
 def write_table(rows: list[dict[str, Any]], path: Path) -> None:

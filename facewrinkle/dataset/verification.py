@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import tarfile
-from collections import Counter
 from collections.abc import Iterator
+from difflib import unified_diff
 from pathlib import Path
 from typing import Any
 
@@ -50,18 +50,18 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     """
     folder, remade = Path(folder).expanduser(), check_whole("remade", remade, 0, 1e6)
     state = read_state(folder)
-    spec, same = Spec.of(state["spec"], folder), state["code"] == code_digest()
-    shards = shards_of(check_whole(f"count in {STATE}", state["count"], 1, 1e12), spec.shard)
-    changed = same and spec.digest != state["digest"]
+    spec, same = Spec.of(state.spec, folder), state.code == code_digest()
+    shards = shards_of(state.count, spec.shard)
+    changed = same and spec.digest != state.digest
     known = {path for shard in shards for path in shard.paths(folder)}
     extra = {*folder.glob("shard-*.tar"), *folder.glob("index/[!.]*")} - known
     problems = ["its specification is not that of the set"] if changed else []
     yield STATE, problems + [f"{path.name} is no shard or table of the set" for path in sorted(extra)]
     for shard in shards:
-        yield f"{shard.name}.tar", _problems(shard, folder, spec, state["digest"])
+        yield f"{shard.name}.tar", _problems(shard, folder, spec, state.digest)
     if remade:
-        other = f"the set was made by other code ({state['code']}; this is {code_digest()}): they cannot be compared"
-        yield "samples made again", _differences(spec, folder, state["count"], remade) if same else [other]
+        other = f"the set was made by other code ({state.code}; this is {code_digest()}): they cannot be compared"
+        yield "samples made again", _differences(spec, folder, state.count, remade) if same else [other]
 
 
 def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
@@ -74,10 +74,11 @@ def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
         failed, rows = failed_in(archive), rows_of(table)
     except OutputError as problem:
         return [str(problem)]
-    frames: list[int | None] = [None] if spec.clip.frames == 1 else list(range(spec.clip.frames))
+    frames = range(spec.clip.frames) if spec.clip.frames > 1 else [None]
     wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in failed for frame in frames]
     by_key = {str(row.get("key")): row for row in rows}
-    found, problems = [], []
+    found: list[str] = []
+    problems = []
     try:
         for key, files in stored(archive):
             found.append(key)
@@ -86,13 +87,10 @@ def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
     except (OSError, EOFError, ValueError, tarfile.TarError) as problem:
         problems.append(f"cannot be read after {found[-1] if found else 'its start'} ({type(problem).__name__})")
     for where, keys in (("the shard", found), ("its table", [str(row.get("key")) for row in rows])):
-        if lacking := Counter(wanted) - Counter(keys):
-            problems.append(f"{', '.join(lacking)} missing in {where}")
-        if extra := Counter(keys) - Counter(wanted):
-            problems.append(f"{', '.join(extra)} in {where}: once too often, or of another shard")
-        if not lacking and not extra and keys != wanted:
-            misplaced = ", ".join(key for key, due in zip(keys, wanted, strict=True) if key != due)
-            problems.append(f"{misplaced} out of order in {where}")
+        lines = unified_diff(wanted, keys, n=0, lineterm="")
+        changes = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+        if changes:
+            problems.append(f"{where} lacks (-), or has once too often or elsewhere (+): {', '.join(changes)}")
     return problems
 
 
@@ -100,26 +98,25 @@ def _fault(files: list[tuple[str, bytes]], row: dict[str, Any], shard: str, dige
     """Return what is wrong with a picture, in words; nothing if all is well."""
     if sha256_of(files) != row.get("sha256"):
         return f"is not what was made: its files ({', '.join(ending for ending, _ in files)}) have another SHA-256"
-    try:
-        facts = json.loads(dict(files)["json"])
-        due = row_of(facts) | {"shard": shard, "sha256": row["sha256"]}
-    except Exception as problem:  # whatever they hold
-        return f"has facts that make no sense ({type(problem).__name__})"
-    if facts.get("spec") != digest:
+    facts = json.loads(dict(files)["json"])  # as they were written
+    if facts["spec"] != digest:
         return "is of another set"
+    due = row_of(facts) | {"shard": shard, "sha256": row["sha256"]}
     wrong = sorted(name for name in {*row, *due} if row.get(name) != due.get(name))
     return f"has another {', '.join(wrong)} in the table than in its facts" if wrong else ""
 
 
 def _differences(spec: Spec, folder: Path, count: int, remade: int) -> list[str]:
+    """Return which of some samples, made again, are not as they are stored."""
     try:
         table = read_table(folder, ("index", "key", "sha256"))
     except OutputError:
         return ["a table is damaged: they cannot be compared"]
     known = dict(zip(table["key"], table["sha256"], strict=True))
+    chosen = {round(k) for k in np.linspace(0, count - 1, remade)} & {*table["index"]}
     problems = []
     with SampleMaker(spec) as maker:
-        for index in sorted({round(k) for k in np.linspace(0, count - 1, remade)} & {*table["index"]}):
+        for index in sorted(chosen):
             if any(sha256_of(made.files().items()) != known.get(made.key) for made in maker.pictures(index)):
                 problems.append(f"{index:09d} differs from what is stored")
     return problems
