@@ -14,7 +14,7 @@ from ..files import output_target, written
 from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
-from ..rigging.linear_rig import facts_text, label, report_text
+from ..rigging.linear_rig import facts_text, label
 from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
 from ..rigging.write import write_page, write_rig_files
@@ -151,7 +151,7 @@ def rig(
         )
     if errors or made.drivers or same_mesh:
         with written(folder / f"{stem}.rig.json") as whole:
-            whole.write_text(report_text(made) if errors else facts_text(made), encoding="utf-8")
+            whole.write_text(facts_text(made, errors), encoding="utf-8")
         files.append(folder / f"{stem}.rig.json")
     names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
     rows[f"files in {folder}"] = "\n".join(names)

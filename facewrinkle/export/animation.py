@@ -25,7 +25,7 @@ from ..tears.drop import Sampled
 from ..tears.presets import Tear
 from .gltf import gltf
 from .meshes import part_models, upright_rotation, write_mesh
-from .model import Model, Morphs, WeightTrack, part_model, skin_model
+from .model import Model, Morphs, WeightTrack, is_hair, part_model, skin_model
 from .usd import SUFFIXES as USD
 from .usd import write_usd
 
@@ -52,9 +52,6 @@ TURN = 0.01
 
 THIN = 0.02
 """The largest distance of a point of a tear, whose film is three times as thick, from where it should be, mm."""
-
-FREE = ("brows", "lashes")
-"""Parts, by the first word of their names, that go along, and whose hairs may be farther off: folds toss them about."""
 
 
 def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
@@ -293,7 +290,7 @@ class AnimationWriter:
             tracks[name] = first.astype(np.float32), second.astype(np.float32)
         names = list(models)
         ways = {name: tracks[name][0] - models[name].points.astype(np.float32) for name in names}
-        bound = [name for name in names if name.split("_")[0] not in FREE]
+        bound = [name for name in names if not is_hair(name)]
         allowed = self.error / self.face.unit
         weights, targets = principal_targets(np.concatenate([ways[name] for name in bound], axis=1), allowed)
         self.targets = len(targets)
@@ -301,8 +298,8 @@ class AnimationWriter:
         labels = [f"motion_{k}" for k in range(self.targets)]
         morphs, start = {}, 0
         for name in names:
-            model, hair = models[name], name not in bound
-            if hair:
+            model = models[name]
+            if is_hair(name):
                 own = np.tensordot(inverse, ways[name], axes=1)
                 own *= np.linalg.norm(own, axis=2, keepdims=True) > 0.1 * allowed
                 morphs[name] = Morphs(labels, own, np.zeros_like(own))

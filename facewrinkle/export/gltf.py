@@ -97,7 +97,7 @@ class _File:
         return self.add("bufferViews", view if target is None else view | {"target": target})
 
     def accessor(
-        self, values: np.ndarray, *, target: int = VERTICES, normalized: bool = False, bounded: bool = False
+        self, values: np.ndarray, *, target: int | None = VERTICES, normalized: bool = False, bounded: bool = False
     ) -> int:
         """Append the rows of an array, shape (count, width); returns the number of the accessor."""
         entry: dict[str, Any] = {
@@ -228,23 +228,17 @@ class _File:
         for node, track in moving:
             if id(track) not in samplers:
                 samplers[id(track)] = len(animation["samplers"])
-                times, weights = track.times.astype("<f4"), track.weights.astype("<f4").ravel()
-                bounds = {"min": [float(times.min())], "max": [float(times.max())]}
+                times, weights = (each.astype("<f4").reshape(-1, 1) for each in (track.times, track.weights))
                 animation["samplers"].append(
                     {
-                        "input": self._numbers(times, bounds),
-                        "output": self._numbers(weights),
+                        "input": self.accessor(times, target=None, bounded=True),
+                        "output": self.accessor(weights, target=None),
                         "interpolation": "LINEAR",
                     }
                 )
             target = {"node": node, "path": "weights"}
             animation["channels"].append({"sampler": samplers[id(track)], "target": target})
         self.add("animations", animation)
-
-    def _numbers(self, values: npt.NDArray[np.float32], bounds: Mapping[str, Any] | None = None) -> int:
-        """Append an accessor of numbers."""
-        view = {"bufferView": self.view(values.tobytes()), "componentType": 5126, "count": len(values)}
-        return self.add("accessors", {**view, "type": "SCALAR", **(bounds or {})})
 
     def binary(self) -> bytes:
         """Return the file as GLB: a header, the JSON, and the buffer."""

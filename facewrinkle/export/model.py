@@ -102,6 +102,17 @@ class WeightTrack:
     name: str = "animation"
 
 
+def is_hair(name: str) -> bool:
+    """Return True for the name of brows or lashes, painted or the face's own: folds toss their many hairs about.
+
+    Examples
+    --------
+    >>> is_hair("lashes_l"), is_hair("upper_teeth")
+    (True, False)
+    """
+    return name.split("_")[0] in ("brows", "lashes")
+
+
 def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
     """Return the skin of a frame, with the texture of its face."""
     shaded = with_normals(frame)

@@ -13,7 +13,7 @@ from ..anatomy.face import Face
 from ..appearance.seen import companion_meshes
 from ..array_types import Array, Single
 from ..export.animation import rest_models
-from ..export.model import Model, Morphs, part_model
+from ..export.model import Model, Morphs, is_hair, part_model
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from ..layers.base import Layer
@@ -113,10 +113,6 @@ moves, but its normal turns.
 TURN = 0.03
 """Normals that turn by less, in radians, are left as they are."""
 
-HAIRY = ("lashes", "brows")
-"""Parts, by the first word of their names, whose normals stay: how a hair shines does not tell how it lies."""
-
-
 HALF_OFF, HALF_SHARE = 0.3, 0.05
 """A shape gets an in-between for its half way if half of it is farther than this from the half way of the simulation,
 mm, on any mesh but hairs; or on average over the skin by more than this share of the motion.
@@ -203,7 +199,7 @@ def halfway_fields(
     for part, (moved, turned) in fields.items():
         lack[part][0][:] -= np.float32(0.5) * moved
         lack[part][1][:] -= np.float32(0.5) * turned
-    seen = [part for part in lack if part.split("_")[0] not in HAIRY]
+    seen = [part for part in lack if not is_hair(part)]
     off = np.max([np.linalg.norm(lack[part][0], axis=2).max(axis=1) for part in seen], axis=0) * unit
     way, left = (np.linalg.norm(each["face"][0], axis=2) * unit for each in (fields, lack))
     moving = way > 2.0 * CUT
@@ -236,7 +232,7 @@ def morphs_of(
     """Return morph targets that end where nothing moves."""
     out = {}
     for part, (deltas, normals) in fields.items():
-        cut = (HAIR_CUT if part.split("_")[0] in HAIRY else CUT) / baker.face.unit
+        cut = (HAIR_CUT if is_hair(part) else CUT) / baker.face.unit
         triangles, bent = baker.models[part].triangles, {}
         shown = faded(deltas, kept_normals(part, normals), triangles, cut)
         for name, lack in bends.items():
@@ -247,8 +243,11 @@ def morphs_of(
 
 
 def kept_normals(part: str, normals: Single) -> Single:
-    """Return the changes of normals (k, n, 3) that can be seen; the others are 0."""
-    if part.split("_")[0] in HAIRY:
+    """Return the changes of normals (k, n, 3) that can be seen; the others are 0.
+
+    Those of hairs stay: how a hair shines does not tell how it lies.
+    """
+    if is_hair(part):
         return np.zeros_like(normals)
     return np.where((normals**2).sum(axis=2, keepdims=True) > TURN**2, normals, np.float32(0.0))
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import pyvista as pv
@@ -35,16 +35,11 @@ from .shapes import Shape, shapes_of
 
 Wrinkling = Literal["baked", "separate", "maps", "none"]
 
-WRINKLING = ("baked", "separate", "maps", "none")
-
 MOST_PAIRS = 200
 """The most pairs of shapes that may be corrected."""
 
 LEVEL, FINEST = 2, 5
 """The usual and the highest level of refinement."""
-
-BOTH_WAYS = ("browInnerUp", "cheekPuff")
-"""Shapes of both sides that other tools divide."""
 
 MIXTURES: tuple[Mapping[str, float], ...] = (
     {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 1.0, "cheekSquintRight": 1.0},
@@ -277,24 +272,23 @@ class Rig:
         return [(weights, self.error(weights)) for weights in self.mixtures]
 
 
-def report_text(rig: Rig) -> str:
-    """Return the errors of a rig as JSON: of each shape and common mixture, in mm, with the mean way of the skin."""
-    errors = [
-        {
-            "weights": dict(weights),
-            "mean_mm": round(found.mean, 4),
-            "largest_mm": round(found.largest, 4),
-            "motion_mm": round(found.motion, 4),
-        }
-        for weights, found in rig.report
-    ]
-    return facts_text(rig, errors=errors)
+def facts_text(rig: Rig, errors: bool = False) -> str:
+    """Return as JSON which targets a rig has, which were left out, and which are driven by the product of others.
 
-
-def facts_text(rig: Rig, **more: object) -> str:
-    """Return as JSON which targets a rig has, which were left out, and which are driven by the product of others."""
+    With `errors`, also those of each shape and common mixture, in mm, with the mean way of the skin.
+    """
     drivers = {target: list(names) for target, names in rig.drivers.items()}
-    content = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "drivers": drivers} | more
+    content: dict[str, object] = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "drivers": drivers}
+    if errors:
+        content["errors"] = [
+            {
+                "weights": dict(weights),
+                "mean_mm": round(found.mean, 4),
+                "largest_mm": round(found.largest, 4),
+                "motion_mm": round(found.motion, 4),
+            }
+            for weights, found in rig.report
+        ]
     return json.dumps(content, indent=1) + "\n"
 
 
@@ -373,8 +367,8 @@ def rig(
     level = (0 if wrinkles == "maps" else LEVEL) if level is None else level
     level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
     correctives = check_whole("correctives", correctives, 0, MOST_PAIRS, "They are pairs of shapes.")
-    if wrinkles not in WRINKLING:
-        raise unknown_name("kind of wrinkles", wrinkles, WRINKLING)
+    if wrinkles not in get_args(Wrinkling):
+        raise unknown_name("kind of wrinkles", wrinkles, get_args(Wrinkling))
     if wrinkles == "maps":
         if level:
             raise ParameterError(

@@ -241,6 +241,11 @@ class Texels:
             values[:] = values[::-1].copy()  # the first row of a picture is the uppermost
         self.covered = self.triangle >= 0
 
+    @property
+    def shared(self) -> float:
+        """Share of the covered texels on which several triangles lie."""
+        return float((self.hits[self.covered] > 1).mean()) if self.covered.any() else 0.0
+
     def of(self, triangles: IntArray, values: Array) -> Array:
         """Return values (n, ...) of vertices, interpolated at the texels, 0 where there is no triangle."""
         out = np.zeros((*self.triangle.shape, *values.shape[1:]))
@@ -329,17 +334,11 @@ def _corners(mesh: pv.PolyData) -> Array:
 
 def tell_shared_places(face: Face, texels: Texels) -> None:
     """Warn if triangles of a face lie on each other on its own texture."""
-    several = _shared_places(texels)
-    if several > OVERLAP and corner_texture(face.mesh) is not None:
+    if texels.shared > OVERLAP and corner_texture(face.mesh) is not None:
         warn(
-            f"on {100.0 * several:.0f} % of the texture several triangles lie on each other, such as halves that share "
-            "a place: the maps hold one of them. Lay the islands side by side for both."
+            f"on {100.0 * texels.shared:.0f} % of the texture several triangles lie on each other, such as halves that "
+            "share a place: the maps hold one of them. Lay the islands side by side for both."
         )
-
-
-def _shared_places(texels: Texels) -> float:
-    """Return the share of the covered texels on which several triangles lie."""
-    return float((texels.hits[texels.covered] > 1).mean()) if texels.covered.any() else 0.0
 
 
 def in_tangent_space(normals: Array, where: npt.NDArray[np.bool_], texels: Texels, model: Model) -> Array:

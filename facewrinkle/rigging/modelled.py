@@ -6,10 +6,9 @@ share of the mandible's turn that each vertex takes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
@@ -96,7 +95,7 @@ class Movements:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> chin = face.mesh.find_closest_point(face.landmarks["pogonion"])
-    >>> (Movements(face).jaw_forward()[chin] @ face.frame.axes.T).round(1) + 0.0
+    >>> (Movements(face).of("jaw_forward")[chin] @ face.frame.axes.T).round(1) + 0.0
     array([ 0. , -1.3,  5.4])
     """
 
@@ -141,29 +140,33 @@ class Movements:
             out[:3, :3], out[:3, 3] = turn, hinge - turn @ hinge
         return out
 
+    def of(self, name: str, moved: Array | None = None) -> Array:
+        """Return the displacement (n, 3) of a movement, after others have `moved` (n, 3) the face.
+
+        Jaws go as a whole; a mouth slides around the dental arch; lips roll in over the teeth; an upper lip is pushed
+        up by the lower one; and the lids follow eyes that look at the nose (`lids_in`) or away from it.
+        """
+        match name:
+            case "puff":
+                return self._puffed()
+            case "jaw_forward" | "jaw_left" | "jaw_right":
+                return self._with_jaw(name)
+            case "mouth_left" | "mouth_right":
+                return self._aside(1.0 if name == "mouth_left" else -1.0)
+            case "roll_upper":
+                return self._rolled(1.0, 1.0 - self.lower, ROLL_UPPER)
+            case "roll_lower":
+                return self._rolled(-1.0, self.lower, ROLL_LOWER)
+            case "lift_upper":
+                return self._lifted()
+            case "lids_in" | "lids_out":
+                return self._lids_aside(1.0 if name == "lids_out" else -1.0)
+            case _:  # seal
+                return self.seal(np.zeros_like(self.face.points) if moved is None else moved)
+
     def _with_jaw(self, name: str) -> Array:
         matrix, points = self.mandible(name), self.face.points
         return np.asarray(self.lower[:, None] * (points @ matrix[:3, :3].T + matrix[:3, 3] - points))
-
-    def jaw_forward(self) -> Array:
-        """Displacement (n, 3) of a jaw that is thrust forward."""
-        return self._with_jaw("jaw_forward")
-
-    def jaw_left(self) -> Array:
-        """Displacement (n, 3) of a jaw that goes to the subject's left."""
-        return self._with_jaw("jaw_left")
-
-    def jaw_right(self) -> Array:
-        """Displacement (n, 3) of a jaw that goes to the subject's right."""
-        return self._with_jaw("jaw_right")
-
-    def mouth_left(self) -> Array:
-        """Displacement (n, 3) of a mouth that slides to the subject's left around the dental arch."""
-        return self._aside(1.0)
-
-    def mouth_right(self) -> Array:
-        """Displacement (n, 3) of a mouth that slides to the subject's right."""
-        return self._aside(-1.0)
 
     def _aside(self, sign: float) -> Array:
         local = self._local
@@ -175,7 +178,7 @@ class Movements:
         moved = np.stack([cos * x + sin * z - x, np.zeros(len(x)), cos * z - sin * x - z], axis=1)
         return self._world(moved)
 
-    def puff(self) -> Array:
+    def _puffed(self) -> Array:
         """Displacement (n, 3) of cheeks and lips that air pushes away from the teeth.
 
         It is a smooth field of the place alone, so that lips stay on each other and their lining goes along.
@@ -190,14 +193,6 @@ class Movements:
         outwards = (local - PUFF_CENTRE) * [1.0, 0.4, 1.0]
         outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 0.3)
         return self._world(PUFFED * height[:, None] * outwards)
-
-    def roll_upper(self) -> Array:
-        """Displacement (n, 3) of an upper lip that rolls in over the teeth."""
-        return self._rolled(1.0, 1.0 - self.lower, ROLL_UPPER)
-
-    def roll_lower(self) -> Array:
-        """Displacement (n, 3) of a lower lip that rolls in over the teeth."""
-        return self._rolled(-1.0, self.lower, ROLL_LOWER)
 
     def _rolled(self, sign: float, lip: Array, amount: float) -> Array:
         """Displacement (n, 3) of skin that slides along its own surface, over the margin of the lip, and inwards.
@@ -223,20 +218,11 @@ class Movements:
         moved[moving] = places - local[moving] - [0.0, sign * ROLL_LIFT, 0.0] * weight[moving, None]
         return self._world(moved)
 
-    def lift_upper(self) -> Array:
-        """Displacement (n, 3) of an upper lip that the lower one pushes up."""
+    def _lifted(self) -> Array:
         local = self._local - [0.0, 0.06, 0.0]
         weight = np.exp(-((local / LIFT_SIZE) ** 2).sum(axis=1)) * (1.0 - self.lower)
         weight = np.where(weight > 0.02, weight - 0.02, 0.0)
         return self._world(LIFTED * weight[:, None] * np.array([0.0, 1.0, 0.15]))
-
-    def lids_in(self) -> Array:
-        """Displacement (n, 3) of the lids of eyes that look at the nose."""
-        return self._lids_aside(-1.0)
-
-    def lids_out(self) -> Array:
-        """Displacement (n, 3) of the lids of eyes that look away from the nose."""
-        return self._lids_aside(1.0)
 
     def _lids_aside(self, outwards: float) -> Array:
         moved, points = np.zeros_like(self.face.points), self.face.points
@@ -291,16 +277,12 @@ class Movements:
     @cached_property
     def pairs(self) -> tuple[IntArray, IntArray]:
         """Vertices of the upper lip and of the lower one that lie opposite each other at rest."""
-        local, size = self._local, self.face.frame.pupil_distance
+        local = self._local
         near = (np.abs(local[:, 0]) < 1.05 * self._half_width) & (np.abs(local[:, 1]) < 0.2) & (local[:, 2] > -0.25)
         upper, lower = (np.flatnonzero(near & part) for part in (self.lower < 0.35, self.lower > 0.65))
-        none = np.empty(0, np.int64), np.empty(0, np.int64)
-        if not len(upper) or not len(lower):
-            return none
-        points = self.face.points / size
-        there, back = cKDTree(points[lower]), cKDTree(points[upper])
-        gaps, partner = there.query(points[upper])
-        other_gaps, other = back.query(points[lower])
+        points = self._scaled
+        gaps, partner = cKDTree(points[lower]).query(points[upper])
+        other_gaps, other = cKDTree(points[upper]).query(points[lower])
         close, other_close = gaps < SEALED_WITHIN, other_gaps < SEALED_WITHIN
         pairs = np.concatenate(
             [
@@ -309,27 +291,6 @@ class Movements:
             ]
         )
         gap = np.concatenate([gaps[close], other_gaps[other_close]])
-        if not len(gap):
-            return none
-        touching = gap <= np.quantile(gap, 0.35)
-        pairs = np.unique(pairs[touching], axis=0)
+        if len(gap):
+            pairs = np.unique(pairs[gap <= np.quantile(gap, 0.35)], axis=0)
         return pairs[:, 0], pairs[:, 1]
-
-
-ADDED: Mapping[str, Callable[[Movements, Array], Array]] = MappingProxyType(
-    {
-        "puff": lambda m, _: m.puff(),
-        "jaw_forward": lambda m, _: m.jaw_forward(),
-        "jaw_left": lambda m, _: m.jaw_left(),
-        "jaw_right": lambda m, _: m.jaw_right(),
-        "mouth_left": lambda m, _: m.mouth_left(),
-        "mouth_right": lambda m, _: m.mouth_right(),
-        "roll_upper": lambda m, _: m.roll_upper(),
-        "roll_lower": lambda m, _: m.roll_lower(),
-        "lift_upper": lambda m, _: m.lift_upper(),
-        "lids_in": lambda m, _: m.lids_in(),
-        "lids_out": lambda m, _: m.lids_out(),
-        "seal": lambda m, moved: m.seal(moved),
-    }
-)
-"""Movements by name: each is given what the others have moved so far, and is added to it."""

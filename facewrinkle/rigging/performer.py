@@ -12,7 +12,7 @@ from ..errors import ParameterError, check_range, warn
 from ..motion.base import Undriven
 from ..motion.material import SkinMaterial
 from ..motion.skin import Skin
-from .modelled import ADDED, Movements
+from .modelled import Movements
 from .poses import CLEARING, contractions_of, share_of_side
 from .shapes import Shape, shapes_of
 from .takes import Take
@@ -92,11 +92,9 @@ class Performer(Undriven):
         self.time_step, self.points = self._skin.time_step, self._skin.points
         self.names = self._skin.names
         self._movements = Movements(face)
-        self._columns = [take.names.index(name) for name in shapes]
-        self._contractions = np.array([self._contraction(shape) for shape in shapes.values()])
-        self._ways, self._thrusts = self._modelled(list(shapes.values()))
-        self._sealing = _column(shapes, "mouthClose"), _column(shapes, "jawOpen")
-        modelled = self._ways or self._sealing[0] is not None
+        self._contractions = {name: self._contraction(shape) for name, shape in shapes.items()}
+        self._ways, self._thrusts = self._modelled(shapes)
+        modelled = self._ways or "mouthClose" in shapes
         self._clearing = Skin(face, CLEARING, material) if modelled else None
         self.reset()
 
@@ -106,19 +104,19 @@ class Performer(Undriven):
             return np.zeros(len(self.names))
         return contractions_of(self._skin, self.face, shape, 1.0)
 
-    def _modelled(self, shapes: list[Shape]) -> tuple[dict[int, Array], dict[int, Array]]:
+    def _modelled(self, shapes: dict[str, Shape]) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the displacements (n, 3) and the motions of the mandible (4, 4) that are not muscles', by shape."""
-        ways: dict[int, Array] = {}
-        thrusts: dict[int, Array] = {}
-        for k, shape in enumerate(shapes):
-            for name, weight in shape.modelled.items():
-                if name == "seal":
+        ways: dict[str, Array] = {}
+        thrusts: dict[str, Array] = {}
+        for name, shape in shapes.items():
+            for movement, weight in shape.modelled.items():
+                if movement == "seal":
                     continue
                 own = weight * share_of_side(self.face, self.face.points, shape.side)
-                ways[k] = ways.get(k, 0.0) + own * ADDED[name](self._movements, np.zeros_like(self.points))
-                thrust = self._movements.mandible(name) - np.eye(4)
+                ways[name] = ways.get(name, 0.0) + own * self._movements.of(movement)
+                thrust = self._movements.mandible(movement) - np.eye(4)
                 if thrust.any():
-                    thrusts[k] = thrusts.get(k, 0.0) + weight * thrust
+                    thrusts[name] = thrusts.get(name, 0.0) + weight * thrust
         return ways, thrusts
 
     def reset(self) -> None:
@@ -140,30 +138,28 @@ class Performer(Undriven):
         """See :class:`facewrinkle.Motion`; the first step leads to the time `time_step`."""
         self._steps += 1
         time = self._steps * self.time_step * self.speed
-        every = np.array(list(self.take.at(time).values()))
-        weights = every[self._columns]
-        self._skin.set_rates((weights[:, None] * self._contractions).max(axis=0))
+        weights = self.take.at(time)
+        self._skin.set_rates(np.max([weights[name] * own for name, own in self._contractions.items()], axis=0))
         moved = self._skin.step()
         self.rates = self._skin.rates
         moved = self._added(moved, weights)
         self.mandible = None
         if self._thrusts:
-            self.mandible = np.eye(4) + sum(weights[k] * thrust for k, thrust in self._thrusts.items())
+            self.mandible = np.eye(4) + sum(weights[name] * thrust for name, thrust in self._thrusts.items())
         self.pose = self._pose(time)
         if self.pose is None:
             return moved
         return np.asarray(moved @ self.pose[:3, :3].T + self.face.unit * self.pose[:3, 3])
 
-    def _added(self, moved: Array, weights: Array) -> Array:
+    def _added(self, moved: Array, weights: Mapping[str, float]) -> Array:
         """Return positions (n, 3), mm, with what is modelled besides."""
         way = np.zeros_like(moved)
-        for k, own in self._ways.items():
-            if weights[k] > 0.0:
-                way += weights[k] * own
-        closing, opening = self._sealing
-        if closing is not None and weights[closing] > 0.0:
+        for name, own in self._ways.items():
+            way += weights[name] * own
+        closing = weights["mouthClose"] if "mouthClose" in self._contractions else 0.0
+        if closing > 0.0:
             # A corrective of as much weight as that of the open jaw closes the lips, whatever that weight is.
-            share = weights[closing] / max(weights[closing], 0.0 if opening is None else weights[opening])
+            share = closing / max(closing, weights.get("jawOpen", 0.0))
             parted = (moved - self.points) / self.face.unit + way
             way += share * self._movements.seal(parted)
         if self._clearing is None or not way.any():
@@ -180,7 +176,3 @@ class Performer(Undriven):
         out[:3, :3] = frame.axes.T @ self.take.turn(time) @ frame.axes
         out[:3, 3] = pivot - out[:3, :3] @ pivot
         return out
-
-
-def _column(shapes: dict[str, Shape], name: str) -> int | None:
-    return list(shapes).index(name) if name in shapes else None

@@ -16,7 +16,7 @@ from ..geometry.topology import vertex_rings
 from ..geometry.untangling import Untangling
 from ..motion.base import Undriven
 from ..motion.skin import Skin
-from .modelled import ADDED, Movements
+from .modelled import Movements
 from .shapes import Shape, Side
 
 STEP, STEPS, STILL = 1.0, 30, 0.005
@@ -134,7 +134,7 @@ class Posing:
         mandible = np.eye(4)
         for (name, side), share in modelled.items():
             own = share_of_side(self.face, self.face.points, side)
-            moved = moved + share * own * ADDED[name](self._movements, moved)
+            moved = moved + share * own * self._movements.of(name, moved)
             mandible += share * (self._movements.mandible(name) - np.eye(4))
         base = self.rest + self.face.unit * moved
         if modelled:

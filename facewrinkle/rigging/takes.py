@@ -82,16 +82,13 @@ def _row(row: list[str], count: int, where: str) -> list[str]:
 
 
 def _number(cell: str, file: str, column: str) -> float:
+    """Return the number in a cell; NaN for an empty one, and for words in columns that are not needed."""
     try:
         return float(cell.replace(",", ".")) if cell else np.nan
     except ValueError:
-        if _is_needed(column):
+        if shapes_of_column(column)[0] or plain_name(column) in HEAD:
             raise ParameterError(f"{file}: the column {column} must hold numbers, received {cell[:40]!r}.") from None
         return np.nan
-
-
-def _is_needed(column: str) -> bool:
-    return bool(shapes_of_column(column)[0]) or plain_name(column) in HEAD
 
 
 def of_json(path: Path, text: str) -> Table:
@@ -155,21 +152,6 @@ def _angles(matrix: Array) -> Array | None:
     return np.array([yaw, -down, roll])
 
 
-def is_number(text: str) -> bool:
-    """Return True for a number, also one with a decimal comma.
-
-    Examples
-    --------
-    >>> is_number("0,5"), is_number("half")
-    (True, False)
-    """
-    try:
-        float(text.replace(",", "."))
-    except ValueError:
-        return False
-    return True
-
-
 _SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}
 
 
@@ -193,8 +175,7 @@ def shapes_of_column(column: str) -> tuple[list[str], float]:
     return [f"{stem}{word}" for word in words if f"{stem}{word}" in ARKIT], 1.0
 
 
-JSON = ".json"
-SUFFIXES = (".csv", ".tsv", ".txt", JSON)
+SUFFIXES = (".csv", ".tsv", ".txt", ".json")
 
 FPS, PHONE_FPS = 30.0, 60.0
 """Frames per second of a file that does not tell: of trackers, and of phones that write time codes."""
@@ -344,7 +325,7 @@ def read_take(path: str | Path, fps: float | None = None) -> Take:
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"takes are read from {', '.join(SUFFIXES)} files, received {path.name}.")
     with reading(path):
-        table = (of_json if path.suffix.lower() == JSON else of_table)(path, text_of(path))
+        table = (of_json if path.suffix.lower() == ".json" else of_table)(path, text_of(path))
         return _take(table, path.name, fps)
 
 
@@ -364,8 +345,7 @@ def _take(table: Table, file: str, fps: float | None) -> Take:
         )
     if unknown:
         warn(f"{file}: {len(unknown)} columns are no shapes, and are left out: {_listed(unknown)}.")
-    weights = np.stack(list(columns.values()), axis=1)
-    head = table.head
+    weights, head = np.stack(list(columns.values()), axis=1), table.head
     plain = [plain_name(name) for name in table.names]
     if head is None and set(HEAD) <= set(plain):
         head = table.values[:, [plain.index(name) for name in HEAD]]
@@ -410,11 +390,15 @@ def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) ->
 
 def _bounded(text: str, file: str) -> float:
     """Return a number of a time; an error for what is none, or too large to count with."""
-    if not is_number(text) or not abs(float(text)) < LARGEST:
+    try:
+        number = float(text)
+    except ValueError:
+        number = np.nan
+    if not abs(number) < LARGEST:
         raise ParameterError(
             f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
         )
-    return float(text)
+    return number
 
 
 def _counted(frames: Array) -> float:

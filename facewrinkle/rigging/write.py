@@ -104,10 +104,6 @@ def _with_jpeg(model: Model) -> Model:
     return replace(model, png=stream.getvalue())
 
 
-VIEWER = "viewer.html"
-"""The page without a model: a reader of our own files, and the sliders."""
-
-
 def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     """Write a page with sliders for the shapes of a rig. It needs no server and loads nothing from elsewhere.
 
@@ -139,7 +135,7 @@ def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     False
     """
     path = output_file(path, (".html",))
-    page = (files(__package__) / "data" / VIEWER).read_text(encoding="utf-8")
+    page = (files(__package__) / "data" / "viewer.html").read_text(encoding="utf-8")
     model = base64.b64encode(gzip.compress(rig_bytes(rig, binary=True), mtime=0)).decode()
     page = page.replace("{{title}}", html.escape(title or path.stem)).replace("{{model}}", json.dumps(model))
     with written(path) as whole:

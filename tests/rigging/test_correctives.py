@@ -15,7 +15,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
-from facewrinkle.rigging.linear_rig import Rig, RigError, facts_text, report_text
+from facewrinkle.rigging.linear_rig import Rig, RigError, facts_text
 from facewrinkle.rigging.shapes import ARKIT
 
 SHAPES = (
@@ -78,7 +78,7 @@ def corrected_pairs(monkeypatch, *pairs):
 def test_each_mixture_is_told_once(monkeypatch):
     """Brows that rise are a common mixture and a pair that may be corrected."""
     rig = corrected_pairs(monkeypatch, *(("browInnerUp", f"browOuterUp{side}") for side in ("Left", "Right")))
-    told = [error["weights"] for error in json.loads(report_text(rig))["errors"]]
+    told = [error["weights"] for error in json.loads(facts_text(rig, errors=True))["errors"]]
     for weight in (0.5, 1.0):
         assert told.count(dict.fromkeys(("browInnerUp", "browOuterUpLeft", "browOuterUpRight"), weight)) == 1
     assert len({frozenset(weights.items()) for weights in told}) == len(told)

@@ -14,7 +14,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
-from facewrinkle.rigging.linear_rig import BOTH_WAYS, label
+from facewrinkle.rigging.linear_rig import label
 from facewrinkle.rigging.modelled import Movements
 
 
@@ -159,7 +159,7 @@ def test_the_shapes_of_ict(real_face):
         name.replace("_L", "Left").replace("_R", "Right"): moved
         for name, moved in read_shapes(path, face.mesh.n_points, face.unit).items()
     }
-    for name in BOTH_WAYS:
+    for name in ("browInnerUp", "cheekPuff"):  # other tools divide them
         captured[name] = captured[f"{name}Left"] + captured[f"{name}Right"]
     cosines = {}
     for name, ours in zip(rig.names, rig.deltas, strict=True):

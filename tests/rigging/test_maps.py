@@ -19,7 +19,7 @@ from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import corner_texture, to_polydata
-from facewrinkle.rigging.maps import Texels, _shared_places, around_head, tangents_of, visible_first
+from facewrinkle.rigging.maps import Texels, around_head, tangents_of, visible_first
 
 SIZE = 2048
 """Texels that find the bottoms of the forehead's sharpest furrows, which 1024 across miss by a fifth."""
@@ -105,8 +105,8 @@ def test_texels_are_in_one_triangle_each():
     middles = (np.arange(33) + 0.5) / 33
     np.testing.assert_allclose(texels.of(triangles, square)[..., 0], np.tile(middles, (33, 1)), atol=1e-12)
     np.testing.assert_allclose(texels.of(triangles, square)[..., 1], np.tile(middles[::-1, None], (1, 33)), atol=1e-12)
-    assert _shared_places(texels) == pytest.approx(1 / 33)  # the diagonal
-    assert _shared_places(Texels(np.concatenate([square[triangles]] * 2), 33)) == 1.0
+    assert texels.shared == pytest.approx(1 / 33)  # the diagonal
+    assert Texels(np.concatenate([square[triangles]] * 2), 33).shared == 1.0
 
 
 def test_files_of_maps(raised, tmp_path):

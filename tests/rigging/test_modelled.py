@@ -29,7 +29,7 @@ def at(face, field, mark):
 
 @pytest.mark.parametrize("name", ["jaw_forward", "jaw_left", "jaw_right"])
 def test_the_chin_goes_rigidly_with_the_mandible(face, movements, name):
-    field, matrix = getattr(movements, name)(), movements.mandible(name)
+    field, matrix = movements.of(name), movements.mandible(name)
     chin = movements.lower > 0.999
     assert chin.sum() > 100
     before, after = face.points[chin], (face.points + field)[chin]
@@ -39,16 +39,16 @@ def test_the_chin_goes_rigidly_with_the_mandible(face, movements, name):
 
 
 def test_jaws_go_where_they_are_told_and_mirror_each_other(face, movements):
-    ahead = at(face, movements.jaw_forward(), "pogonion")
+    ahead = at(face, movements.of("jaw_forward"), "pogonion")
     assert abs(ahead[0]) < 1e-9
     assert 4.0 < ahead[2] < 7.0
-    left, right = (at(face, getattr(movements, f"jaw_{side}")(), "pogonion") for side in ("left", "right"))
+    left, right = (at(face, movements.of(f"jaw_{side}"), "pogonion") for side in ("left", "right"))
     assert 5.0 < left[0] < 9.0
     np.testing.assert_allclose(left * [-1, 1, 1], right, atol=1e-6)
 
 
 def test_a_mouth_goes_aside_and_the_eyes_do_not(face, movements):
-    field = movements.mouth_left()
+    field = movements.of("mouth_left")
     assert at(face, field, "upper_lip_mid")[0] > 8.0
     assert at(face, field, "lower_lip_mid")[0] > 8.0
     for mark in ("eye_l_inner", "eye_r_outer", "brow_l_mid", "menton"):
@@ -72,7 +72,7 @@ def test_an_open_jaw_with_sealed_lips_is_closed(face, movements):
 
 
 def test_cheeks_are_blown_outwards(face, movements):
-    field = movements.puff()
+    field = movements.of("puff")
     lateral = {side: at(face, field, f"mouth_{side}") for side in "lr"}
     assert min(lateral[side][2] for side in "lr") > 3.0
     np.testing.assert_allclose(lateral["l"] * [-1, 1, 1], lateral["r"], atol=0.3)
@@ -82,7 +82,7 @@ def test_cheeks_are_blown_outwards(face, movements):
 
 
 def test_lips_roll_in_one_by_one(face, movements):
-    upper, lower = movements.roll_upper(), movements.roll_lower()
+    upper, lower = movements.of("roll_upper"), movements.of("roll_lower")
     assert at(face, upper, "upper_lip_mid")[1] < -3.0  # the skin comes down, and the margin goes back
     assert at(face, lower, "lower_lip_mid")[1] > 3.0
     for field, margin in zip((upper, lower), movements.pairs, strict=True):
@@ -90,11 +90,11 @@ def test_lips_roll_in_one_by_one(face, movements):
         assert np.median(back) > 3.0
     np.testing.assert_allclose(at(face, upper, "lower_lip_mid"), 0.0, atol=0.1)
     np.testing.assert_allclose(at(face, lower, "upper_lip_mid"), 0.0, atol=0.1)
-    assert at(face, movements.lift_upper(), "upper_lip_mid")[1] > 3.0
+    assert at(face, movements.of("lift_upper"), "upper_lip_mid")[1] > 3.0
 
 
 def test_lids_follow_the_eyes_a_little_and_keep_their_distance_from_the_balls(face, movements):
-    inwards, outwards = movements.lids_in(), movements.lids_out()
+    inwards, outwards = movements.of("lids_in"), movements.of("lids_out")
     for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
         near = cKDTree(face.points).query_ball_point(eye.centre, 1.7 * eye.radius)
         assert sign * (inwards[near] @ face.frame.axes[0]).mean() < -0.1

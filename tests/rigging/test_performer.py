@@ -47,7 +47,7 @@ def test_a_shape_of_one_side_leaves_the_other(face):
 
 def test_what_no_muscle_does_is_added(face):
     motion, points = held(face, {"jawLeft": 1.0})
-    np.testing.assert_allclose(points - face.points * face.unit, face.unit * Movements(face).jaw_left(), atol=0.3)
+    np.testing.assert_allclose(points - face.points * face.unit, face.unit * Movements(face).of("jaw_left"), atol=0.3)
     sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=motion)
     frame = sim.step()
     now, rest = (companion_meshes(face, f, always=True) for f in (frame, face.mesh))
