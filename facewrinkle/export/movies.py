@@ -82,83 +82,65 @@ def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.n
     """
     path = output_file(path, (".mp4", ".gif"))
     fps = check_range("fps", fps, 1.0, 100.0)
-    movie = path.suffix.lower() == ".mp4"
-    opened = partial(_Film, _imageio(), fps=fps) if movie else partial(_Gif, fps=fps)
-    writer: Any = None
+    opened = partial(_film, _imageio()) if path.suffix.lower() == ".mp4" else _gif
+    write: Callable[[np.ndarray], None] | None = None
     shapes: list[tuple[int, ...]] = []
 
     def append(image: np.ndarray) -> None:
-        nonlocal writer
+        nonlocal write
         image = _checked(image, shapes)
-        if writer is None:  # opened with the first picture, so that an error before it leaves no file
-            writer = stack.enter_context(_closed(opened, stack.enter_context(replaced(path)), path))
-        try:
-            writer.append(image)
-        except OSError as problem:
-            raise not_written(path, _reason(problem)) from None
+        with _refusals(path):
+            if write is None:  # opened with the first picture, so that an error before it leaves no file
+                write = stack.enter_context(opened(stack.enter_context(replaced(path)), fps))
+            write(image)
 
     with ExitStack() as stack:
         yield append
-    if writer is None:
-        raise ParameterError("a movie needs at least one picture, received none.")
+        if write is None:
+            raise ParameterError("a movie needs at least one picture, received none.")
+        with _refusals(path):
+            stack.close()
 
 
 @contextmanager
-def _closed(opened: Callable[[Path], _Film | _Gif], whole: Path, path: Path) -> Iterator[_Film | _Gif]:
-    """Yield a writer of the file `whole`, which becomes `path`; at the end it is closed, and the file checked."""
-    writer = opened(whole)
+def _refusals(path: Path) -> Iterator[None]:
+    """Turn errors of the disk into those for a file that cannot be written; imageio's quote ffmpeg at length."""
     try:
-        yield writer
+        yield
+    except OSError as problem:
+        brief = (str(problem).strip().splitlines() or ["ffmpeg failed"])[0]
+        raise not_written(path, brief if problem.errno is None else problem) from None
+
+
+@contextmanager
+def _film(imageio: ModuleType, path: Path, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
+    """Yield a function that appends a picture to an MP4 file, which ffmpeg writes."""
+    writer, count = imageio.get_writer(path, mode="I", fps=fps, **H264), 0
+
+    def append(image: np.ndarray) -> None:
+        nonlocal count
+        writer.append_data(_even(image))
+        count += 1
+
+    try:
+        yield append
     except BaseException:
         with suppress(OSError):  # the first error matters more
-            writer.close(done=False)
+            writer.close()
         raise
-    try:
-        writer.close(done=True)
-    except OSError as problem:
-        raise not_written(path, _reason(problem)) from None
+    writer.close()
+    if _pictures_in(path) != count:  # ffmpeg does not tell
+        raise OSError("ffmpeg could not finish it")
 
 
-class _Film:
-    """An MP4 file, written by ffmpeg."""
+@contextmanager
+def _gif(path: Path, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
+    """Yield a function that appends a picture to a GIF file, which Pillow writes when all are there."""
+    from PIL import Image as Pillow
 
-    def __init__(self, imageio: ModuleType, path: Path, fps: float) -> None:
-        self._writer = imageio.get_writer(path, mode="I", fps=fps, **H264)
-        self._path, self._count = path, 0
-
-    def append(self, image: np.ndarray) -> None:
-        self._writer.append_data(_even(image))
-        self._count += 1
-
-    def close(self, *, done: bool) -> None:
-        self._writer.close()
-        if done and _pictures_in(self._path) != self._count:  # ffmpeg does not tell
-            raise OSError("ffmpeg could not finish it")
-
-
-class _Gif:
-    """A GIF file, written by Pillow when all pictures are there."""
-
-    def __init__(self, path: Path, fps: float) -> None:
-        self._path, self._milliseconds = path, 1000.0 / fps
-        self._images: list[Any] = []
-
-    def append(self, image: np.ndarray) -> None:
-        from PIL import Image as Pillow
-
-        self._images.append(Pillow.fromarray(np.ascontiguousarray(image)))
-
-    def close(self, *, done: bool) -> None:
-        first, *others = self._images
-        if done:
-            first.save(
-                self._path, format="GIF", save_all=True, append_images=others, duration=self._milliseconds, loop=0
-            )
-
-
-def _reason(problem: OSError) -> OSError | str:
-    """Return the error, or its first line if it has no number, as those of imageio, which quote ffmpeg at length."""
-    return problem if problem.errno is not None else (str(problem).strip().splitlines() or ["ffmpeg failed"])[0]
+    images: list[Any] = []
+    yield lambda image: images.append(Pillow.fromarray(np.ascontiguousarray(image)))
+    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=1000.0 / fps, loop=0)
 
 
 def _pictures_in(path: Path) -> int:
