@@ -12,52 +12,6 @@ from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
-from ..array_types import Array
-
-
-class FrontFirst:
-    """Orders triangles so that those in front come first: what they hide is not shaded then.
-
-    The order is made once for a mesh, by its shape at rest; if the face turns, it is only less of a help.
-
-    Examples
-    --------
-    >>> ball = pv.Sphere()
-    >>> ordered = FrontFirst().applied(ball, np.array([0.0, 0.0, 9.0]))
-    >>> ordered.n_cells == ball.n_cells, bool(ordered.cell_centers().points[:100, 2].min() > 0.0)
-    (True, True)
-    """
-
-    def __init__(self) -> None:
-        self._triangles = np.empty((0, 3), np.int64)
-        self._ordered = vtkCellArray()
-
-    def applied(self, mesh: pv.PolyData, viewpoint: Array) -> pv.PolyData:
-        """Return the mesh with its triangles in order, seen from a viewpoint; its arrays are the same, not copies."""
-        triangles: npt.NDArray[np.int64] = np.asarray(mesh.regular_faces, np.int64)
-        if not np.array_equal(triangles, self._triangles):
-            points = np.asarray(mesh.point_data.get("rest", mesh.points), dtype=np.float64)
-            hidden = _turned_away(points, triangles, viewpoint)
-            self._triangles = triangles.copy()
-            self._ordered = vtkCellArray()
-            order = np.concatenate([np.flatnonzero(~hidden), np.flatnonzero(hidden)])
-            self._ordered.SetData(3, numpy_to_vtk(triangles[order].ravel(), deep=True))
-        drawn = pv.PolyData()
-        drawn.SetPoints(mesh.GetPoints())
-        drawn.SetPolys(self._ordered)  # the very same: they are not sent again
-        drawn.GetPointData().ShallowCopy(mesh.GetPointData())
-        return drawn
-
-
-def _turned_away(points: Array, triangles: npt.NDArray[np.integer], viewpoint: Array) -> npt.NDArray[np.bool_]:
-    """True for triangles whose backs are seen from a viewpoint, faster than by `np.cross`."""
-    corners = [[axis[triangles[:, k]] for axis in np.ascontiguousarray(points.T)] for k in range(3)]
-    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners
-    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
-    x, y, z = viewpoint
-    normal = (by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx)
-    return np.asarray(normal[0] * (x - ax) + normal[1] * (y - ay) + normal[2] * (z - az) <= 0.0)
-
 
 class Joined:
     """Meshes of one look as one: each that is drawn by itself costs a millisecond more, however small it is.

@@ -7,8 +7,6 @@ compressed, and flatten where it is stretched.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
-
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
@@ -28,9 +26,6 @@ FADING = (0.08, 0.22)
 
 STRONGEST = 2.0
 """Largest strength that can be sent."""
-
-MOST = 4
-"""Frames of a face whose numbers are kept: as many simulations of it can be drawn in turns."""
 
 
 class Relief:
@@ -70,64 +65,27 @@ class Relief:
         return self._places.of(skin, self._face)
 
 
-class _Known(NamedTuple):
-    """Numbers of a frame: the array of its rest positions, the age, these positions, own strengths, and what is sent.
-
-    The array is held, as another one could take its address.
-    """
-
-    rest: Any
-    age: float
-    points: Array
-    own: Array
-    sent: npt.NDArray[np.float32]
-
-
 class _Places:
-    """Numbers per vertex for the shader, of the last few frames of a face. All scenes of the face share them."""
+    """Numbers per vertex for the shader, of the last frame of a face. All scenes of the face share them."""
 
     def __init__(self) -> None:
-        self._known: tuple[_Known, ...] = ()  # the last one first
+        self._last: tuple[float, Array, npt.NDArray[np.float32]] | None = None
 
     def of(self, skin: pv.PolyData, face: Face) -> npt.NDArray[np.float32]:
         """Return places, planes and strengths (n, 4); see :meth:`Relief.on`."""
         age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(face.age, 0.0)
-        rest, known = skin.GetPointData().GetArray("rest") or skin.GetPoints().GetData(), self._known
         points = np.array(skin.point_data.get("rest", skin.points), np.float64)
-        before = next((each for each in known if each.rest is rest), None)
-        if before is not None and before.age == age and np.array_equal(points, before.points):
-            self._keep(before, known)
-            return before.sent
-        before = before or max(known, key=lambda each: _same(points, each.points).sum(), default=None)
+        last = self._last
+        if last is not None and last[0] == age and np.array_equal(points, last[1]):
+            return last[2]
         facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ face.frame.axes.T)
         plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
-        own = _strengths(points, face, *((before.points, before.own) if before else (points[:0], points[:0, 0])))
+        own = np.clip(relief_strength(points, face) / STRONGEST, 0.0, 0.999)
         strength = own * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
         field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
         sent = np.column_stack([face.frame.local_mm(points) / field, plane + strength]).astype(np.float32)
-        self._keep(_Known(rest, age, points, own, sent), known)
+        self._last = age, points, sent
         return sent
-
-    def _keep(self, last: _Known, known: tuple[_Known, ...]) -> None:
-        """Keep the numbers of the last frame, and of those few before it that are of other arrays."""
-        others = [each for each in known if each.rest is not last.rest]
-        self._known = last, *others[: MOST - 1]  # at once, should scenes of a face be drawn in threads
-
-
-def _strengths(points: Array, face: Face, before: Array, strengths: Array) -> Array:
-    """Strengths (n,) of the relief, from 0 to 1; those of points (k, 3) that were there before are kept."""
-    fresh = np.ones(len(points), bool)
-    same = _same(points, before)
-    fresh[: len(same)] = ~same
-    strength = np.resize(np.append(strengths, 0.0), len(points))
-    strength[fresh] = np.clip(relief_strength(points[fresh], face) / STRONGEST, 0.0, 0.999)
-    return strength
-
-
-def _same(points: Array, before: Array) -> npt.NDArray[np.bool_]:
-    """True for points (n, 3) that are where those of the same numbers were, as far as there were such."""
-    known = min(len(points), len(before))
-    return np.asarray((points[:known] == before[:known]).all(axis=1))
 
 
 def send_relief(actor: vtkActor) -> None:

@@ -19,13 +19,13 @@ from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture
-from .drawn import FrontFirst, Joined, same
+from .drawn import Joined, same
 from .fields import field_colouring
 from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
 from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
-from .window import begun, composable, render_ahead, window_of
+from .window import begun, window_of
 
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""
@@ -94,7 +94,6 @@ class Scene:
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
         self._relief = self._relief_at(pixel)
-        self._order = FrontFirst()
         self._colouring: tuple[bool, bool] | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
         self._own_textures = {
@@ -171,21 +170,13 @@ class Scene:
 
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
-        self._show(frame, ahead=False)
-
-    def _show(self, frame: pv.PolyData, ahead: bool) -> bool:
-        """Show a frame; return True if its skin was drawn ahead of the rest."""
         self._wait()
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
-            return False
+            return
         seen = self._appearance.at(frame)
         self._show_skin(seen)
-        ahead = ahead and self._posed is not None and composable(self.plotter)
-        if ahead:
-            self._pose(seen.pose)
-            render_ahead(self.plotter, [self._actors["skin"]])
         self._show_mouth(seen)
         self._show_eyes(seen)
         self._show_hair(seen)
@@ -194,7 +185,6 @@ class Scene:
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         self._pose(seen.pose)
         self._shown = frame, now
-        return ahead
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""
@@ -224,19 +214,18 @@ class Scene:
             return
         if textured:
             skin = split_at_seams(skin)
-        drawn = self._order.applied(skin, viewpoint)
         if self._colouring == (textured, paint is None):
-            self._actors["skin"].GetMapper().SetInputData(drawn)
+            self._actors["skin"].GetMapper().SetInputData(skin)
             return
         self._colouring = textured, paint is None
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(drawn, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
+        self._add(skin, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
         if self._relief is not None:
             send_relief(self._actors["skin"])
         mapper = self._actors["skin"].GetMapper()
-        mapper.SetInputData(drawn)
+        mapper.SetInputData(skin)
         mapper.SetScalarVisibility(paint is not None)
         if paint is not None:
             mapper.SetColorModeToDirectScalars()
@@ -293,11 +282,11 @@ class Scene:
         ...     picture().shape
         (80, 60, 3)
         """
-        return self._begun(self._show(frame, ahead=True))
+        self.show(frame)
+        return self._begun()
 
-    def _begun(self, ahead: bool = False) -> Callable[[], Image]:
-        drawn = [self._actors["skin"]] if ahead else []
-        self._drawing = cache(begun(self.plotter, self._samples, drawn))
+    def _begun(self) -> Callable[[], Image]:
+        self._drawing = cache(begun(self.plotter, self._samples))
         return self._drawing
 
     def _wait(self) -> None:

@@ -6,8 +6,7 @@ drawn behind the face, and both are combined as the pixels are read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -37,65 +36,19 @@ def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
     return begun(plotter, factor)()
 
 
-def begun(plotter: pv.Plotter, factor: int = 1, drawn: Collection[pv.Actor] = ()) -> Callable[[], Image]:
+def begun(plotter: pv.Plotter, factor: int = 1) -> Callable[[], Image]:
     """Begin to render what a plotter shows, and return a function that waits for the picture and returns it.
 
     The graphics card draws meanwhile, or Mesa's own threads do. Until the picture was taken, the plotter must not
-    render anything else. For the arguments see :func:`rendered`; actors that are `drawn` already, by
-    :func:`render_ahead`, are not drawn again.
+    render anything else. For the arguments see :func:`rendered`.
     """
     renderer = plotter.renderer
-    if not composable(plotter):
+    if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
         window_of(plotter).Render()
         return partial(_without_background, plotter, factor)
     bottom, top = renderer.GetBackground(), renderer.GetBackground2()
-    renderer.SetPreserveColorBuffer(bool(drawn))
-    renderer.SetPreserveDepthBuffer(bool(drawn))
-    try:
-        with hidden(drawn):
-            _render(plotter)
-    finally:
-        renderer.SetPreserveColorBuffer(False)
-        renderer.SetPreserveDepthBuffer(False)
+    _render(plotter)
     return lambda: composed(_pixels(plotter), bottom, top, factor)
-
-
-def render_ahead(plotter: pv.Plotter, actors: Collection[pv.Actor]) -> None:
-    """Begin to render some actors, while others are still worked out; :func:`begun` renders these.
-
-    What is opaque can be ahead of what is not, but not the other way round.
-
-    Examples
-    --------
-    >>> plotter = pv.Plotter(off_screen=True, window_size=(60, 40))
-    >>> plotter.set_background((0, 0, 0), top=(0, 100, 200))
-    >>> ball, other = (plotter.add_mesh(pv.Sphere(center=(x, 0.0, 0.0))) for x in (0.0, 2.0))
-    >>> whole = rendered(plotter)
-    >>> render_ahead(plotter, [ball])
-    >>> bool((begun(plotter, drawn=[ball])() == whole).all())
-    True
-    >>> plotter.close()
-    """
-    with hidden([actor for actor in plotter.renderer.actors.values() if actor not in actors]):
-        _render(plotter)
-
-
-def composable(plotter: pv.Plotter) -> bool:
-    """Return True if what is behind the face is a gradient, which is added when pixels are read."""
-    return bool(plotter.renderer.GetGradientBackground() and not plotter.renderer.GetTexturedBackground())
-
-
-@contextmanager
-def hidden(actors: Iterable[pv.Actor]) -> Iterator[None]:
-    """Hide actors meanwhile."""
-    visible = [actor for actor in actors if actor.GetVisibility()]
-    for actor in visible:
-        actor.VisibilityOff()
-    try:
-        yield
-    finally:
-        for actor in visible:
-            actor.VisibilityOn()
 
 
 def _render(plotter: pv.Plotter) -> None:

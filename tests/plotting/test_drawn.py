@@ -1,4 +1,4 @@
-"""Meshes as they are drawn: the same triangles, those in front first, and nothing sent twice."""
+"""Meshes as they are drawn: nothing is sent twice."""
 
 from __future__ import annotations
 
@@ -8,32 +8,7 @@ import pyvista as pv
 from drawing import SMALL, held
 
 from facewrinkle.plotting import Scene, Style
-from facewrinkle.plotting.drawn import FrontFirst, Joined, same
-
-
-def faces_of(mesh):
-    return {tuple(triangle) for triangle in mesh.regular_faces.tolist()}
-
-
-def test_triangles_in_front_come_first_and_none_is_lost():
-    ball, viewpoint = pv.Sphere(), np.array([3.0, -2.0, 1.0])
-    drawn = FrontFirst().applied(ball, viewpoint)
-    assert faces_of(drawn) == faces_of(ball)
-    corners = np.asarray(drawn.points, float)[drawn.regular_faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    front = (normals * (viewpoint - corners[:, 0])).sum(axis=1) > 0.0
-    assert 0.2 < front.mean() < 0.5
-    assert front[: front.sum()].all()
-
-
-def test_the_order_is_kept_while_the_triangles_are():
-    """The very same object, which VTK then does not send again."""
-    order, ball = FrontFirst(), pv.Sphere()
-    first = order.applied(ball, np.array([0.0, 0.0, 3.0])).GetPolys()
-    moved = ball.copy()
-    moved.points += 0.1
-    assert order.applied(moved, np.array([0.0, 0.0, 3.0])).GetPolys() is first
-    assert order.applied(pv.Sphere(theta_resolution=12), np.array([0.0, 0.0, 3.0])).GetPolys() is not first
+from facewrinkle.plotting.drawn import Joined, same
 
 
 def test_same_meshes_look_the_same():

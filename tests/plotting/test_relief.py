@@ -12,7 +12,6 @@ from drawing import SMALL, difference, held
 import facewrinkle as fw
 from facewrinkle.appearance.skin_paint import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
-from facewrinkle.plotting import relief as module
 from facewrinkle.plotting.relief import Relief, send_relief
 from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL
 from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
@@ -99,30 +98,6 @@ def test_the_relief_belongs_to_the_skin_at_rest(face):
     np.testing.assert_array_equal(refined, Relief(dataclasses.replace(face), 0.05, 800).on(fine))
     np.testing.assert_array_equal(refined[: len(coarse), :3], coarse[:, :3])
     np.testing.assert_allclose(refined[: len(coarse), 3] % 1.0, coarse[:, 3] % 1.0, atol=1e-6)
-
-
-def test_of_frames_that_are_drawn_in_turns_each_is_worked_out_once(face, monkeypatch):
-    frames, asked = [held("surprise"), held("happiness")], []
-    own = dataclasses.replace(face)
-    strengths = module.relief_strength
-    monkeypatch.setattr(module, "relief_strength", lambda points, face: asked.append(1) or strengths(points, face))
-    scenes = [Relief(own, 0.05, 800) for _ in frames]
-    first = [scene.on(frame) for scene, frame in zip(scenes, frames, strict=True)]
-    for _ in range(3):
-        for scene, frame, sent in zip(scenes, frames, first, strict=True):
-            assert scene.on(frame) is sent
-    assert len(asked) == 2
-    for sent, frame in zip(first, frames, strict=True):
-        np.testing.assert_array_equal(sent, Relief(dataclasses.replace(face), 0.05, 800).on(frame))
-
-
-def test_the_numbers_of_few_frames_are_kept(face):
-    relief, meshes = Relief(dataclasses.replace(face), 0.05, 800), [face.mesh.copy() for _ in range(module.MOST + 1)]
-    first, *others = [relief.on(mesh) for mesh in meshes]
-    assert all(relief.on(mesh) is sent for mesh, sent in zip(meshes[1:], others, strict=True))
-    again = relief.on(meshes[0])
-    assert again is not first
-    np.testing.assert_array_equal(again, first)
 
 
 def test_points_that_moved_in_place_are_noticed(face):
