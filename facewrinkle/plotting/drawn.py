@@ -73,24 +73,5 @@ def _points(values: npt.NDArray[Any]) -> vtkPoints:
     return points
 
 
-def same(first: pv.PolyData, second: pv.PolyData) -> bool:
-    """Return True if two meshes look the same: points, triangles and point data.
-
-    Examples
-    --------
-    >>> same(pv.Sphere(), pv.Sphere()), same(pv.Sphere(), pv.Sphere(radius=0.6))
-    (True, False)
-    """
-    if first.GetNumberOfPoints() != second.GetNumberOfPoints() or first.GetNumberOfCells() != second.GetNumberOfCells():
-        return False
-    if not np.array_equal(_values(first.GetPoints().GetData()), _values(second.GetPoints().GetData())):
-        return False
-    one, other = first.GetPointData(), second.GetPointData()
-    if one.GetNumberOfArrays() != other.GetNumberOfArrays():
-        return False
-    arrays = [(one.GetArray(k), other.GetArray(one.GetArrayName(k))) for k in range(one.GetNumberOfArrays())]
-    return all(b is not None and np.array_equal(_values(a), _values(b)) for a, b in arrays)
-
-
 def _values(array: Any) -> npt.NDArray[Any]:
     return np.asarray(vtk_to_numpy(array))

@@ -19,7 +19,7 @@ from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture
-from .drawn import Joined, same
+from .drawn import Joined
 from .fields import field_colouring
 from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
@@ -327,8 +327,6 @@ class Scene:
     def _put(self, part: pv.PolyData, name: str, texture: pv.Texture | None = None, **options: Any) -> None:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
         known = self._parts.get(name)
-        if known is not None and same(part, known):
-            return
         if known is None:
             self._parts[name] = known = part.copy(deep=False)
             if "Normals" in known.point_data:
