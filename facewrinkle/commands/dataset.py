@@ -11,7 +11,7 @@ from ..dataset.spec import DEFAULT, Spec
 from ..dataset.verification import check
 from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
-from .parsing import Whole
+from .options import Whole
 from .report import Report
 
 SHEET = (4, 6)

@@ -21,8 +21,7 @@ from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import refinement_for
-from .options import FaceOptions, FoldOptions, OutputOptions
-from .parsing import Whole, WholeOrNone, parse_mixture
+from .options import FaceOptions, FoldOptions, OutputOptions, Whole, given, parse_mixture
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -40,13 +39,13 @@ def express(
     source: FaceOptions | None = None,
     intensity: float = 1.0,
     frames: Whole = 100,
-    max_level: WholeOrNone = None,
+    max_level: Whole | None = None,
     gamma_c: float | None = None,
     samples: float | None = None,
     alpha: float | None = None,
-    count: WholeOrNone = None,
+    count: Whole | None = None,
     ends: Literal["continuous", "paper"] | None = None,
-    maps: WholeOrNone = None,
+    maps: Whole | None = None,
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
@@ -81,7 +80,7 @@ def express(
     output, source = output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
-    folds, changes = folds or FoldOptions(), _given(alpha=alpha, count=count, ends=ends)
+    folds, changes = folds or FoldOptions(), given(alpha=alpha, count=count, ends=ends)
     if changes and folds.folds != "paper":
         raise ParameterError(
             f"--{next(iter(changes))} belongs to the papers' folds: add --folds paper, or leave it out."
@@ -95,7 +94,7 @@ def express(
         frames=frames,
         refinement=replace(
             refinement_for(folds.folds),
-            **_given(max_level=max_level, gamma_c=gamma_c, samples=samples),
+            **given(max_level=max_level, gamma_c=gamma_c, samples=samples),
             coarsen=output.save_animation is None,
         ),
         layers=folds.layers(face, frames),
@@ -269,11 +268,6 @@ def _facts(face: Face, peak: pv.PolyData) -> dict[str, str]:
         "deepest furrow": f"{-height.min():.2f} mm",
         "largest compression": f"{compression:.2f}",
     }
-
-
-def _given(**options: Any) -> dict[str, Any]:
-    """Return the options that were given."""
-    return {name: value for name, value in options.items() if value is not None}
 
 
 def _with_folds(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Face:

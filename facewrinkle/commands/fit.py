@@ -10,10 +10,8 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..anatomy.atlas import read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, write_face
-from ..anatomy.fitting import fit_face
 from ..anatomy.landmarks import NOT_ON_SKIN, write_landmarks
 from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..array_types import Image
@@ -22,9 +20,10 @@ from ..files import output_target
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from ..plotting import Scene, save_picture, side_by_side, stacked
+from ..plotting.images import reduced
 from ..plotting.views import Style
 from ..simulation.fold_shapes import find_folds
-from .parsing import parse_units
+from .options import FaceOptions
 from .report import Report, face_facts
 
 MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
@@ -71,14 +70,8 @@ def fit(
     report = Report(quiet)
     stem = file.stem
     folder = output_folder(out or Path("output") / stem, make=False)  # the search takes a while
-    face = fit_face(
-        file,
-        landmarks,
-        parse_units(units),
-        None if atlas is None else read_atlas(atlas),
-        progress=report.progress,
-        texture=texture,
-    )
+    options = FaceOptions(landmarks=landmarks, units=units, atlas=atlas, texture=texture)
+    face = options.fitted(file, report)
     for ending in (SUFFIX, ".png"):
         output_target(folder / f"{stem}{ending}")  # before anything is written
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
@@ -166,7 +159,4 @@ def _screenshot(scene: Scene) -> Image:
     """Return a picture of a scene as it is, at the size of its style."""
     scene.plotter.render()
     image = np.array(scene.plotter.screenshot(None, return_img=True))
-    factor = image.shape[0] // scene.style.size[1]
-    height, width = (factor * pixels for pixels in scene.style.size[::-1])
-    blocks = image[:height, :width].reshape(height // factor, factor, width // factor, factor, 3)
-    return np.asarray(blocks.mean(axis=(1, 3)), dtype=np.uint8)
+    return reduced(image, image.shape[0] // scene.style.size[1])

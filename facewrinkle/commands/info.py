@@ -130,9 +130,7 @@ def _expressions(atlas: Atlas) -> Table:
 
 
 def _table(title: str, *columns: str) -> Table:
-    table = Table(*columns, title=title, title_justify="left", title_style="bold", box=None, header_style="dim")
-    table.title = f"\n{title}"
-    return table
+    return Table(*columns, title=f"\n{title}", title_justify="left", title_style="bold", box=None, header_style="dim")
 
 
 def _listed(rates: dict[str, float]) -> str:

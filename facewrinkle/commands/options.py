@@ -1,28 +1,160 @@
-"""Options that commands share: those that choose a face, and those that choose what is written."""
+"""Options that commands share: those that choose a face, and those that choose what is written; and words as values."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+import pyvista as pv
 from cyclopts import Parameter
 
-from ..anatomy.atlas import load_atlas, read_atlas
+from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
-from ..errors import LandmarkError, ParameterError, warn
+from ..errors import LandmarkError, ParameterError, UnknownNameError, unknown_name, warn
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
-from .parsing import parse_size, parse_units, parse_weights
 from .report import Report
+
+
+def parse_units(text: str | None) -> str | float | None:
+    """Return the name of a unit, or the number of millimetres in it.
+
+    Examples
+    --------
+    >>> parse_units("cm"), parse_units("10")
+    ('cm', 10.0)
+    """
+    try:
+        return text if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def parse_weights(text: str, usual: float | None = 1.0) -> dict[str, float]:
+    """Return numbers by name, from "mouthSmile=0.8, jawOpen"; `usual` where none is given.
+
+    Raises
+    ------
+    ParameterError
+        For what is no number, for none where there is no usual one, and for a name that comes twice.
+
+    Examples
+    --------
+    >>> parse_weights("mouthSmile=0.8, jawOpen"), parse_weights("jaw=0.5, age=1", usual=None)
+    ({'mouthSmile': 0.8, 'jawOpen': 1.0}, {'jaw': 0.5, 'age': 1.0})
+    """
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        name, equals, number = (piece.strip() for piece in part.partition("="))
+        if name in found:
+            raise ParameterError(f"{name} is named twice in {text!r}. Give one number for each name.")
+        try:
+            found[name] = float(number) if equals or usual is None else usual
+        except ValueError:
+            raise ParameterError(
+                f"names with numbers are needed, such as jaw=0.5,age=1; received {part.strip()!r}."
+            ) from None
+    return found
+
+
+def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
+    """Return weights by name, from "surprise", "AU12" or "AU1=0.7,AU4"; see :func:`parse_weights`.
+
+    Raises
+    ------
+    UnknownNameError
+        For a name that is no expression, action unit, muscle or pair of muscles.
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.atlas import load_atlas
+    >>> parse_mixture("AU1=0.7, AU4", load_atlas())
+    {'AU1': 0.7, 'AU4': 1.0}
+    """
+    weights = parse_weights(text)
+    for name in weights:
+        try:
+            atlas.resolve(name)
+        except UnknownNameError:
+            pairs = dict.fromkeys(muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles)
+            known = [*atlas.expressions, *atlas.action_units, *pairs, *atlas.muscles]
+            problem = unknown_name("expression, action unit or muscle", name, known)
+            raise UnknownNameError(f"{problem} All of them: facewrinkle info.") from None
+    return weights
+
+
+def whole_number(kind: Any, tokens: Sequence[Any]) -> int:
+    """Return a whole number; 2.5 is refused, and not rounded.
+
+    Examples
+    --------
+    >>> whole_number(int, ["100"]), whole_number(int, ["1e3"])
+    (100, 1000)
+    """
+    text = str(getattr(tokens[0], "value", tokens[0]))
+    try:
+        number = float(text)
+        if number == int(number):
+            return int(text) if text.lstrip("+-").isdigit() else int(number)
+    except (ValueError, OverflowError):
+        pass
+    raise ValueError(f"a whole number is needed, received {text!r}.")
+
+
+Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
+"""Numbers with commas between, of which the first may be negative."""
+
+Whole = Annotated[int, Parameter(converter=whole_number)]
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Return width and height, from "800" or "800x600".
+
+    Examples
+    --------
+    >>> parse_size("640"), parse_size("800x600")
+    ((640, 640), (800, 600))
+    """
+    try:
+        numbers = [int(number) for number in text.lower().split("x")]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2):
+        raise ParameterError(f"the size must be pixels such as 800 or 800x600, received {text!r}.")
+    return numbers[0], numbers[-1]
+
+
+def parse_numbers(name: str, text: str | None, counts: tuple[int, ...]) -> tuple[float, ...] | None:
+    """Return numbers from "1,2,3", of which there must be one of `counts`; one number stands for (1, 2) of them.
+
+    Examples
+    --------
+    >>> parse_numbers("centre", "10,0,45", (3,)), parse_numbers("extent", "60", (1, 2))
+    ((10.0, 0.0, 45.0), (60.0, 60.0))
+    """
+    if text is None:
+        return None
+    try:
+        numbers = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in counts:
+        raise ParameterError(f"--{name} must be {counts[-1]} numbers with commas between, received {text!r}.")
+    return numbers * 2 if counts == (1, 2) and len(numbers) == 1 else numbers
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """Return the options that were given, those that are not None."""
+    return {name: value for name, value in options.items() if value is not None}
 
 
 @Parameter(name="*")
@@ -63,33 +195,47 @@ class FaceOptions:
             return self.face.stem
         return "" if self.identity is None else re.sub(r"[^\w.=-]+", "_", self.identity)[:100]
 
+    def of(self, face: Path | None) -> FaceOptions:
+        """Return the same options for a face that a command may also name without --face."""
+        if face is not None and self.face is not None:
+            raise ParameterError("the face is named twice: leave out --face.")
+        return self if face is None else replace(self, face=face)
+
+    def fitted(self, mesh: Path | pv.PolyData, report: Report | None = None) -> Face:
+        """Return the face of a mesh; `report` shows the progress of the search."""
+        progress = None if report is None else report.progress
+        return fit_face(mesh, self.landmarks, parse_units(self.units), self._own_atlas, progress, self.texture)
+
+    @property
+    def _own_atlas(self) -> Atlas | None:
+        return None if self.atlas is None else read_atlas(self.atlas)
+
     def load(self, report: Report | None = None, otherwise: str | None = None) -> Face:
         """Return the face; an error for options that do not go together.
 
         `report` shows the progress of the search; `otherwise` is what to do with a mesh that is no face.
         """
-        atlas = read_atlas(self.atlas) if self.atlas else load_atlas()
-        if self.face is not None and self.identity is not None:
-            raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
-        if self.face is not None and self.face.suffix == SUFFIX:
-            for name in ("landmarks", "units", "texture"):
-                if getattr(self, name) is not None:
-                    raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
-            return read_face(self.face, atlas)
-        if self.face is not None:
-            progress = None if report is None else report.progress
-            try:
-                return fit_face(self.face, self.landmarks, parse_units(self.units), atlas, progress, self.texture)
-            except LandmarkError as problem:
-                if otherwise is None or self.landmarks is not None:
-                    raise
-                raise LandmarkError(f"{problem} If {self.face.name} is no face, {otherwise}") from None
-        for name in ("landmarks", "units", "texture"):
-            if getattr(self, name) is not None:
+        if self.face is None:
+            if name := self._first_given("landmarks", "units", "texture"):
                 raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
-        return default_face(
-            parse_weights(self.identity, usual=None) if self.identity is not None else None, atlas=atlas
-        )
+            identity = None if self.identity is None else parse_weights(self.identity, usual=None)
+            return default_face(identity, atlas=self._own_atlas)
+        if self.identity is not None:
+            raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
+        if self.face.suffix == SUFFIX:
+            if name := self._first_given("landmarks", "units", "texture"):
+                raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
+            return read_face(self.face, self._own_atlas)
+        try:
+            return self.fitted(self.face, report)
+        except LandmarkError as problem:
+            if otherwise is None or self.landmarks is not None:
+                raise
+            raise LandmarkError(f"{problem} If {self.face.name} is no face, {otherwise}") from None
+
+    def _first_given(self, *names: str) -> str | None:
+        """Return the name of the first of these options that was given."""
+        return next((name for name in names if getattr(self, name) is not None), None)
 
     def load_surface(self, place: str) -> Face:
         """Return the mesh as a surface that is no face; without --units, its unit goes with its size.
@@ -98,11 +244,10 @@ class FaceOptions:
         """
         if self.face is None:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
-        for name in ("landmarks", "identity", "atlas"):
-            if getattr(self, name) is not None:
-                raise ParameterError(
-                    f"--{name} belongs to a face, --{place} to a mesh that is none: leave out one of them."
-                )
+        if name := self._first_given("landmarks", "identity", "atlas"):
+            raise ParameterError(
+                f"--{name} belongs to a face, --{place} to a mesh that is none: leave out one of them."
+            )
         units = parse_units(self.units)
         found = surface(self.face, units or "mm", self.texture)
         size = float(np.linalg.norm(np.ptp(found.points, axis=0)))

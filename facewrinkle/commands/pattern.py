@@ -18,8 +18,7 @@ from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, OutputOptions
-from .parsing import Vector, Whole, WholeOrNone, parse_mixture, parse_numbers
+from .options import FaceOptions, OutputOptions, Vector, Whole, given, parse_mixture, parse_numbers
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -41,14 +40,14 @@ def pattern(
     sharpness: float | None = None,
     style: str | None = None,
     variation: float | None = None,
-    seed: WholeOrNone = None,
+    seed: Whole | None = None,
     valid_share: float | None = None,
     t: float | None = None,
     cycle: float | None = None,
     strength: float = 1.0,
     expression: str | None = None,
     frames: Whole = 60,
-    max_level: WholeOrNone = None,
+    max_level: Whole | None = None,
     output: OutputOptions | None = None,
 ) -> None:
     """Write pictures and a movie of a pattern.
@@ -100,10 +99,19 @@ def pattern(
     check_range("strength", strength, 0.0, 1.0)
     if number is not None and spacing is not None:
         raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
-    options: dict[str, Any] = {"depth": depth, "number": number, "spacing": spacing, "sharpness": sharpness}
-    options |= {"style": style, "variation": variation, "seed": seed, "valid_share": valid_share, "t": t}
-    options |= {"size": parse_numbers("extent", extent, (1, 2)), "up": parse_numbers("up", up, (3,))}
-    options = {option: value for option, value in options.items() if value is not None}
+    options = given(
+        depth=depth,
+        number=number,
+        spacing=spacing,
+        sharpness=sharpness,
+        style=style,
+        variation=variation,
+        seed=seed,
+        valid_share=valid_share,
+        t=t,
+        size=parse_numbers("extent", extent, (1, 2)),
+        up=parse_numbers("up", up, (3,)),
+    )
     if cycle is not None:
         check_range("cycle", cycle, 1e-3, 1e6, "It is in seconds.")
         if t is not None:

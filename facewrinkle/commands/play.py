@@ -10,9 +10,6 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.atlas import Atlas, read_atlas
-from ..anatomy.face import Face
-from ..anatomy.fitting import fit_face
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry.normals import vertex_areas
 from ..motion.animation import read_animation
@@ -22,8 +19,7 @@ from ..plotting.views import Style
 from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, FoldOptions, OutputOptions
-from .parsing import Whole, WholeOrNone, parse_units, parse_weights
+from .options import FaceOptions, FoldOptions, OutputOptions, Whole, parse_weights
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
@@ -46,7 +42,7 @@ def play(
     take_fps: float | None = None,
     head: bool = True,
     speed: float = 1.0,
-    max_level: WholeOrNone = None,
+    max_level: Whole | None = None,
     moments: Whole = 5,
     follow: bool = False,
     folds: FoldOptions | None = None,
@@ -88,12 +84,16 @@ def play(
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
         _refuse(file, "is a take, which has none of its own", mesh=mesh, animation=animation, shapes=shapes)
-        clip = _take_on_face(file, source, report, step, gain, take_fps, head, speed)
+        take = read_take(file, take_fps).gained({} if gain is None else parse_weights(gain))
+        face, duration, names, time_step = source.load(report), take.duration / speed, take.names, None
+        motion: Recorded | Performer = Performer(take, face, step, speed=speed, head=head)
     else:
         chosen = {"face": source.face, "identity": source.identity}
         _refuse(file, "has a face of its own", **chosen, gain=gain, take_fps=take_fps)
-        clip = _animation(file, source, report, mesh, animation, shapes, speed)
-    face = clip.face
+        rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_weights(shapes))
+        motion = recorded = recorded.played(speed)
+        face = source.fitted(rest, report)
+        duration, names, time_step = recorded.duration, recorded.names, step
     with report.waiting("Preparing the skin"):
         refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
         if folds.folds == "printed":
@@ -101,10 +101,8 @@ def play(
                 "wrinkles as printed are those of an expression (facewrinkle express): play with --folds paper or wave."
             )
         layers = folds.layers(face)
-        simulation = Simulation(
-            face, refinement, layers, step if isinstance(clip.motion, Recorded) else None, motion=clip.motion
-        )
-    steps = max(int(np.ceil(clip.duration / step - 1e-6)), 1)
+        simulation = Simulation(face, refinement, layers, time_step, motion=motion)
+    steps = max(int(np.ceil(duration / step - 1e-6)), 1)
     if steps > MAX_STEPS:
         raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
@@ -119,19 +117,14 @@ def play(
     with Scenes(face) as scenes:
         deepest = _record(played, recorder, scenes, styles, count)
         folds.tell_limited(max(shares))
-        if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < SMOOTH:
-            warn(
-                f"{file.name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies "
-                "often carry the head along as one piece; give one in which the face moves, with blend shapes or "
-                "facial bones."
-            )
+        _tell_smooth(file.name, deepest)
         _draw(deepest, recorder, scenes, styles[0])
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     recorder.tabulate(
         file.name,
         {
-            "shapes": str(clip.shapes),
-            "clip": f"{clip.duration:.2f} s, {steps} steps",
+            "shapes": str(len(names)),
+            "clip": f"{duration:.2f} s, {steps} steps",
             "triangles": f"{face.mesh.n_cells} → {max(moment.frame.n_cells for moment in deepest)}",
             "deepest at": ", ".join(f"{moment.time:.2f} s ({moment.depth:.2f} mm)" for moment in deepest),
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
@@ -140,67 +133,12 @@ def play(
     report.say_time()
 
 
-class Played(NamedTuple):
-    """A face, what moves it, for how many seconds, and how many shapes that has."""
-
-    face: Face
-    motion: Recorded | Performer
-    duration: float
-    shapes: int
-
-
 def _refuse(file: Path, why: str, **options: object) -> None:
     """Raise a ParameterError for options that were given and do not belong to a file."""
     for name, value in options.items():
         if value is not None:
             option = f"--{name.replace('_', '-')}"
             raise ParameterError(f"{file.name} {why}: leave out {option}.")
-
-
-def _animation(
-    file: Path,
-    source: FaceOptions,
-    report: Report,
-    mesh: str | None,
-    animation: str | None,
-    shapes: str | None,
-    speed: float,
-) -> Played:
-    """Return an animation and the face in its file."""
-    rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_weights(shapes))
-    recorded = recorded.played(speed)
-    face = fit_face(
-        rest,
-        source.landmarks,
-        parse_units(source.units),
-        _atlas(source.atlas),
-        progress=report.progress,
-        texture=source.texture,
-    )
-    return Played(face, recorded, recorded.duration, len(recorded.names))
-
-
-def _take_on_face(
-    file: Path,
-    source: FaceOptions,
-    report: Report,
-    step: float,
-    gain: str | None,
-    fps: float | None,
-    head: bool,
-    speed: float,
-) -> Played:
-    """Return a take, performed by the face that was asked for."""
-    take = read_take(file, fps)
-    if gain is not None:
-        take = take.gained(parse_weights(gain))
-    face = source.load(report)
-    performer = Performer(take, face, step, speed=speed, head=head)
-    return Played(face, performer, take.duration / speed, len(take.names))
-
-
-def _atlas(path: Path | None) -> Atlas | None:
-    return None if path is None else read_atlas(path)
 
 
 CLEARLY = 0.9
@@ -213,6 +151,15 @@ class Moment(NamedTuple):
     depth: float
     time: float
     frame: pv.PolyData
+
+
+def _tell_smooth(name: str, deepest: list[Moment]) -> None:
+    """Say so if there are no wrinkles in a file."""
+    if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < SMOOTH:
+        warn(
+            f"{name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies often "
+            "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones."
+        )
 
 
 class DeepestMoments:

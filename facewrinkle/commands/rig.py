@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,8 +17,7 @@ from ..rigging.linear_rig import facts_text, label
 from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
 from ..rigging.write import write_page, write_rig_files
-from .options import FaceOptions
-from .parsing import Whole, WholeOrNone
+from .options import FaceOptions, Whole
 from .report import Report
 
 MAP_SIZE = 1024
@@ -36,11 +34,11 @@ def rig(
     source: FaceOptions | None = None,
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
-    level: WholeOrNone = None,
+    level: Whole | None = None,
     correctives: Whole = 0,
     halfway: bool = False,
     same_mesh: bool = False,
-    map_size: WholeOrNone = None,
+    map_size: Whole | None = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
     sheet: bool = False,
@@ -92,11 +90,7 @@ def rig(
     quiet
         Print only errors.
     """
-    report, source = Report(quiet), source or FaceOptions()
-    if face is not None:
-        if source.face is not None:
-            raise ParameterError("the face is named twice: leave out --face.")
-        source = replace(source, face=face)
+    report, source = Report(quiet), (source or FaceOptions()).of(face)
     if halfway and not format.startswith("usd"):
         raise ParameterError("--halfway makes in-betweens, which only USD holds: add --format usd, or leave it out.")
     if wrinkles != "maps" and map_size is not None:

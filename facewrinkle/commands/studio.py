@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
-from ..errors import ParameterError, check_whole
+from ..errors import check_whole
 from ..processes import before_the_end
-from .options import FaceOptions
-from .parsing import Whole
+from .options import FaceOptions, Whole
 from .report import Report
 
 
@@ -41,12 +39,8 @@ def studio(
     """
     from ..live import Studio  # which needs a package of the extra "studio"
 
-    source, report = source or FaceOptions(), Report(quiet=False)
+    source, report = (source or FaceOptions()).of(mesh), Report(quiet=False)
     check_whole("port", port, 0, 65535)
-    if mesh is not None:
-        if source.face is not None:
-            raise ParameterError("the face is named twice: leave out --face.")
-        source = replace(source, face=mesh)
     face = source.load(report)
     named = None if source.face is None else str(source.face)
     with report.waiting("Getting ready"):

@@ -21,8 +21,7 @@ from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation
 from ..simulation.fold_layers import Folds, refinement_for
-from .options import FaceOptions
-from .parsing import Whole
+from .options import FaceOptions, Whole
 from .report import Report
 
 SIZE = (800, 800)

@@ -25,8 +25,7 @@ from ..tears.drop import DrippingTear, Fall
 from ..tears.drop_shape import DropShape
 from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
 from ..tears.stream import Film, Flow, Route, SheddingTear
-from .options import FaceOptions, OutputOptions
-from .parsing import Whole, parse_mixture, parse_numbers
+from .options import FaceOptions, OutputOptions, Whole, given, parse_mixture, parse_numbers
 from .recorder import Clip, Drawing, Recorder, beside
 from .report import Report
 
@@ -95,9 +94,8 @@ def tear(
     folder = output.folder(stem, source.label)
     report = Report(output.quiet)
     output_folder(folder, make=False)  # to be refused before the face is made
-    asked = {"c": speed, "roughness": roughness, "head": head, "by": reveal}
-    given = {name: value for name, value in asked.items() if value is not None}
-    if given and kind == "dripping":
+    running = given(c=speed, roughness=roughness, head=head, by=reveal)
+    if running and kind == "dripping":
         raise ParameterError(
             "--speed, --roughness, --head and --reveal belong to tears that run down; those that drip fall freely."
         )
@@ -113,7 +111,7 @@ def tear(
     mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):
-        tears = _tears_from(places, kind, face, seed, given) if places else preset(kind, face, seed, **given)
+        tears = _tears_from(places, kind, face, seed, running) if places else preset(kind, face, seed, **running)
         crying = Crying(face, rates, tears, np.arange(frames) / fps, output.save_animation is None)
     if places and output.view is None:
         style = replace(style, view=_close(face, places, tears))
@@ -139,7 +137,7 @@ def _surface(source: FaceOptions) -> Face:
     return replace(face, unit=HEAD_SIZE / float(np.linalg.norm(np.ptp(face.points, axis=0))))
 
 
-def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, given: dict[str, Any]) -> list[Tear]:
+def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, running: dict[str, Any]) -> list[Tear]:
     """Return tears of a preset from places: the first of one side of the face that runs, and the first that drips."""
     tears: list[Tear] = []
     for number, place in enumerate(places):
@@ -152,7 +150,7 @@ def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, given:
             if drips:
                 tears.append(DrippingTear(face, place, **grouped(options, shape=DropShape, fall=Fall)))
             else:
-                options |= {**given, "seed": seed + number}
+                options |= {**running, "seed": seed + number}
                 tears.append(SheddingTear(face, start=place, **grouped(options, film=Film, flow=Flow, route=Route)))
     return tears
 

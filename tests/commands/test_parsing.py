@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from facewrinkle.anatomy.atlas import load_atlas
-from facewrinkle.commands.parsing import parse_mixture, whole_number
+from facewrinkle.commands.options import parse_mixture, whole_number
 from facewrinkle.errors import ParameterError, UnknownNameError
 
 
