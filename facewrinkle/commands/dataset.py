@@ -5,10 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from ..dataset.card import read_table
 from ..dataset.generation import generate, preview
+from ..dataset.shards import check, read_table
 from ..dataset.spec import DEFAULT, Spec
-from ..dataset.verification import check
 from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
 from .options import Whole
@@ -68,8 +67,7 @@ def dataset(
             raise ParameterError(f"--out must name the folder of the set, received {str(where)!r}.")
         report.say(f"{_preview(spec, where.with_name(where.name + '.png'), report)}")
         return
-    with report.counting("Making samples", count) as done:
-        generate(spec, where, count, workers, scheduler, done)
+    generate(spec, where, count, workers, scheduler, report.progress)
     attempts = read_table(where, ("attempt",))["attempt"]
     again = sum(map(bool, attempts))
     report.say(

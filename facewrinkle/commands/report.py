@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import MofNCompleteColumn, Progress
 from rich.table import Table
 
 from ..anatomy.face import Face
@@ -50,20 +49,6 @@ class Report:
     def progress(self, items: Iterable[T], what: str, total: int) -> Iterable[T]:
         """Return the items, with a bar on a terminal."""
         return items if self.quiet else bar(items, what, total)
-
-    @contextmanager
-    def counting(self, what: str, total: int) -> Iterator[Callable[[int], None]]:
-        """Yield a function to be told how many more are done, with a bar and an estimate on a terminal."""
-        console = Console(stderr=True)
-        with Progress(
-            *Progress.get_default_columns(),
-            MofNCompleteColumn(),
-            console=console,
-            transient=True,
-            disable=self.quiet or not console.is_terminal,
-        ) as progress:
-            task = progress.add_task(what, total=total)
-            yield lambda more: progress.advance(task, more)
 
 
 def face_facts(face: Face) -> dict[str, str]:

@@ -2,7 +2,7 @@
 
 from .generation import generate, preview
 from .sample import Sample, SampleMaker
+from .shards import check
 from .spec import Spec
-from .verification import check
 
 __all__ = ["Sample", "SampleMaker", "Spec", "check", "generate", "preview"]

@@ -12,7 +12,7 @@ import numpy as np
 from .. import __version__
 from ..files import written
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
-from .shards import failed_in, rows_of
+from .shards import failed_in, read_table
 from .spec import Spec, code_digest
 
 SHOWN = (
@@ -44,12 +44,6 @@ def write_card(folder: Path, spec: Spec, count: int) -> Path:
     with written(folder / "README.md") as partial:
         Path(partial).write_text(_text(spec, count, table, failed, redrawn), encoding="utf-8")
     return folder / "README.md"
-
-
-def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
-    """Return columns of the tables of all shards of a set, in order of the samples; None where a row lacks one."""
-    rows = [row for path in sorted((folder / "index").glob("shard-*.parquet")) for row in rows_of(path, columns)]
-    return {name: [row.get(name) for row in rows] for name in columns}
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:

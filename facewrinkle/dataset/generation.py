@@ -4,48 +4,33 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from socket import gethostname
-from typing import Annotated, Any
+from typing import Any
 
 try:
     import fcntl
 except ImportError:  # Windows, where runs are not kept apart
     fcntl = None  # type: ignore[assignment]
 
-import msgspec
-from msgspec import Meta, Struct, to_builtins
+from msgspec import to_builtins
 
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
 from ..files import inside_only, is_inside_only, output_folder, written
+from ..progress import Progress, silent
 from .card import write_card
 from .plan import first_sample_of
 from .sample import Sample, SampleMaker
-from .shards import Shard, arrow, shards_of, write_shard
+from .shards import STATE, Shard, State, arrow, read_state, shards_of, write_shard
 from .spec import Spec, code_digest
-
-STATE = "dataset.json"
-"""The file in the folder of a set that tells which set it is."""
 
 RUNNING = ".running"
 """The file in the folder of a set that a run holds as long as it lasts."""
-
-Progress = Callable[[int], None]
-
-
-class State(Struct):
-    """What the folder of a set says about it: digest, version and code of :class:`Spec`, number of samples."""
-
-    digest: str
-    version: str
-    code: str
-    count: Annotated[int, Meta(ge=1)]
-    spec: dict[str, Any]
 
 
 def generate(
@@ -54,7 +39,7 @@ def generate(
     count: int = 1000,
     workers: int = 1,
     scheduler: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress = silent,
 ) -> Path:
     """Make a data set in a folder, or what is missing of it.
 
@@ -75,7 +60,8 @@ def generate(
         Address of a Dask scheduler, such as ``tcp://10.0.0.1:8786``, whose workers see the same folder and have the
         same code of the package; they are used in place of processes here.
     progress : callable, optional
-        Called with the number of samples that have become done.
+        Called with an iterable of the samples, what is being done, and the number of samples; yields the samples, each
+        when it is done.
 
     Returns
     -------
@@ -107,7 +93,7 @@ def generate(
     count, workers = check_whole("count", count, 1, 1e12), check_whole("workers", workers, 1, 1024)
     arrow()  # before anything is drawn
     folder = Path(out).expanduser().absolute()
-    shards, report = shards_of(count, spec.shard), progress or (lambda done: None)
+    shards = shards_of(count, spec.shard)
     if scheduler is None and len(shards) < workers:
         warn(
             f"{workers} processes, and {len(shards)} of them at work: each makes whole shards, and {count} samples are "
@@ -117,17 +103,23 @@ def generate(
         _begin(folder, spec, count)
         for path in folder.rglob(".[0-9]*.shard-*"):  # of a run that was killed
             path.unlink(missing_ok=True)
-        missing = [shard for shard in shards if not shard.done(folder)]
-        if done := count - sum(shard.last - shard.first for shard in missing):
-            report(done)
-        if scheduler is None and (workers == 1 or len(missing) < 2):
-            for shard in missing:
-                for _ in write_shard(spec, shard, folder):
-                    report(1)
-        else:
-            _distribute(spec, missing, folder, workers, scheduler, report)
+        for _ in progress(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
+            pass
         write_card(folder, spec, count)
     return folder
+
+
+def _samples(spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None) -> Iterator[int]:
+    """Make what is missing of a set, and yield the number of each of its samples when it is done."""
+    missing = [shard for shard in shards if not shard.done(folder)]
+    for shard in shards:
+        if shard not in missing:
+            yield from range(shard.first, shard.last)
+    if scheduler is not None or (workers > 1 and len(missing) > 1):
+        yield from _distributed(spec, missing, folder, workers, scheduler)
+        return
+    for shard in missing:
+        yield from write_shard(spec, shard, folder)
 
 
 def preview(spec: Spec | str | Path | dict[str, Any] | None = None, count: int = 24) -> Iterator[Sample]:
@@ -207,18 +199,8 @@ def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
         )
 
 
-def read_state(folder: Path) -> State:
-    """Return what a folder says about the set in it."""
-    try:
-        return msgspec.json.decode((folder / STATE).read_bytes(), type=State)
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
-        raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
-
-
-def _distribute(
-    spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None, report: Progress
-) -> None:
-    """Make shards at once; when one fails, the others are finished."""
+def _distributed(spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None) -> Iterator[int]:
+    """Make shards at once, and yield the numbers of their samples; when one fails, the others are finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
     reason = ""
     with _pool(min(workers, len(shards)), scheduler) as pool:
@@ -229,7 +211,7 @@ def _distribute(
             elif problem := future.exception():
                 reason = str(problem).rstrip(".")
             else:
-                report(futures[future].last - futures[future].first)
+                yield from range(futures[future].first, futures[future].last)
     if reason:
         missing = sum(not shard.done(folder) for shard in shards)
         raise FaceWrinkleError(f"{missing} of {len(shards)} shards are missing: {reason}. Run the same again to go on.")

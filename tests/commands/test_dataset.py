@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from facewrinkle.cli import main
-from facewrinkle.dataset import Sample, SampleMaker, Spec, generation, shards, verification
+from facewrinkle.dataset import Sample, SampleMaker, Spec, generation, shards
 from facewrinkle.dataset.plan import person_of, plan_of
 from facewrinkle.dataset.spec import DEFAULT
 
@@ -34,7 +34,7 @@ class Grey(SampleMaker):
 @pytest.fixture
 def grey(tmp_path, monkeypatch):
     """A specification of grey samples."""
-    for module in (generation, shards, verification):
+    for module in (generation, shards):
         monkeypatch.setattr(module, "SampleMaker", Grey)
     path = tmp_path / "grey.toml"
     path.write_text("size = [16, 16]\nshard = 2\n", encoding="utf-8")
