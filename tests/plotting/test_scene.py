@@ -117,3 +117,18 @@ def test_a_picture_that_was_begun_is_that_of_its_frame_whatever_follows(face):
         late = scene.begun(face.mesh)
         np.testing.assert_array_equal(beside(), other.picture(face.mesh))
     np.testing.assert_array_equal(late(), expected[0])
+
+
+@pytest.mark.parametrize("quick", [True, False])
+def test_a_camera_that_moves_shows_the_frame_from_there(face, quick):
+    """Nothing of the frame is sent again, and the picture is that of a new scene."""
+    frame = held("surprise")
+    with Scene(face, Style(SMALL, quick=quick)) as scene, Scene(face, Style(SMALL, quick=quick)) as other:
+        before = scene.picture(frame)
+        times = [actor.mapper.dataset.GetMTime() for actor in scene.plotter.actors.values()]
+        for plotter in (scene.plotter, other.plotter):
+            plotter.camera.azimuth += 20.0
+        after = scene.picture(frame)
+        assert [actor.mapper.dataset.GetMTime() for actor in scene.plotter.actors.values()] == times
+        assert (after != before).any(axis=2).mean() > 0.2
+        np.testing.assert_array_equal(after, other.picture(frame))
