@@ -46,10 +46,8 @@ BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
 HAIR_COLOUR = (50.0, 38.0, 31.0)
 
-SHAVED, SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 1.0, 60.0, 12.0
-"""Loss of colour at the lower ends of the sideburns, the height over which it grows, and how far behind the zygion they
-reach.
-"""
+SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 60.0, 12.0
+"""Height over which sideburns lose their colour downwards, and how far behind the zygion they reach."""
 
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
@@ -136,7 +134,7 @@ class SkinPainter:
         where, ear = (self._face.frame.local_mm(place) for place in (points, self._face.landmarks["zygion_l"]))
         before = smoothstep((where[:, 2] - ear[2] + SIDEBURN_BEHIND) / 8.0)
         low = 1.0 - smoothstep((where[:, 1] - ear[1] + 4.0) / SIDEBURN_HEIGHT)
-        return np.asarray(1.0 - SHAVED * before * low)
+        return np.asarray(1.0 - before * low)
 
     def _by_corners(self, points: Array) -> Array:
         """Nearness (0 to 1) of points to the corners of the mouth, where the lips end in a crease."""

@@ -15,8 +15,7 @@ from ..anatomy.face_file import SUFFIX, write_face
 from ..anatomy.landmarks import NOT_ON_SKIN, write_landmarks
 from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..array_types import Image
-from ..export import output_folder
-from ..files import output_target
+from ..files import output_folder, output_target
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
 from ..plotting import Scene, save_picture, side_by_side, stacked

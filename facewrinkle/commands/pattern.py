@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,6 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry.smoothstep import smoothstep
-from ..layers.patterns_on_skin.base import Pattern
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
@@ -117,7 +116,7 @@ def pattern(
         if t is not None:
             raise ParameterError("--t and --cycle exclude each other: leave one of them out.")
     if expression is None:
-        options["strength"] = _Swell(strength, frames, fps)
+        options["strength"] = _swelling(strength, frames, fps)
     elif centre is None:
         options["strength"] = "skin"
     face, layers = _placed(name, source, parse_numbers("centre", centre, (3,)), options, report)
@@ -133,17 +132,14 @@ def pattern(
     _record(clip, simulation, Recorder(output.folder(stem, source.label), stem, output, report))
 
 
-@dataclass(frozen=True)
-class _Swell:
-    """A strength that rises over the frames and falls again."""
+def _swelling(strength: float, frames: int, fps: float) -> Callable[[float], float]:
+    """Return a strength that rises over the frames and falls again."""
 
-    strength: float
-    frames: int
-    fps: float
+    def at(seconds: float) -> float:
+        step = min(max(round(seconds * fps) - 1, 0), 2 * frames)
+        return strength * float(smoothstep(1.0 - abs(step - frames) / frames))
 
-    def __call__(self, seconds: float) -> float:
-        step = min(max(round(seconds * self.fps) - 1, 0), 2 * self.frames)
-        return self.strength * float(smoothstep(1.0 - abs(step - self.frames) / self.frames))
+    return at
 
 
 def _there_and_back(simulation: Simulation, rates: dict[str, float], frames: int) -> Iterator[pv.PolyData]:
@@ -168,17 +164,6 @@ def _placed(
     return source.load_surface("centre"), [PatternLayer(name, centre, **options)]
 
 
-@dataclass(frozen=True)
-class _Cycle:
-    """The t of a pattern that runs through its cycle in some seconds."""
-
-    pattern: Pattern
-    seconds: float
-
-    def __call__(self, now: float) -> float:
-        return self.pattern.cycled(now / self.seconds)
-
-
 def _run(layers: list[PatternLayer], seconds: float) -> None:
     """Let patterns run through their cycle."""
     for layer in layers:
@@ -186,7 +171,7 @@ def _run(layers: list[PatternLayer], seconds: float) -> None:
             raise ParameterError(
                 f"the t of {layer.name} follows from its strength, which comes and goes by itself: leave --cycle out."
             )
-        layer.t = _Cycle(layer.patterns[0], seconds)
+        layer.t = lambda now, shown=layer.patterns[0]: shown.cycled(now / seconds)
 
 
 def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:

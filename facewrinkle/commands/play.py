@@ -103,8 +103,7 @@ def play(
         layers = folds.layers(face)
         simulation = Simulation(face, refinement, layers, time_step, motion=motion)
     steps = max(int(np.ceil(duration / step - 1e-6)), 1)
-    if steps > MAX_STEPS:
-        raise ParameterError(f"the clip would have {steps} steps, at most {MAX_STEPS} are allowed. Raise --speed.")
+    check_whole("the number of steps of the clip", steps, 1, MAX_STEPS, "Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
     shares: list[float] = []
 

@@ -16,10 +16,10 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..array_types import Image
 from ..errors import MissingPackageError, warn
-from ..export import movie_writer, output_folder, write_mesh, write_series
+from ..export import movie_writer, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
-from ..export.meshes import sidecar_files
-from ..files import output_file, output_target
+from ..export.meshes import write_mesh_files
+from ..files import output_file, output_folder, output_target
 from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
@@ -173,8 +173,7 @@ class Recorder:
         if self.output.save_mesh is None:
             return
         path = self._path(f"{suffix}.{self.output.save_mesh}")
-        self.files.append(write_mesh(frame, path, face, parts=True, tears=tears))
-        self.files += sidecar_files(path, textured=face.texture is not None, tears=bool(tears))
+        self.files += write_mesh_files(frame, path, face, parts=True, tears=tears)
 
     def tabulate(self, title: str, rows: Mapping[str, str]) -> None:
         """Print what came out, and the names of all files."""

@@ -8,8 +8,7 @@ from typing import Literal
 
 from ..anatomy.face_file import SUFFIX
 from ..errors import ParameterError
-from ..export import output_folder
-from ..files import output_target, written
+from ..files import output_folder, output_target, written
 from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig

@@ -15,8 +15,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import check_range
-from ..export import output_folder
-from ..files import written
+from ..files import output_folder, written
 from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation

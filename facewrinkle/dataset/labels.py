@@ -174,21 +174,26 @@ def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furr
         :data:`REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    at, shape, unit = (hits.rows, hits.columns), camera.size[::-1], face.unit
-    depth, height = np.zeros(shape, np.uint16), np.zeros(shape, np.int16)
-    normal, place = np.zeros((*shape, 3), np.int8), np.full((*shape, 3), NO_PLACE, np.int16)
-    instance, region = np.zeros(shape, np.uint8), np.zeros(shape, np.uint8)
-    depth[at] = _whole(hits.depth * unit / DEPTH_STEP, np.uint16)
+    unit, height = face.unit, hits.interpolated(np.asarray(frame.point_data["W"]))
     turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
-    normal[at] = _whole(127.0 * turned / np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12), np.int8)
-    height[at] = _whole(hits.interpolated(np.asarray(frame.point_data["W"])) / HEIGHT_STEP, np.int16)
+    length = np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
     rest = hits.interpolated(np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64))
-    place[at], region[at] = _whole(rest * unit / PLACE_STEP, np.int16), regions_at(face, rest)
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
-    deep = hits.interpolated(np.asarray(frame.point_data["W"])) <= -DEEP
-    instance[at] = np.where(deep, np.minimum(own[np.arange(len(own)), nearest], 255), 0)
-    return {"depth": depth, "normal": normal, "height": height, "place": place, "region": region, "furrow": instance}
+    found = {
+        "depth": _whole(hits.depth * unit / DEPTH_STEP, np.uint16),
+        "normal": _whole(127.0 * turned / length, np.int8),
+        "height": _whole(height / HEIGHT_STEP, np.int16),
+        "place": _whole(rest * unit / PLACE_STEP, np.int16),
+        "region": regions_at(face, rest),
+        "furrow": _whole(np.where(height <= -DEEP, own[np.arange(len(own)), nearest], 0), np.uint8),
+    }
+    pixels = {}
+    for name, values in found.items():
+        nothing = NO_PLACE if name == "place" else 0
+        pixels[name] = np.full((*camera.size[::-1], *values.shape[1:]), nothing, values.dtype)
+        pixels[name][hits.rows, hits.columns] = values
+    return pixels
 
 
 def _whole(values: Array, kind: Any) -> npt.NDArray[Any]:

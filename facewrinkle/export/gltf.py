@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial.transform import Rotation
 
-from ..array_types import Array, Single
+from ..array_types import Array
 from ..mesh.formats.gltf import COMPONENTS, WIDTHS
 from ..mesh.formats.merging import linear_light
 from .model import WATER_INDEX, WATER_OPACITY, Model, Morphs, WeightTrack
@@ -190,20 +190,13 @@ class _File:
                 "indices": {"bufferView": index, "byteOffset": at_index, "componentType": CODES[kind]},
                 "values": {"bufferView": vectors, "byteOffset": at_vector},
             }
-            target[name] = self._sparse(values, sparse, bounded=name == "POSITION")
+            entry = self._blank(count) | {"sparse": sparse}
+            if name == "POSITION":
+                entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
+            target[name] = self.add("accessors", entry)
             at_index += kind.itemsize * (len(rows) + len(rows) % 2)
             at_vector += 12 * len(rows)
         return targets
-
-    def _sparse(self, values: Single, sparse: dict[str, Any], *, bounded: bool) -> int:
-        """Append an accessor that is zero but for some rows.
-
-        The zeros are in the buffer too: without a view of them, VTK reads nothing.
-        """
-        entry = self._blank(len(values)) | {"sparse": sparse}
-        if bounded:
-            entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
-        return self.add("accessors", entry)
 
     def _zero(self, count: int) -> int:
         """Return the accessor of so many zero vectors, which all shapes share that leave a mesh as it is."""
@@ -213,7 +206,10 @@ class _File:
         return self._zeros[count]
 
     def _blank(self, count: int) -> dict[str, Any]:
-        """Return an accessor of so many zero vectors; all of them share the longest view."""
+        """Return an accessor of so many zero vectors; all of them share the longest view.
+
+        Also those that are zero but for some rows: without a view of the zeros, VTK reads nothing.
+        """
         if self._zero_view < 0:
             self._zero_view = self.add("bufferViews", {"buffer": 0, "byteStride": 12, "target": VERTICES})
             self.content["bufferViews"][self._zero_view] |= {"byteOffset": 0, "byteLength": 0}
@@ -224,7 +220,7 @@ class _File:
     def animate(self, moving: Sequence[tuple[int, WeightTrack]]) -> None:
         """Append an animation of the weights of some nodes."""
         samplers: dict[int, int] = {}  # of tracks that several nodes share
-        animation: dict[str, Any] = {"name": moving[0][1].name, "samplers": [], "channels": []}
+        animation: dict[str, Any] = {"name": "animation", "samplers": [], "channels": []}
         for node, track in moving:
             if id(track) not in samplers:
                 samplers[id(track)] = len(animation["samplers"])

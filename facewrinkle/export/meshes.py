@@ -80,6 +80,18 @@ def write_mesh(
     ...     sorted(file.name for file in path.parent.iterdir())
     ['crying.ply', 'crying_tears.ply']
     """
+    return write_mesh_files(frame, path, face, parts=parts, tears=tears)[0]
+
+
+def write_mesh_files(
+    frame: MeshLike,
+    path: str | Path,
+    face: Face | None = None,
+    *,
+    parts: bool = False,
+    tears: Iterable[pv.PolyData] = (),
+) -> list[Path]:
+    """Write a mesh as :func:`write_mesh` does; return its file, and then those beside it."""
     frame = triangle_mesh(frame)
     skin, water = skin_model(frame, face), tears_model(tears)
     path = output_file(path, SUFFIXES)
@@ -89,39 +101,23 @@ def write_mesh(
         case ".ply":
             files = ply_files(skin, path, _texture_file(path))
             if water is not None:
-                files |= ply_files(water, _tears_file(path), _texture_file(path))
+                files |= ply_files(water, path.with_name(f"{path.stem}_tears.ply"), _texture_file(path))
         case suffix:
             models = {"face": skin} | (part_models(face, frame) if parts and face is not None else {})
             if water is not None:
                 models["tears"] = water
-            unit, rotation = _millimetres_per_unit(frame, face), upright_rotation(face)
-            files = {path: gltf(models, unit, rotation, binary=suffix == ".glb")}
+            unit = float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
+            unit = unit if face is None else face.unit
+            files = {path: gltf(models, unit, upright_rotation(face), binary=suffix == ".glb")}
     for name, content in files.items():
         with written(name) as whole:
             whole.write_bytes(content)
-    return path
-
-
-def sidecar_files(path: Path, *, textured: bool, tears: bool) -> list[Path]:
-    """Return the files that :func:`write_mesh` writes beside the file `path`."""
-    match path.suffix.lower():
-        case ".obj":
-            found = [path.with_suffix(".mtl")] if textured or tears else []
-        case ".ply":
-            found = [_tears_file(path)] if tears else []
-        case _:
-            return []
-    return [*found, _texture_file(path)] if textured else found
+    return list(files)
 
 
 def _texture_file(path: Path) -> Path:
     """Path of the texture of a mesh file, unlike that of pictures, which may be named like the mesh."""
     return path.with_name(f"{path.stem}_texture.png")
-
-
-def _tears_file(path: Path) -> Path:
-    """Path of the tears of a PLY file."""
-    return path.with_name(f"{path.stem}_tears{path.suffix}")
 
 
 def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, Model]:
@@ -131,12 +127,6 @@ def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[st
     """
     textures = {name: part.texture for name, part in face.parts.items()}
     return {name: part_model(mesh, textures.get(name)) for name, mesh in companion_meshes(face, frame, always).items()}
-
-
-def _millimetres_per_unit(frame: pv.PolyData, face: Face | None) -> float:
-    if face is not None:
-        return face.unit
-    return float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
 
 
 def upright_rotation(face: Face | None) -> Array | None:

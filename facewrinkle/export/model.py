@@ -94,12 +94,10 @@ class WeightTrack:
     times : ndarray, shape (f,)
         Seconds, rising.
     weights : ndarray, shape (f, k)
-    name : str
     """
 
     times: Array
     weights: Array
-    name: str = "animation"
 
 
 def is_hair(name: str) -> bool:

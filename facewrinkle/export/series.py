@@ -72,12 +72,12 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
         try:
             for frame, time in zip(_checked(iter(frames), len(steps)), steps, strict=True):
                 thread.submit(series.add, frame, time).result()
-                if series.problem is not None:
+                if series.disk.problem is not None:
                     break
         finally:
             thread.submit(series.close).result()
-        if series.problem is not None:
-            raise not_written(path, series.problem)
+        if series.disk.problem is not None:
+            raise not_written(path, series.disk.problem)
     return path
 
 
@@ -112,25 +112,21 @@ class _SeriesFile:
 
     Attributes
     ----------
-    problem : OSError, optional
-        The first error of the disk. Nothing is added after it.
+    disk : _Disk
+        Nothing is added after its first error.
     """
 
     def __init__(self, path: Path) -> None:
         import h5py  # a fifth of a second
 
-        self._disk = _Disk(path)
-        self._file = h5py.File(self._disk, "w")
+        self.disk = _Disk(path)
+        self._file = h5py.File(self.disk, "w")
         self._root = self._file.create_group("VTKHDF")
         self._root.attrs.update(Type=np.bytes_("PolyData"), Version=[2, 2])
         self._arrays: dict[str, h5py.Dataset] = {}
         self._tables: dict[str, list[Any]] = {}
         self._text = h5py.string_dtype("ascii")  # as VTK has it: its reader fails on others
         self._count = 0
-
-    @property
-    def problem(self) -> OSError | None:
-        return self._disk.problem
 
     def add(self, frame: pv.PolyData, time: float) -> None:
         """Add a frame."""
@@ -163,7 +159,7 @@ class _SeriesFile:
         if self._count == 0 and group != "FieldData":
             for number in range(data.NUM_ATTRIBUTES):
                 active = data.GetAbstractAttribute(number)
-                if active is not None and self.problem is None:
+                if active is not None and self.disk.problem is None:
                     kind = np.bytes_(data.GetAttributeTypeAsString(number))
                     self._root[f"{group}/{_stored(active.GetName())}"].attrs["Attribute"] = kind
 
@@ -173,7 +169,7 @@ class _SeriesFile:
 
     def _append(self, name: str, rows: np.ndarray) -> int:
         """Append rows to an array of the file, and return where they begin."""
-        if self.problem is not None:
+        if self.disk.problem is not None:
             return 0
         if rows.dtype.kind == "U":
             rows = np.char.encode(rows, "utf-8").astype(object)
@@ -196,12 +192,12 @@ class _SeriesFile:
 
     def close(self) -> None:
         """Finish the file."""
-        if self.problem is None:
+        if self.disk.problem is None:
             for name, numbers in self._tables.items():
                 self._root[name] = np.array(numbers)
             self._root.require_group("Steps").attrs["NSteps"] = self._count
         self._file.close()
-        self._disk.close()
+        self.disk.close()
 
 
 def _stored(name: str) -> str:

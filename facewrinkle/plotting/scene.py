@@ -20,9 +20,9 @@ from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture
 from .fields import field_colouring
+from .images import texels_per_pixel, texture
 from .relief import Relief, send_relief
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
-from .textures import texels_per_pixel, texture
 from .views import LIGHTS, Style, View, aim, height_of
 from .window import begun, window_of
 

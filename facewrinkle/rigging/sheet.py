@@ -11,7 +11,7 @@ from PIL import ImageDraw
 
 from ..array_types import Image
 from ..plotting import Style, side_by_side, stacked
-from ..plotting.textures import texture
+from ..plotting.images import texture
 from ..plotting.views import aim
 from ..plotting.window import rendered
 from ..progress import Progress, silent

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.plotting.textures import texels_per_pixel, texture
+from facewrinkle.plotting.images import texels_per_pixel, texture
 
 
 @pytest.mark.parametrize(
