@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -29,14 +29,6 @@ SAMPLES, BEND = 2.75, 0.1
 
 ROUNDS = 4
 """Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """Points and normals (n, 3) of a mesh in one pose, in the unit of the face."""
-
-    points: Array
-    normals: Array
 
 
 class Baker:
@@ -88,14 +80,13 @@ class Baker:
         self._motion.hold(pose)
         return self.simulation.step()
 
-    def placed(self, pose: Pose, parts: bool = True) -> dict[str, Placed]:
-        """Return all meshes in a pose."""
+    def placed(self, pose: Pose, parts: bool = True) -> dict[str, Array]:
+        """Return points and normals (n, 6) of all meshes in a pose, side by side, in the unit of the face."""
         frame = self.frame(pose)
-        origin = self.models["face"].origin
-        found = {"face": Placed(np.asarray(frame.points)[origin], np.asarray(frame.point_data["Normals"])[origin])}
+        found = {"face": np.hstack([frame.points, frame.point_data["Normals"]])[self.models["face"].origin]}
         for name, mesh in companion_meshes(self.face, frame, always=True).items() if parts else ():
             model = part_model(mesh)
-            found[name] = Placed(model.points, model.normals)
+            found[name] = np.hstack([model.points, model.normals])
         return found
 
 
@@ -128,8 +119,8 @@ def movement_poses(shapes: Mapping[str, Shape], posing: Posing, weight: float = 
     return found
 
 
-Fields = dict[str, tuple[Single, Single]]
-"""Changes (k, n, 3) of points and of normals in all shapes, by part."""
+Fields = dict[str, Single]
+"""Changes (k, n, 6) of points and normals, side by side, in all shapes, by part."""
 
 
 def shape_fields(
@@ -148,23 +139,19 @@ def shape_fields(
     rest = baker.placed(neutral)
     fields = _unmoved(len(shapes), rest)
     sides: dict[str, dict[Side | None, Array]] = {
-        part: {side: share_of_side(baker.face, at_rest.points, side) for side in ("l", "r", None)}
+        part: {side: share_of_side(baker.face, at_rest[:, :3], side) for side in ("l", "r", None)}
         for part, at_rest in rest.items()
     }
     for movement, pose in progress(list(poses.items()), "Shapes", len(poses)):
         for part, now in baker.placed(pose).items():
-            moved, turned = now.points - rest[part].points, now.normals - rest[part].normals
             for k, shape, sign in users[movement]:
-                share = sign * sides[part][shape.side]
-                fields[part][0][k] += share * moved
-                fields[part][1][k] += share * turned
+                fields[part][k] += sign * sides[part][shape.side] * (now - rest[part])
     return fields
 
 
-def _unmoved(count: int, rest: Mapping[str, Placed]) -> Fields:
+def _unmoved(count: int, rest: Mapping[str, Array]) -> Fields:
     """Return as many shapes that change nothing."""
-    shapes = {part: (count, *at.points.shape) for part, at in rest.items()}
-    return {part: (np.zeros(shape, np.float32), np.zeros(shape, np.float32)) for part, shape in shapes.items()}
+    return {part: np.zeros((count, *at.shape), np.float32) for part, at in rest.items()}
 
 
 def corrective_fields(
@@ -176,11 +163,9 @@ def corrective_fields(
     for pair in progress(pairs, "Correctives", len(pairs)):
         now, one, other = (baker.placed(each) for each in (pair.pose, poses[pair.first], poses[pair.second]))
         for part, at in rest.items():
-            moved = now[part].points - one[part].points - other[part].points + at.points
-            turned = now[part].normals - one[part].normals - other[part].normals + at.normals
+            lack = now[part] - one[part] - other[part] + at
             for row, (_, _, side) in enumerate(pair.targets, start=k):
-                share = share_of_side(baker.face, at.points, side)
-                fields[part][0][row], fields[part][1][row] = share * moved, share * turned
+                fields[part][row] = share_of_side(baker.face, at[:, :3], side) * lack
         k += len(pair.targets)
     return fields
 
@@ -196,30 +181,22 @@ def halfway_fields(
     """Return what half of each shape whose way is curved lacks of the half way, by the names of these."""
     unit = baker.face.unit
     lack = shape_fields(shapes, halves, neutral, baker, progress)
-    for part, (moved, turned) in fields.items():
-        lack[part][0][:] -= np.float32(0.5) * moved
-        lack[part][1][:] -= np.float32(0.5) * turned
+    for part, whole in fields.items():
+        lack[part] -= np.float32(0.5) * whole
     seen = [part for part in lack if not is_hair(part)]
-    off = np.max([np.linalg.norm(lack[part][0], axis=2).max(axis=1) for part in seen], axis=0) * unit
-    way, left = (np.linalg.norm(each["face"][0], axis=2) * unit for each in (fields, lack))
+    off = np.max([np.linalg.norm(lack[part][..., :3], axis=2).max(axis=1) for part in seen], axis=0) * unit
+    way, left = (np.linalg.norm(each["face"][..., :3], axis=2) * unit for each in (fields, lack))
     moving = way > 2.0 * CUT
     curved = (off > HALF_OFF) | ((left * moving).sum(axis=1) > HALF_SHARE * 0.5 * (way * moving).sum(axis=1))
     names = list(shapes)
-    return {
-        names[k]: {part: (moved[k : k + 1], turned[k : k + 1]) for part, (moved, turned) in lack.items()}
-        for k in np.flatnonzero(curved)
-    }
+    return {names[k]: {part: own[k : k + 1] for part, own in lack.items()} for k in np.flatnonzero(curved)}
 
 
 def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
     """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
-    pairs = zip(fields["face"][0], smooth["face"][0], strict=True)
-    folding = np.flatnonzero([bool((with_folds != without).any()) for with_folds, without in pairs])
-    out = {}
-    for part, both in fields.items():
-        bare = smooth[part]
-        out[part] = tuple(np.concatenate([b, (a - b)[folding]]) for a, b in zip(both, bare, strict=True))
-    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]  # type: ignore[return-value]
+    folding = np.flatnonzero((fields["face"][..., :3] != smooth["face"][..., :3]).any(axis=(1, 2)))
+    out = {part: np.concatenate([smooth[part], (own - smooth[part])[folding]]) for part, own in fields.items()}
+    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]
 
 
 def morphs_of(
@@ -231,25 +208,24 @@ def morphs_of(
 ) -> dict[str, Morphs]:
     """Return morph targets that end where nothing moves."""
     out = {}
-    for part, (deltas, normals) in fields.items():
+    for part, own in fields.items():
         cut = (HAIR_CUT if is_hair(part) else CUT) / baker.face.unit
         triangles, bent = baker.models[part].triangles, {}
-        shown = faded(deltas, kept_normals(part, normals), triangles, cut)
         for name, lack in bends.items():
-            moved, turned = faded(lack[part][0], kept_normals(part, lack[part][1]), triangles, 0.5 * cut)
+            moved, turned = faded(*_shown(part, lack[part]), triangles, 0.5 * cut)
             bent[name] = moved[0], turned[0]
-        out[part] = Morphs(names, *shown, drivers, bent)
+        out[part] = Morphs(names, *faded(*_shown(part, own), triangles, cut), drivers, bent)
     return out
 
 
-def kept_normals(part: str, normals: Single) -> Single:
-    """Return the changes of normals (k, n, 3) that can be seen; the others are 0.
+def _shown(part: str, both: Single) -> tuple[Single, Single]:
+    """Return changes (k, n, 3) of points, and those of normals that can be seen; the others are 0.
 
-    Those of hairs stay: how a hair shines does not tell how it lies.
+    The normals of hairs stay: how a hair shines does not tell how it lies.
     """
-    if is_hair(part):
-        return np.zeros_like(normals)
-    return np.where((normals**2).sum(axis=2, keepdims=True) > TURN**2, normals, np.float32(0.0))
+    moved, turned = np.ascontiguousarray(both[..., :3]), np.ascontiguousarray(both[..., 3:])
+    seen = (turned**2).sum(axis=2, keepdims=True) > TURN**2
+    return moved, np.where(seen & (not is_hair(part)), turned, np.float32(0.0))
 
 
 def faded(deltas: Single, normals: Single, triangles: npt.NDArray[np.int64], cut: float) -> tuple[Single, Single]:

@@ -230,7 +230,7 @@ class Rig:
         asked = {self.names[k]: float(mixed[k]) for k in np.flatnonzero(mixed)}
         pose = self.posing.at({name: (self.shapes[name], weight) for name, weight in asked.items()})
         unit, rest = self.face.unit, self.parts["face"].points
-        truth = (self.baker.placed(pose, parts=False)["face"].points - rest) * unit
+        truth = (self.baker.placed(pose, parts=False)["face"][:, :3] - rest) * unit
         ours = (np.asarray(self.at(self.driven(asked)).points) - rest) * unit
         way = np.linalg.norm(truth, axis=1)
         moved = np.maximum(way, np.linalg.norm(ours, axis=1)) > CUT
@@ -400,16 +400,13 @@ def rig(
         pairs = worst_pairs(wanted, poses, posing, correctives, progress)
         own = {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
         more = corrective_fields(pairs, poses, neutral, baker, progress)
-        for part, (moved, turned) in more.items():
-            fields[part] = np.concatenate([fields[part][0], moved]), np.concatenate([fields[part][1], turned])
+        fields = {part: np.concatenate([each, more[part]]) for part, each in fields.items()}
         names, drivers = [*names, *own], drivers | own
     bends: dict[str, Fields] = {}
     if halfway:
         middles = movement_poses(wanted, posing, 0.5)
         halves = {movement: posing.between(half, poses[movement]) for movement, half in middles.items()}
-        whole: Fields = {
-            part: (moved[: len(wanted)], turned[: len(wanted)]) for part, (moved, turned) in fields.items()
-        }
+        whole = {part: each[: len(wanted)] for part, each in fields.items()}
         bends = halfway_fields(wanted, whole, halves, neutral, baker, progress)
     morphs = morphs_of(fields, names, drivers, bends, baker)
     parts = baker.models

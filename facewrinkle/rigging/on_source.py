@@ -15,8 +15,8 @@ from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry.interpolation import barycentric
 from ..mesh import MeshLike, closest_places, read_surface
-from ..mesh.arrays import corner_texture
-from .fields import CUT, Baker, Placed, faded, shape_fields
+from ..mesh.seams import corner_texture
+from .fields import CUT, Baker, faded, shape_fields
 from .linear_rig import Rig
 from .maps import around_head
 from .poses import Pose
@@ -158,15 +158,15 @@ def _pieces(rig: Rig, skin: Single) -> Iterator[tuple[IntArray, Array, Single]]:
     for name, part in parts.items():
         assert part.source_points is not None
         triangles = np.asarray(part.mesh.regular_faces, np.int64)
-        shown, _ = faded(*moved[name], triangles, CUT / face.unit)
+        both = moved[name]
+        shown, _ = faded(both[..., :3], both[..., 3:], triangles, CUT / face.unit)
         yield part.source_points, np.asarray(part.mesh.points), shown
 
 
 class OwnParts(Baker):
     """Places the parts that came with a face in poses, also those that are not drawn as they are."""
 
-    def placed(self, pose: Pose, parts: bool = True) -> dict[str, Placed]:
+    def placed(self, pose: Pose, parts: bool = True) -> dict[str, Array]:
         """Return all parts in a pose; their normals are left at 0."""
         found = self.face.parts_at(self.frame(pose))
-        places = {name: np.asarray(mesh.points, np.float64) for name, mesh in found.items()}
-        return {name: Placed(points, np.zeros_like(points)) for name, points in places.items()}
+        return {name: np.pad(np.asarray(mesh.points, np.float64), ((0, 0), (0, 3))) for name, mesh in found.items()}
