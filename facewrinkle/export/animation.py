@@ -216,23 +216,21 @@ class AnimationWriter:
         self.error = check_range("animation_error", error, 1e-6, 1e3, "Lengths are in mm.")
         self.targets = 0
         self._last: pv.PolyData | None = None
-        self._points: list[Single] = []
-        self._normals: list[Single] = []
-        self._parts: list[dict[str, tuple[Array, Array]]] = []
+        self._frames: list[Single] = []  # points and normals (n, 6) of the skin, side by side
+        self._parts: list[dict[str, Single]] = []
 
     def add(self, frame: pv.PolyData) -> None:
         """Take in the next frame."""
-        if self._points and frame.n_points < len(self._points[-1]):
+        if self._frames and frame.n_points < len(self._frames[-1]):
             raise MeshError(
                 "an animation needs a mesh that only grows, and this frame has fewer points than the one before. "
                 "Simulate with Refinement(coarsen=False)."
             )
-        self._points.append(np.asarray(frame.points, np.float32))
-        self._normals.append(np.asarray(frame.point_data["Normals"], np.float32))
+        self._frames.append(_side_by_side(np.asarray(frame.points), frame.point_data["Normals"]))
         self._last = frame
         if self.path.suffix.lower() != ".pc2":
             models = {n: part_model(mesh) for n, mesh in companion_meshes(self.face, frame, always=True).items()}
-            self._parts.append({name: (model.points, model.normals) for name, model in models.items()})
+            self._parts.append({name: _side_by_side(model.points, model.normals) for name, model in models.items()})
 
     def write(self, times: Sequence[float] | Array, forest: RedGreenForest, tears: Sequence[Tear] = ()) -> list[Path]:
         """Write the animation, and return the files written.
@@ -249,11 +247,10 @@ class AnimationWriter:
         if self._last is None:
             raise MeshError("an animation needs at least one frame.")
         times = np.asarray(times, np.float64)
-        for values in (self._points, self._normals):
-            values[:] = [_grown(frame, forest) for frame in values]
+        self._frames = [_grown(frame, forest) for frame in self._frames]
         rest = self._last.copy()
         rest.points = np.asarray(rest.point_data["rest"])
-        rest.point_data["Normals"] = self._normals[0]
+        rest.point_data["Normals"] = np.ascontiguousarray(self._frames[0][:, 3:])
         if self.path.suffix.lower() == ".pc2":
             return self._write_caches(rest, times, tears)
         return [self.path, *self._write_targets(rest, times, tears)]
@@ -261,8 +258,9 @@ class AnimationWriter:
     def _write_caches(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
         files = [self.path, write_mesh(rest, self.path.with_suffix(".obj"), self.face)]
         bare = replace(self.face, texture=None)  # there is none on water
-        _write_cache(self.path, np.stack(self._points))
-        for name, tear in self._sampled(tears, times, rest, np.stack(self._points)).items():
+        points = np.stack(self._frames)[..., :3]
+        _write_cache(self.path, points)
+        for name, tear in self._sampled(tears, times, rest, points).items():
             path = self.path.with_name(f"{self.path.stem}_{name}.pc2")
             first = to_polydata(tear.points[0], tear.triangles)
             files += [path, write_mesh(first, path.with_suffix(".obj"), bare)]
@@ -273,8 +271,8 @@ class AnimationWriter:
         """Return tears on frames of the skin at points (f, n, 3), by the names of their meshes."""
         data = {name: np.asarray(rest.point_data[name]) for name in ("rest", "split_gamma") if name in rest.point_data}
         frames = [
-            to_polydata(np.asarray(at, np.float64), rest.regular_faces, data | {"Normals": normals})
-            for at, normals in zip(points, self._normals, strict=True)
+            to_polydata(np.asarray(at, np.float64), rest.regular_faces, data | {"Normals": frame[:, 3:].copy()})
+            for at, frame in zip(points, self._frames, strict=True)
             if tears
         ]
         found = [sampled for tear in tears if (sampled := tear.sampled(times, frames)) is not None]
@@ -283,13 +281,10 @@ class AnimationWriter:
     def _write_targets(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
         """Write the meshes and the weights of their targets; return the pictures beside them."""
         models = rest_models(self.face, rest)
-        origin = models["face"].origin
-        tracks = {"face": (np.stack(self._points)[:, origin], np.stack(self._normals)[:, origin])}
-        for name in models.keys() - {"face"}:
-            first, second = (np.stack([frame[name][k] for frame in self._parts]) for k in range(2))
-            tracks[name] = first.astype(np.float32), second.astype(np.float32)
         names = list(models)
-        ways = {name: tracks[name][0] - models[name].points.astype(np.float32) for name in names}
+        tracks = {name: np.stack([frame[name] for frame in self._parts]) for name in names if name != "face"}
+        tracks["face"] = np.stack(self._frames)[:, models["face"].origin]
+        ways = {name: tracks[name][..., :3] - models[name].points.astype(np.float32) for name in names}
         bound = [name for name in names if not is_hair(name)]
         allowed = self.error / self.face.unit
         weights, targets = principal_targets(np.concatenate([ways[name] for name in bound], axis=1), allowed)
@@ -306,7 +301,7 @@ class AnimationWriter:
                 continue
             own = targets[:, start : start + len(model.points)]
             start += len(model.points)
-            turned = np.tensordot(inverse, tracks[name][1] - model.normals.astype(np.float32), axes=1)
+            turned = np.tensordot(inverse, tracks[name][..., 3:] - model.normals.astype(np.float32), axes=1)
             turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
             morphs[name] = Morphs(labels, own, turned)
         unit, turn = self.face.unit, upright_rotation(self.face)
@@ -324,6 +319,11 @@ class AnimationWriter:
             binary = self.path.suffix.lower() == ".glb"
             whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, tracks=follow))
         return []
+
+
+def _side_by_side(points: Array, normals: Array) -> Single:
+    """Return points and normals (n, 3) as one array (n, 6)."""
+    return np.hstack([points, normals]).astype(np.float32)
 
 
 def _write_cache(path: Path, points: npt.NDArray[np.floating[Any]]) -> None:
@@ -375,12 +375,12 @@ def _tear_targets(name: str, tear: Sampled, allowed: float) -> tuple[Model, Morp
 
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:
-    """Return values (n0, 3) of an earlier frame at all vertices: new ones lie midway between older ones."""
+    """Return values (n0, 6) of an earlier frame at all vertices: new ones lie midway between older ones."""
     n = forest.n_points
     if len(values) == n:
         return values
     parents, level = forest.parents, forest.vertex_level
-    out = np.zeros((n, 3), np.float32)
+    out = np.zeros((n, 6), np.float32)
     out[: len(values)] = values
     new = np.arange(len(values), n)
     for k in np.unique(level[new]):

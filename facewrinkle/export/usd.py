@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ..array_types import Array, Single
 from ..errors import missing_package
@@ -156,19 +155,19 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
     from pxr import Tf, UsdSkel
 
     names, targets = [], []
-    for name, moved, turned, half in _merged(morphs):
-        some = np.flatnonzero(_any(moved, turned) | (False if half is None else _any(*half)))
+    for name, whole, half in _merged(morphs):
+        some = np.flatnonzero(whole.any(axis=1) | (False if half is None else half.any(axis=1)))
         if not len(some):
             continue
         shape = UsdSkel.BlendShape.Define(stage, mesh.GetPath().AppendChild(Tf.MakeValidIdentifier(name)))
-        shape.CreateOffsetsAttr(np.ascontiguousarray(moved[some]))
-        shape.CreateNormalOffsetsAttr(np.ascontiguousarray(turned[some]))
+        shape.CreateOffsetsAttr(np.ascontiguousarray(whole[some, :3]))
+        shape.CreateNormalOffsetsAttr(np.ascontiguousarray(whole[some, 3:]))
         shape.CreatePointIndicesAttr(some.astype(np.int32))
         if half is not None:
             between = shape.CreateInbetween("half")
             between.SetWeight(0.5)
-            between.SetOffsets(np.ascontiguousarray(half[0][some]))
-            between.CreateNormalOffsetsAttr(np.ascontiguousarray(half[1][some]))
+            between.SetOffsets(np.ascontiguousarray(half[some, :3]))
+            between.CreateNormalOffsetsAttr(np.ascontiguousarray(half[some, 3:]))
         names.append(name)
         targets.append(shape.GetPath())
     if names:
@@ -176,33 +175,23 @@ def _shapes(stage: Any, mesh: Any, binding: Any, morphs: Morphs) -> None:
         binding.CreateBlendShapeTargetsRel().SetTargets(targets)
 
 
-def _any(moved: Single, turned: Single) -> npt.NDArray[np.bool_]:
-    """Return which points (n,) are moved or turned."""
-    return np.asarray(moved.any(axis=1) | turned.any(axis=1))
-
-
-def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single, tuple[Single, Single] | None]]:
-    """Yield the names of shapes, what they add to points and normals (n, 3) at weight 1, and at a half if that is not
-    the half of it.
+def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single | None]]:
+    """Yield the names of shapes, what they add to points and normals (n, 6), side by side, at weight 1, and at a half
+    if that is not the half of it.
     """
     drivers = ((k, morphs.drivers.get(name, ())) for k, name in enumerate(morphs.names))
     squared = {names[0]: k for k, names in drivers if len(names) == 2 and names[0] == names[1]}
     for k, name in enumerate(morphs.names):
         if k in squared.values():
             continue
-        whole = morphs.deltas[k], morphs.normals[k]
-        half = _sum(whole, -0.5, whole)
+        whole = np.hstack([morphs.deltas[k], morphs.normals[k]])
+        half = np.float32(0.5) * whole
         if name in squared:
-            more = morphs.deltas[squared[name]], morphs.normals[squared[name]]
-            whole, half = _sum(whole, 1.0, more), _sum(half, 0.25, more)
+            more = np.hstack([morphs.deltas[squared[name]], morphs.normals[squared[name]]])
+            whole, half = whole + more, half + np.float32(0.25) * more
         if name in morphs.bends:
-            half = _sum(half, 1.0, morphs.bends[name])
-        yield name, *whole, half if name in squared or name in morphs.bends else None
-
-
-def _sum(first: tuple[Single, Single], share: float, second: tuple[Single, Single]) -> tuple[Single, Single]:
-    """Return the sum of one lot of displacements and turns, and a share of another."""
-    return first[0] + np.float32(share) * second[0], first[1] + np.float32(share) * second[1]
+            half += np.hstack(morphs.bends[name])
+        yield name, whole, half if name in squared or name in morphs.bends else None
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:
