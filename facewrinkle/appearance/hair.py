@@ -303,7 +303,10 @@ class Lashes(Hairs):
         size, random = face.frame.pupil_distance, np.random.default_rng(11)
         t = np.linspace(0.0, 1.0, self.KNOTS)
         half, tint = [], []
-        for row, chain in _lash_lines(eye, face):
+        opening = face.eyelid_openings.get(eye.side)
+        margins = [] if opening is None else [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
+        for row, margin in margins:
+            chain = np.asarray(margin, np.int32)
             along = (np.arange(row.count) + random.uniform(0.1, 0.9, row.count)) / row.count
             along = 0.1 + 0.88 * along
             self.roots.append((chain, _between(face.points[chain], along)))
@@ -349,13 +352,6 @@ class Lashes(Hairs):
         aside = along - (along * ahead).sum(axis=-1, keepdims=True) * ahead
         lines = root[:, None] + path @ np.stack([aside, up, ahead], axis=1)
         return lines, np.repeat(ahead[:, None], path.shape[1], axis=1)
-
-
-def _lash_lines(eye: Eyeball, face: Face) -> list[tuple[LashRow, IntArray]]:
-    """Rows of lashes, and the vertices (n,) of the margins on which they grow; none where the skin has no opening."""
-    opening = face.eyelid_openings.get(eye.side)
-    margins = [] if opening is None else [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
-    return [(row, np.asarray(chain, np.int32)) for row, chain in margins]
 
 
 def _between(points: Array, along: Array) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pyvista as pv
@@ -88,8 +88,10 @@ def express(
     face = folds.face(source.load(report))
     mixture = parse_mixture(name, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
+    if changes:
+        face = face.with_muscles({muscle: face.muscles[muscle].replaced(**changes) for muscle in rates})
     performance = Performance(
-        face=_with_folds(face, rates, changes),
+        face=face,
         rates=rates,
         frames=frames,
         refinement=replace(
@@ -268,10 +270,3 @@ def _facts(face: Face, peak: pv.PolyData) -> dict[str, str]:
         "deepest furrow": f"{-height.min():.2f} mm",
         "largest compression": f"{compression:.2f}",
     }
-
-
-def _with_folds(face: Face, rates: dict[str, float], changes: dict[str, Any]) -> Face:
-    """Return the face with other wrinkles over the muscles that act."""
-    if not changes:
-        return face
-    return face.with_muscles({name: face.muscles[name].replaced(**changes) for name in rates})

@@ -84,7 +84,8 @@ def labels_of(
     buffer = TriangleBuffer(camera)
     buffer.draw(solid := solid_parts(seen))
     hits, others = buffer.hits("skin"), buffer.part > 0
-    before = {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, _pixel(face, camera))
+    pixel = float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])  # its width at the face
+    before = {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, pixel)
     whole = buffer.copy()
     whole.draw(before)
     number, furrows = furrows_of(frame, families, face.unit)
@@ -103,11 +104,6 @@ def labels_of(
         facts["furrows"].append(asdict(furrow) | {"pixels": int(pixels[furrow.number]), "box": corners})
     facts["camera"] = {"intrinsic": camera.intrinsic.tolist(), "extrinsic": camera.extrinsic.tolist()}
     return arrays, facts
-
-
-def _pixel(face: Face, camera: Camera) -> float:
-    """Width of a pixel at the face, in the unit of the mesh."""
-    return float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])
 
 
 def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:

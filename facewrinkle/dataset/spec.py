@@ -6,7 +6,6 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
-from copy import deepcopy
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
@@ -340,14 +339,9 @@ def code_digest() -> str:
     return found.hexdigest()[:16]
 
 
-@cache
-def _default() -> dict[str, Any]:
-    return tomllib.loads(DEFAULT.read_text(encoding="utf-8"))
-
-
 def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is written, and from the default, which has all keys, what is not."""
-    whole = deepcopy(_default())
+    whole = tomllib.loads(DEFAULT.read_text(encoding="utf-8"))
     for key, value in written.items():
         if key not in whole:
             raise unknown_name("key of a specification", key, whole)

@@ -190,7 +190,7 @@ def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single | None]]:
             more = np.hstack([morphs.deltas[squared[name]], morphs.normals[squared[name]]])
             whole, half = whole + more, half + np.float32(0.25) * more
         if name in morphs.bends:
-            half += np.hstack(morphs.bends[name])
+            half = half + np.hstack(morphs.bends[name]).astype(np.float32)
         yield name, whole, half if name in squared or name in morphs.bends else None
 
 

@@ -62,7 +62,7 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):
-        values = _largest_corners(values, skin)
+        values = values[np.asarray(skin.regular_faces)].max(axis=1)  # names and levels are not interpolated
     if name == "muscle":
         values, names = _without_sides(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
         options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
@@ -73,12 +73,6 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
         bar |= {"n_labels": 0}
         options["annotations"] = {level: str(level) for level in range(int(largest) + 1)}
     return options | {"scalars": values, "show_scalar_bar": True, "scalar_bar_args": bar}
-
-
-def _largest_corners(values: Array, skin: pv.PolyData) -> Array:
-    """The largest value at the corners of each triangle, or NaN if one is: names and levels are not interpolated."""
-    corners = values[np.asarray(skin.regular_faces)]
-    return np.asarray(corners.max(axis=1))
 
 
 def _without_sides(muscles: Array, names: Sequence[str]) -> tuple[Array, list[str]]:

@@ -110,7 +110,9 @@ class TearScene(Scene):
         self.refraction = refraction
         self._tears: list[Any] = []
         width, height = self.style.size
-        self._fragment = _fragment_shader(width / height, FULLY_WET / face.unit)
+        focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
+        room, colour = tear_code(f"{width / height:.6f}", focal, FULLY_WET / face.unit)
+        self._fragment = {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": colour}
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
         """Show a frame and tears, and render (twice, with refraction)."""
@@ -162,13 +164,6 @@ class TearScene(Scene):
             program.AddFragmentShaderReplacement(place, True, code, False)
         self.plotter.renderer.AddActor(actor)
         return actor
-
-
-def _fragment_shader(aspect: float, film: float) -> dict[str, str]:
-    """Replacements in the fragment shader, for pictures of an aspect and a thickness at which skin is fully wet."""
-    focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
-    room, colour = tear_code(f"{aspect:.6f}", focal, film)
-    return {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": colour}
 
 
 def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:

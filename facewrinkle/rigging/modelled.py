@@ -269,14 +269,9 @@ class Movements:
         ends = [self.face.frame.local(self.face.landmarks[f"mouth_{side}"])[0] for side in "lr"]
         return 0.5 * float(ends[0] - ends[1])
 
-    @property
-    def lips_meet(self) -> bool:
-        """True if the lips lie on each other at rest, in one place at least; what parts them can then be undone."""
-        return len(self.pairs[0]) > 0
-
     @cached_property
     def pairs(self) -> tuple[IntArray, IntArray]:
-        """Vertices of the upper lip and of the lower one that lie opposite each other at rest."""
+        """Vertices of the upper lip and of the lower one that lie opposite each other at rest, if they meet."""
         local = self._local
         near = (np.abs(local[:, 0]) < 1.05 * self._half_width) & (np.abs(local[:, 1]) < 0.2) & (local[:, 2] > -0.25)
         upper, lower = (np.flatnonzero(near & part) for part in (self.lower < 0.35, self.lower > 0.65))

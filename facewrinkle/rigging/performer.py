@@ -92,17 +92,14 @@ class Performer(Undriven):
         self.time_step, self.points = self._skin.time_step, self._skin.points
         self.names = self._skin.names
         self._movements = Movements(face)
-        self._contractions = {name: self._contraction(shape) for name, shape in shapes.items()}
+        self._contractions = {
+            name: contractions_of(self._skin, face, shape, 0.0 if shape.beyond else 1.0)  # correctives have none
+            for name, shape in shapes.items()
+        }
         self._ways, self._thrusts = self._modelled(shapes)
         modelled = self._ways or "mouthClose" in shapes
         self._clearing = Skin(face, CLEARING, material) if modelled else None
         self.reset()
-
-    def _contraction(self, shape: Shape) -> Array:
-        """Return the contraction rates (k,) of a shape at weight 1; a corrective has none of its own."""
-        if shape.beyond:
-            return np.zeros(len(self.names))
-        return contractions_of(self._skin, self.face, shape, 1.0)
 
     def _modelled(self, shapes: dict[str, Shape]) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the displacements (n, 3) and the motions of the mandible (4, 4) that are not muscles', by shape."""

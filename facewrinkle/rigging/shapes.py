@@ -7,7 +7,7 @@ the Facial Action Coding System (Ekman, Friesen, Hager: FACS, 2002).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
@@ -178,7 +178,7 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     for word in asked.split("+"):
         wanted |= _named(word.strip(), face)
     having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": False}
-    having["lips"] = having["mouth"] and Movements(face).lips_meet
+    having["lips"] = having["mouth"] and len(Movements(face).pairs[0]) > 0
     possible: dict[str, Shape] = {}
     left_out: dict[str, str] = {}
     for name, shape in wanted.items():
@@ -218,10 +218,6 @@ def _named(word: str, face: Face) -> Mapping[str, Shape]:
     if not single and word in face.atlas.action_units:
         return {word: Shape({word: 1.0})}
     if not single:
-        raise unknown_name("set of shapes", word, _known_words())
+        every = (name for shapes in SETS.values() for name in shapes)
+        raise unknown_name("set of shapes", word, [*SETS, "aus", *every])
     return single
-
-
-def _known_words() -> Sequence[str]:
-    names: Iterable[str] = (name for shapes in SETS.values() for name in shapes)
-    return [*SETS, "aus", *names]
