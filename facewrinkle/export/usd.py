@@ -185,12 +185,12 @@ def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single | None]]:
         if k in squared.values():
             continue
         whole = np.hstack([morphs.deltas[k], morphs.normals[k]])
-        half = np.float32(0.5) * whole
+        half = (0.5 * whole).astype(np.float32)
         if name in squared:
             more = np.hstack([morphs.deltas[squared[name]], morphs.normals[squared[name]]])
-            whole, half = whole + more, half + np.float32(0.25) * more
+            whole, half = whole + more, (half + 0.25 * more).astype(np.float32)
         if name in morphs.bends:
-            half = half + np.hstack(morphs.bends[name]).astype(np.float32)
+            half = (half + np.hstack(morphs.bends[name])).astype(np.float32)
         yield name, whole, half if name in squared or name in morphs.bends else None
 
 
