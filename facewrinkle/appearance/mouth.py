@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -101,17 +100,13 @@ class Mouth:
         near = ((flat > 2.0 * SKIN_LOW) & (flat < 2.0 * SKIN_HIGH)).all(axis=1) & ~lined
         self._skin = face.triangles[near[face.triangles].all(axis=1)]
         self.teeth = teeth_of(face.landmarks, face.frame, face.behind_lips)
-        self._teeth_normals = [vertex_normals(arch.points, arch.triangles) for arch in self.teeth]
-        self._teeth_paint = [
-            self._shaded(arch.points, arch.paint * self._facing(normals), centre)
-            for arch, normals in zip(self.teeth, self._teeth_normals, strict=True)
-        ]
+        self._parts: dict[str, pv.PolyData] = {}
+        for arch in self.teeth:
+            paint = arch.paint * self._facing(vertex_normals(arch.points, arch.triangles))
+            self._parts[f"{arch.jaw}_teeth"] = self._part(arch.points, arch.triangles, paint)
         ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
-        self._tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
-        self._tongue_triangles = np.asarray(ball.regular_faces, np.int32)
-        self._tongue_normals = vertex_normals(self._tongue, self._tongue_triangles)
-        tint = np.tile(np.array(PART_COLOURS["tongue"], np.float64), (len(self._tongue), 1))
-        self._tongue_paint = self._shaded(self._tongue, tint, centre)
+        tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
+        self._parts["tongue"] = self._part(tongue, np.asarray(ball.regular_faces, np.int32), PART_COLOURS["tongue"])
 
     def _middles(self, face: Face) -> tuple[int, int]:
         """The two vertices of the loop in the middle of the lips: nearest to the midline on either side of it."""
@@ -124,10 +119,11 @@ class Mouth:
         """Distance between the middles of the lips, along the face's vertical."""
         return float(abs((points[self._ends[0]] - points[self._ends[1]]) @ self._axes[1]))
 
-    def _shaded(self, points: Array, paint: npt.NDArray[Any], centre: Array) -> npt.NDArray[np.uint8]:
-        """Paint, darker and redder the farther back it is."""
-        back = np.maximum((centre - points) @ self._axes[2] / self._size - 0.2, 0.0)[:, None]
-        return np.rint(paint * (FARTHEST + 0.84 * np.exp(-back / FADING))).astype(np.uint8)
+    def _part(self, points: Array, triangles: IntArray, paint: npt.ArrayLike) -> pv.PolyData:
+        """A mesh in the mouth at rest with its normals, and with paint that is darker and redder the farther back."""
+        back = np.maximum((self._centre - points) @ self._axes[2] / self._size - 0.2, 0.0)[:, None]
+        shaded = np.rint(np.asarray(paint) * (FARTHEST + 0.84 * np.exp(-back / FADING))).astype(np.uint8)
+        return to_polydata(points, triangles, {"Normals": vertex_normals(points, triangles), "paint": shaded})
 
     def _facing(self, normals: Array) -> Array:
         """Share (n, 1) of the light that comes in between the lips: little on sides that face the tongue."""
@@ -185,21 +181,17 @@ class Mouth:
         """
         turn, shift = self.motion(points, jaw_angle, mandible)
         parts = {}
-        for arch, paint, normals in zip(self.teeth, self._teeth_paint, self._teeth_normals, strict=True):
-            moves = arch.jaw == "lower"
-            places = arch.points @ turn.T + shift if moves else arch.points
-            if moves:
-                gum = (self._centre - arch.points) @ self._axes[1] > GUM_FROM * self._size
+        for name, part in self._parts.items():
+            rest, normals = np.asarray(part.points), np.asarray(part.point_data["Normals"])
+            parts[name] = part
+            if name == "upper_teeth":
+                continue
+            places = rest @ turn.T + shift
+            if name == "lower_teeth":
+                gum = (self._centre - rest) @ self._axes[1] > GUM_FROM * self._size
                 places = np.where(gum[:, None], self._behind_skin(places, points), places)
-            mesh = to_polydata(places, arch.triangles)
-            mesh.point_data["Normals"] = normals @ turn.T if moves else normals
-            mesh.point_data["paint"] = paint
-            parts[f"{arch.jaw}_teeth"] = mesh
-        places = self._tongue @ turn.T + shift
-        tongue = to_polydata(places, self._tongue_triangles)
-        tongue.point_data["Normals"] = self._tongue_normals @ turn.T
-        tongue.point_data["paint"] = self._tongue_paint
-        return parts | {"tongue": tongue}
+            parts[name] = reshaped(part, places, normals @ turn.T)
+        return parts
 
     def _behind_skin(self, places: Array, points: Array) -> Array:
         """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).

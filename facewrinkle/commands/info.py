@@ -20,9 +20,6 @@ from ..mesh.formats.reading import GLTF
 from ..motion.gltf import shapes_of_gltf
 from .report import Report, face_facts
 
-TOPICS = ("muscles", "action-units", "expressions")
-"""The tables that can be asked for."""
-
 
 def info(topic: str | None = None, /) -> None:
     """List muscles, action units and expressions, or describe a mesh or a .face file.
@@ -33,13 +30,13 @@ def info(topic: str | None = None, /) -> None:
         muscles, action-units or expressions (default: all three); or the name of a file.
     """
     report = Report(quiet=False)
-    if topic is not None and topic not in TOPICS:
+    tables = {"muscles": _muscles, "action-units": _action_units, "expressions": _expressions}
+    if topic is not None and topic not in tables:
         path = Path(topic)
         if not path.suffix and not path.exists():
-            raise unknown_name("topic or file", topic, TOPICS)
+            raise unknown_name("topic or file", topic, tables)
         report.table(path.name, _of_face(path) if path.suffix == SUFFIX else _of_mesh(path))
         return
-    tables = {"muscles": _muscles, "action-units": _action_units, "expressions": _expressions}
     for name, table in tables.items():
         if topic in (None, name):
             report.say(table(load_atlas()))

@@ -21,9 +21,6 @@ from .options import FaceOptions, OutputOptions, Vector, Whole, given, parse_mix
 from .recorder import Clip, Recorder, Scenes
 from .report import Report
 
-CLOSE_MARGIN = 1.3
-"""Height of the close-up of a pattern on a mesh that is no face, in sizes of the pattern."""
-
 
 def pattern(
     name: str,
@@ -207,4 +204,4 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
 def _close(face: Face, layers: list[Any]) -> View:
     """Return a view of a pattern on a surface that is no face."""
     laid = layers[0].laid(face)
-    return surface_view(face, laid.centre.point, laid.centre.normal, CLOSE_MARGIN * 2.0 * float(laid.half.max()))
+    return surface_view(face, laid.centre.point, laid.centre.normal, 2.0 * float(laid.half.max()))

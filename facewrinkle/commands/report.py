@@ -6,15 +6,13 @@ import time
 import warnings
 from collections.abc import Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from typing import Any, TypeVar
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from ..anatomy.face import Face
 from ..progress import bar
-
-T = TypeVar("T")
 
 
 class Report:
@@ -46,7 +44,7 @@ class Report:
         console = Console(stderr=True)
         return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
 
-    def progress(self, items: Iterable[T], what: str, total: int) -> Iterable[T]:
+    def progress(self, items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
         """Return the items, with a bar on a terminal."""
         return items if self.quiet else bar(items, what, total)
 

@@ -34,9 +34,6 @@ Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 HEAD_SIZE = 420.0
 """Size of the built-in head from corner to corner, mm."""
 
-CLOSE_MARGIN = 1.3
-"""Height of the close-up on a mesh that is no face, in sizes of what the tears run over."""
-
 OTHERWISE = "name a place from which tears come: --start X,Y,Z."
 """What to do with a mesh that is no face."""
 
@@ -163,7 +160,7 @@ def _close(face: Face, places: Sequence[Any], tears: list[Tear]) -> View:
     normals = vertex_normals(face.points, face.triangles)
     out = normals[np.linalg.norm(face.points - place, axis=1).argmin()]
     height = max(float(np.ptp(seen, axis=0).max()), 0.1 * HEAD_SIZE / face.unit)
-    return surface_view(face, 0.5 * (seen.min(axis=0) + seen.max(axis=0)), out, CLOSE_MARGIN * height)
+    return surface_view(face, 0.5 * (seen.min(axis=0) + seen.max(axis=0)), out, height)
 
 
 @dataclass(eq=False)

@@ -28,8 +28,6 @@ from .plan import person_at
 from .sample import Sample, SampleMaker, key_of
 from .spec import Spec, code_digest
 
-FORMAT = tarfile.USTAR_FORMAT
-
 FAILED = ".failed.json"
 """Ending of the file that lists samples of a shard that could not be made."""
 
@@ -110,7 +108,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                         members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
                         store.write(content)
                 yield index
-        with tarfile.open(partial, "w", format=FORMAT) as tar:
+        with tarfile.open(partial, "w", format=tarfile.USTAR_FORMAT) as tar:
             for _, name, start, size in sorted(members, key=itemgetter(0)):
                 member = tarfile.TarInfo(name)
                 member.size = size

@@ -37,9 +37,6 @@ EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
-PAINT = "paint"
-"""Array of a drawn skin with the colours of its points, or factors of those of its texture."""
-
 PLAIN_COLOUR = (0.87, 0.67, 0.56)
 """Colour of skin for meshes that the face's texture does not fit."""
 
@@ -202,7 +199,7 @@ class Scene:
         textured = self._texture is not None and skin.active_texture_coordinates is not None
         paint = None if self.style.scalars is not None else self._paint(seen, textured)
         if paint is not None:
-            skin.point_data[PAINT] = paint
+            skin.point_data["paint"] = paint  # colours, or factors of those of the texture
         if self._relief is not None:
             skin.point_data[RELIEF] = self._relief.on(skin)
         if self._visible is not None:
@@ -228,7 +225,7 @@ class Scene:
         if paint is not None:
             mapper.SetColorModeToDirectScalars()
             mapper.SetScalarModeToUsePointFieldData()
-            mapper.SelectColorArray(PAINT)
+            mapper.SelectColorArray("paint")
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
         """Colours of the vertices, or factors of those of the texture; None if there are none."""

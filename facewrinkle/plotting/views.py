@@ -114,8 +114,8 @@ SEEN_THROUGH = ("eye_", "lashes_", "glasses", "fuzz")
 COVER_STEP = 0.02
 """Size of what hair hides at once, in distances between the pupils."""
 
-OBLIQUE = 0.45
-"""Tangent of the angle at which a view of a place on a surface looks at it."""
+OBLIQUE, CLOSE_MARGIN = 0.45, 1.3
+"""Tangent of the angle at which a view of a place on a surface looks at it; its height in sizes of what is there."""
 
 VIEW_ANGLE = 15.0
 """Angle of the camera from the lower to the upper border of the picture, degrees."""
@@ -201,7 +201,7 @@ def surface_view(face: Face, point: Array, normal: Array, height: float) -> View
     point, normal : ndarray, shape (3,)
         The place, and the direction out of the surface.
     height : float
-        Height of the picture there, in the unit of the mesh.
+        Height of what is to be seen there, in the unit of the mesh; around it is a margin.
 
     Examples
     --------
@@ -219,7 +219,7 @@ def surface_view(face: Face, point: Array, normal: Array, height: float) -> View
         out, side = out + np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     x, y, z = (out + OBLIQUE * side / np.linalg.norm(side)).tolist()
     u, v, w = ((point - face.frame.origin) @ axes.T / size).tolist()
-    return View((x, y, z), None, (u, v, w), height / size)
+    return View((x, y, z), None, (u, v, w), CLOSE_MARGIN * height / size)
 
 
 def whole_view(style: Style) -> View:

@@ -1,9 +1,14 @@
-"""From poses to arrays: one mesh that is fine enough for all, and what each shape changes of its points and normals."""
+"""From poses to arrays: one mesh that is fine enough for all, and what each shape changes of its points and normals.
+
+A rig adds displacements, and skin does not: lips that are pursed and open are not pursed lips plus open lips. A
+corrective shape is the difference of a pair, to be driven by the product of the two weights.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +24,15 @@ from ..geometry.topology import unique_edges
 from ..layers.base import Layer
 from ..progress import Progress, silent
 from ..simulation import Refinement, Simulation
-from .correctives import Pair
 from .poses import Held, Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side
 
 SAMPLES, BEND = 2.75, 0.1
 """Vertices from bulge to furrow, and the threshold of Eq. 19: a bit coarser than for pictures, as rigs are sent around.
 """
+
+Movement = tuple[object, ...]
+"""What both sides do in a shape; see :attr:`facewrinkle.rigging.shapes.Shape.movement`."""
 
 ROUNDS = 4
 """Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
@@ -93,9 +100,6 @@ class Baker:
 CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
 
-HAIR_CUT = 0.2
-"""The same for brows and lashes, whose hairs are many, and lie on skin that hardly moves then."""
-
 RINGS = 2
 """The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
 moves, but its normal turns.
@@ -110,9 +114,9 @@ mm, on any mesh but hairs; or on average over the skin by more than this share o
 """
 
 
-def movement_poses(shapes: Mapping[str, Shape], posing: Posing, weight: float = 1.0) -> dict[tuple[object, ...], Pose]:
+def movement_poses(shapes: Mapping[str, Shape], posing: Posing, weight: float = 1.0) -> dict[Movement, Pose]:
     """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
-    found: dict[tuple[object, ...], Pose] = {}
+    found: dict[Movement, Pose] = {}
     for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
         if shape.movement not in found:
             found[shape.movement] = posing.at({"both": (replace(shape, side=None), weight)})
@@ -125,13 +129,13 @@ Fields = dict[str, Single]
 
 def shape_fields(
     shapes: Mapping[str, Shape],
-    poses: Mapping[tuple[object, ...], Pose],
+    poses: Mapping[Movement, Pose],
     neutral: Pose,
     baker: Baker,
     progress: Progress = silent,
 ) -> Fields:
     """Return what shapes change."""
-    users: dict[tuple[object, ...], list[tuple[int, Shape, float]]] = {}
+    users: dict[Movement, list[tuple[int, Shape, float]]] = {}
     for k, shape in enumerate(shapes.values()):
         users.setdefault(shape.movement, []).append((k, shape, 1.0))
         if shape.beyond:
@@ -154,8 +158,100 @@ def _unmoved(count: int, rest: Mapping[str, Array]) -> Fields:
     return {part: np.zeros((count, *at.shape), np.float32) for part, at in rest.items()}
 
 
+MOVED = 0.1
+"""Skin that a shape moves by more counts for the error of a pair, mm; smaller errors on average are not corrected."""
+
+TOGETHER, SEVERAL = 0.5, 5
+"""Shapes can only disturb each other if both move so many vertices by more than this, mm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two movements that do not add up.
+
+    Attributes
+    ----------
+    first, second : tuple
+        The movements, of both sides where they have sides.
+    targets : tuple of tuple of str, str and side
+        Names of the shapes that have these movements, by the side that they share, or None.
+    pose : Pose
+        Both at full strength.
+    error : float
+        Mean distance of their sum from that pose, over the vertices that either moves, mm.
+    """
+
+    first: Movement
+    second: Movement
+    targets: tuple[tuple[str, str, Side | None], ...]
+    pose: Pose
+    error: float
+
+
+def worst_pairs(
+    shapes: Mapping[str, Shape], poses: Mapping[Movement, Pose], posing: Posing, count: int, progress: Progress
+) -> list[Pair]:
+    """Return the pairs of shapes whose sum is farthest from what the muscles do together, the worst first.
+
+    Parameters
+    ----------
+    shapes : mapping of str to Shape
+    poses : mapping of tuple to Pose
+        Of all their movements, alone and of both sides.
+    posing : Posing
+    count : int
+        At most so many pairs.
+    progress : callable
+        As in :func:`facewrinkle.rig`.
+
+    Examples
+    --------
+    Lips that are pursed to a funnel and puckered:
+
+    >>> import facewrinkle as fw
+    >>> posing, units = Posing(fw.default_face()), {"mouthFunnel": "AU22", "mouthPucker": "AU18", "browInnerUp": "AU1"}
+    >>> shapes = {name: Shape({unit: 1.0}) for name, unit in units.items()}
+    >>> poses = {shape.movement: posing.at({"": (shape, 1.0)}) for shape in shapes.values()}
+    >>> (pair,) = worst_pairs(shapes, poses, posing, 8, lambda pairs, what, total: iter(pairs))
+    >>> pair.targets, pair.error > 1.0
+    ((('mouthFunnel', 'mouthPucker', None),), True)
+    """
+    names: dict[Movement, list[str]] = {}
+    for name, shape in shapes.items():
+        if not shape.beyond and shape.movement != Shape().movement:
+            names.setdefault(shape.movement, []).append(name)
+    moved = {movement: poses[movement].base - posing.rest for movement in names}
+    way = {movement: np.linalg.norm(each, axis=1) for movement, each in moved.items()}
+    pairs = [
+        (one, other)
+        for one, other in combinations(names, 2)
+        if (np.minimum(way[one], way[other]) > TOGETHER).sum() > SEVERAL and _targets(shapes, names[one], names[other])
+    ]
+    found = []
+    for one, other in progress(pairs, "Comparing pairs", len(pairs)):
+        both = {str(k): (replace(shapes[names[m][0]], side=None), 1.0) for k, m in enumerate((one, other))}
+        pose = posing.at(both)
+        off = np.linalg.norm(pose.base - posing.rest - moved[one] - moved[other], axis=1)
+        error = float(off[np.maximum(way[one], way[other]) > MOVED].mean())
+        if error > MOVED:
+            found.append(Pair(one, other, _targets(shapes, names[one], names[other]), pose, error))
+    return sorted(found, key=lambda pair: -pair.error)[:count]
+
+
+def _targets(
+    shapes: Mapping[str, Shape], first: list[str], second: list[str]
+) -> tuple[tuple[str, str, Side | None], ...]:
+    """Return the pairs of shapes of two movements that act on the same side, and that side."""
+    return tuple(
+        (a, b, shapes[a].side or shapes[b].side)
+        for a in first
+        for b in second
+        if shapes[a].side is None or shapes[b].side is None or shapes[a].side == shapes[b].side
+    )
+
+
 def corrective_fields(
-    pairs: list[Pair], poses: Mapping[tuple[object, ...], Pose], neutral: Pose, baker: Baker, progress: Progress
+    pairs: list[Pair], poses: Mapping[Movement, Pose], neutral: Pose, baker: Baker, progress: Progress
 ) -> Fields:
     """Return what the correctives of pairs change."""
     rest = baker.placed(neutral)
@@ -173,7 +269,7 @@ def corrective_fields(
 def halfway_fields(
     shapes: Mapping[str, Shape],
     fields: Fields,
-    halves: Mapping[tuple[object, ...], Pose],
+    halves: Mapping[Movement, Pose],
     neutral: Pose,
     baker: Baker,
     progress: Progress,
@@ -209,7 +305,7 @@ def morphs_of(
     """Return morph targets that end where nothing moves."""
     out = {}
     for part, own in fields.items():
-        cut = (HAIR_CUT if is_hair(part) else CUT) / baker.face.unit
+        cut = (2.0 if is_hair(part) else 1.0) * CUT / baker.face.unit  # hairs are many, on skin that hardly moves then
         triangles, bent = baker.models[part].triangles, {}
         for name, lack in bends.items():
             moved, turned = faded(*_shown(part, lack[part]), triangles, 0.5 * cut)

@@ -17,7 +17,6 @@ from ..errors import ParameterError, check_range, check_whole, unknown_name, war
 from ..export.model import Model, Morphs
 from ..mesh import to_polydata
 from ..progress import Progress, silent
-from .correctives import worst_pairs
 from .fields import (
     CUT,
     Baker,
@@ -28,6 +27,7 @@ from .fields import (
     movement_poses,
     separated,
     shape_fields,
+    worst_pairs,
 )
 from .maps import around_head, check_texture
 from .poses import Pose, Posing
