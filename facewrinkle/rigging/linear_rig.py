@@ -140,11 +140,6 @@ class Rig:
         """Displacements (k, n, 3) of the skin in each shape, in the unit of the face."""
         return self.morphs["face"].deltas
 
-    @property
-    def normals(self) -> Single:
-        """Changes (k, n, 3) of the unit normals of the skin in each shape."""
-        return self.morphs["face"].normals
-
     def _weights(self, weights: Mapping[str, float]) -> Array:
         """Weights (k,), clamped to [0, 1] with a warning."""
         out = np.zeros(len(self.names))

@@ -10,7 +10,6 @@ from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, warn
 from ..motion.base import Undriven
-from ..motion.material import SkinMaterial
 from ..motion.skin import Skin
 from .modelled import Movements
 from .poses import CLEARING, contractions_of, share_of_side
@@ -39,7 +38,6 @@ class Performer(Undriven):
         With muscles.
     time_step : float
         Seconds per step.
-    material : SkinMaterial, optional
     speed : float
         Seconds of the take in one second.
     head : bool
@@ -76,7 +74,6 @@ class Performer(Undriven):
         take: Take,
         face: Face,
         time_step: float = 0.02,
-        material: SkinMaterial | None = None,
         speed: float = 1.0,
         head: bool = True,
     ) -> None:
@@ -88,7 +85,7 @@ class Performer(Undriven):
         if shown:
             reasons = "; ".join(dict.fromkeys(self.left_out[name] for name in shown))
             warn(f"{len(shown)} shapes of the take are left out ({reasons}): {', '.join(shown)}.")
-        self._skin = Skin(face, time_step, material)
+        self._skin = Skin(face, time_step)
         self.time_step, self.points = self._skin.time_step, self._skin.points
         self.names = self._skin.names
         self._movements = Movements(face)
@@ -98,7 +95,7 @@ class Performer(Undriven):
         }
         self._ways, self._thrusts = self._modelled(shapes)
         modelled = self._ways or "mouthClose" in shapes
-        self._clearing = Skin(face, CLEARING, material) if modelled else None
+        self._clearing = Skin(face, CLEARING) if modelled else None
         self.reset()
 
     def _modelled(self, shapes: dict[str, Shape]) -> tuple[dict[str, Array], dict[str, Array]]:

@@ -65,11 +65,12 @@ class Held(Undriven):
     Parameters
     ----------
     face : Face
-    time_step : float
     """
 
-    def __init__(self, face: Face, time_step: float = 0.02) -> None:
-        self.points, self.time_step = face.points * face.unit, time_step
+    time_step = 0.02
+
+    def __init__(self, face: Face) -> None:
+        self.points = face.points * face.unit
         self.names = tuple(face.muscles)
         self.reset()
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ParameterError, check_whole
+from ..errors import ParameterError
 from ..files import written
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import corner_texture
@@ -97,7 +97,7 @@ def check_layer_size(size: int) -> int:
     return check_map_size(size, LARGEST, remedy)
 
 
-def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progress = silent) -> WrinkleLayers:
+def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> WrinkleLayers:
     """Bake the wrinkles of all shapes of a rig into at most four layers of maps, with a mask for each shape.
 
     Parameters
@@ -106,8 +106,6 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
         Made with ``wrinkles="maps"``: smooth, on the face's own triangles, with the texture coordinates of the maps.
     size : int
         Width and height, texels: a power of two from 64 to 2048; with ARKit's shapes, 2048 takes up to 4 GB.
-    layers : int
-        From 1 to 4.
     progress : callable, optional
         As in :func:`facewrinkle.rig`.
 
@@ -118,7 +116,7 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     Raises
     ------
     ParameterError
-        For a rig with other wrinkles, texture coordinates outside [0, 1], another size, or another number of layers.
+        For a rig with other wrinkles, texture coordinates outside [0, 1], or another size.
 
     Warns
     -----
@@ -132,7 +130,7 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
     >>> bake_layers(rig, size=64).layer
     {'browInnerUp': 0}
     """
-    size, layers = check_layer_size(size), check_whole("layers", layers, 1, MOST_LAYERS, "A mask has four channels.")
+    size = check_layer_size(size)
     if rig.wrinkles != "maps":
         raise ParameterError(
             'layers of wrinkles belong to a rig made with wrinkles="maps", which shows them once; received one with '
@@ -154,7 +152,7 @@ def bake_layers(rig: Rig, size: int = 1024, layers: int = 4, *, progress: Progre
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))
-    number = _coloured([each[3] for each in found], layers)
+    number = _coloured([each[3] for each in found], MOST_LAYERS)
     most = max((float(np.abs(each[1]).max()) for each in found), default=1e-6)
     normals, heights, masks, layer = [], [], {}, {}
     for k in range(max(number, default=-1) + 1):

@@ -104,7 +104,7 @@ def _with_jpeg(model: Model) -> Model:
     return replace(model, png=stream.getvalue())
 
 
-def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
+def write_page(rig: Rig, path: str | Path) -> Path:
     """Write a page with sliders for the shapes of a rig. It needs no server and loads nothing from elsewhere.
 
     Parameters
@@ -112,8 +112,6 @@ def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     rig : Rig
     path : path
         Ends in .html. An existing file is replaced.
-    title : str
-        Default: the name of the file.
 
     Returns
     -------
@@ -137,7 +135,7 @@ def write_page(rig: Rig, path: str | Path, title: str = "") -> Path:
     path = output_file(path, (".html",))
     page = (files(__package__) / "data" / "viewer.html").read_text(encoding="utf-8")
     model = base64.b64encode(gzip.compress(rig_bytes(rig, binary=True), mtime=0)).decode()
-    page = page.replace("{{title}}", html.escape(title or path.stem)).replace("{{model}}", json.dumps(model))
+    page = page.replace("{{title}}", html.escape(path.stem)).replace("{{model}}", json.dumps(model))
     with written(path) as whole:
         whole.write_text(page, encoding="utf-8")
     return path

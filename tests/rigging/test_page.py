@@ -30,7 +30,7 @@ def shot(page, picture, hash_=""):
 
 
 def test_a_page_needs_nothing_but_itself(smooth_rig, tmp_path):
-    path = write_page(smooth_rig, tmp_path / "head.html", title="<A & B>")
+    path = write_page(smooth_rig, tmp_path / "<A & B>.html")
     text = path.read_text(encoding="utf-8")
     assert "<title>&lt;A &amp; B&gt;</title>" in text
     assert "{{" not in text
