@@ -34,26 +34,25 @@ app = App(
     version=__version__,
     suppress_keyboard_interrupt=False,
 )
-app.command("facewrinkle.commands.express:express", help="Write pictures and a movie of an expression.")
-app.command("facewrinkle.commands.fit:fit", help="Find the face on a mesh, and place skull, eyes and muscles under it.")
-app.command("facewrinkle.commands.tear:tear", help="Write pictures and a movie of a crying face.")
-app.command("facewrinkle.commands.play:play", help="Write pictures and a movie of a recorded animation.")
-app.command("facewrinkle.commands.pattern:pattern", help="Write pictures and a movie of a wrinkle pattern.")
-app.command("facewrinkle.commands.studio:studio", help="Open a face in the browser, with a slider for everything.")
-app.command("facewrinkle.commands.rig:rig", help="Write a face with blend shapes that wrinkle, for other programs.")
-app.command("facewrinkle.commands.table1:table1", help="Measure Table 1 of the paper, and print both side by side.")
-app.command(
-    "facewrinkle.commands.info:info",
-    help="List muscles, action units and expressions, or describe a mesh or a .face file.",
-)
-app.command("facewrinkle.commands.compile:compile_all", name="compile", help="Compile ahead of the first use.")
-app.command(
-    "facewrinkle.commands.info:atlas", help="Print the muscles, action units and expressions as a TOML file to edit."
-)
-app.command("facewrinkle.commands.dataset:dataset", help="Generate labelled pictures of faces for training.")
-app.command(
-    "facewrinkle.commands.demo:demo", help="Write pictures and movies of the paper's five expressions, and its Table 1."
-)
+COMMANDS = {
+    "express": ("express:express", "Write pictures and a movie of an expression."),
+    "fit": ("fit:fit", "Find the face on a mesh, and place skull, eyes and muscles under it."),
+    "tear": ("tear:tear", "Write pictures and a movie of a crying face."),
+    "play": ("play:play", "Write pictures and a movie of a recorded animation."),
+    "pattern": ("pattern:pattern", "Write pictures and a movie of a wrinkle pattern."),
+    "studio": ("studio:studio", "Open a face in the browser, with a slider for everything."),
+    "rig": ("rig:rig", "Write a face with blend shapes that wrinkle, for other programs."),
+    "table1": ("table1:table1", "Measure Table 1 of the paper, and print both side by side."),
+    "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
+    "compile": ("compile:compile_all", "Compile ahead of the first use."),
+    "atlas": ("info:atlas", "Print the muscles, action units and expressions as a TOML file to edit."),
+    "dataset": ("dataset:dataset", "Generate labelled pictures of faces for training."),
+    "demo": ("demo:demo", "Write pictures and movies of the paper's five expressions, and its Table 1."),
+}
+"""Where each command is, in :mod:`facewrinkle.commands`, and what it does."""
+
+for name, (place, what) in COMMANDS.items():
+    app.command(f"facewrinkle.commands.{place}", name=name, help=what)
 
 
 @app.command(help="Print a shell-completion script.")

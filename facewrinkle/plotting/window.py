@@ -7,7 +7,6 @@ drawn behind the face, and both are combined as the pixels are read.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 
 from ..array_types import Image, IntArray
 from ..geometry.compilation import compiled
-from .images import reduced
 
 
 def rendered(plotter: pv.Plotter, factor: int = 1) -> Image:
@@ -42,19 +40,10 @@ def begun(plotter: pv.Plotter, factor: int = 1) -> Callable[[], Image]:
     The graphics card draws meanwhile, or Mesa's own threads do. Until the picture was taken, the plotter must not
     render anything else. For the arguments see :func:`rendered`.
     """
-    renderer = plotter.renderer
-    if not renderer.GetGradientBackground() or renderer.GetTexturedBackground():
-        window_of(plotter).Render()
-        return partial(_without_background, plotter, factor)
-    bottom, top = renderer.GetBackground(), renderer.GetBackground2()
-    _render(plotter)
-    return lambda: composed(_pixels(plotter), bottom, top, factor)
-
-
-def _render(plotter: pv.Plotter) -> None:
-    """Begin to render, with nothing behind what is drawn."""
     renderer, window = plotter.renderer, window_of(plotter)
-    bottom, alpha, swaps = renderer.GetBackground(), renderer.GetBackgroundAlpha(), window.GetSwapBuffers()
+    bottom, gradient = renderer.GetBackground(), renderer.GetGradientBackground()
+    top = renderer.GetBackground2() if gradient else bottom
+    alpha, swaps = renderer.GetBackgroundAlpha(), window.GetSwapBuffers()
     renderer.GradientBackgroundOff()
     renderer.SetBackground(0.0, 0.0, 0.0)
     renderer.SetBackgroundAlpha(0.0)
@@ -66,13 +55,9 @@ def _render(plotter: pv.Plotter) -> None:
     finally:
         renderer.SetBackground(bottom)
         renderer.SetBackgroundAlpha(alpha)
-        renderer.GradientBackgroundOn()
+        renderer.SetGradientBackground(gradient)
         window.SetSwapBuffers(swaps)
-
-
-def _without_background(plotter: pv.Plotter, factor: int) -> Image:
-    pixels = np.ascontiguousarray(_pixels(plotter)[::-1, :, :3])
-    return pixels if factor == 1 else reduced(pixels, factor)
+    return lambda: composed(_pixels(plotter), bottom, top, factor)
 
 
 def window_of(plotter: pv.Plotter) -> Any:

@@ -141,11 +141,8 @@ def _weights(frame: Mapping[str, Any]) -> dict[str, float]:
 
 def _turn(frame: Mapping[str, Any]) -> Array | None:
     """Return yaw, pitch and roll of the first matrix of a frame of MediaPipe, 16 numbers by columns."""
-    matrices = frame.get(MATRICES) or [None]
-    return None if matrices[0] is None else _angles(np.array(matrices[0]["data"], float).reshape(4, 4).T)
-
-
-def _angles(matrix: Array) -> Array | None:
+    first = next(iter(frame.get(MATRICES) or ()), None)
+    matrix = np.full((4, 4), np.nan) if first is None else np.array(first["data"], float).reshape(4, 4).T
     if not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) < 1e-9:
         return None
     yaw, down, roll = Rotation.from_matrix(matrix[:3, :3]).as_euler("YXZ")
