@@ -14,10 +14,9 @@ from ..export import write_mesh
 from ..progress import Progress, bar
 from .express import express
 from .fit import fit
-from .options import FaceOptions, FoldOptions, OutputOptions
+from .options import FaceOptions, FoldOptions, OutputOptions, Report
 from .pattern import pattern
 from .play import play
-from .report import Report
 from .rig import rig
 from .tear import tear
 

@@ -10,8 +10,7 @@ from ..dataset.shards import check, read_table
 from ..dataset.spec import DEFAULT, Spec
 from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
-from .options import Whole
-from .report import Report
+from .options import Report, Whole
 
 SHEET = (4, 6)
 """Rows and columns of a preview."""

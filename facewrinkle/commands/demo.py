@@ -14,9 +14,8 @@ from ..plotting import save_picture, side_by_side, stacked
 from ..plotting.views import Style
 from ..simulation.fold_layers import Folds, refinement_for
 from .express import Peak, Performance, record
-from .options import FoldOptions, OutputOptions
+from .options import FoldOptions, OutputOptions, Report
 from .recorder import Scenes
-from .report import Report
 from .table1 import PAPER, tabulate
 
 SIZE, FRAMES = 400, 24

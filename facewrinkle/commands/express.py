@@ -21,9 +21,8 @@ from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import refinement_for
-from .options import FaceOptions, FoldOptions, OutputOptions, Whole, given, parse_mixture
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture
 from .recorder import Clip, Recorder, Scenes
-from .report import Report
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 """Arrays of a frame that are drawn in colour."""

@@ -22,8 +22,7 @@ from ..plotting import Scene, save_picture, side_by_side, stacked
 from ..plotting.images import reduced
 from ..plotting.views import Style
 from ..simulation.fold_shapes import find_folds
-from .options import FaceOptions
-from .report import Report, face_facts
+from .options import FaceOptions, Report, face_facts
 
 MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
 """Colours of landmarks that were found or given, of those that were estimated, and of muscles."""

@@ -18,7 +18,7 @@ from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
 from ..motion.gltf import shapes_of_gltf
-from .report import Report, face_facts
+from .options import Report, face_facts
 
 
 def info(topic: str | None = None, /) -> None:

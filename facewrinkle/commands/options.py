@@ -1,9 +1,12 @@
-"""Options that commands share: those that choose a face, and those that choose what is written; and words as values."""
+"""What commands share: options that choose a face and what is written, words as values, and the report of a command."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+import time
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,6 +14,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pyvista as pv
 from cyclopts import Parameter
+from rich.console import Console
+from rich.table import Table
 
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
@@ -21,8 +26,52 @@ from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
 from ..layers.wave_folds import WaveFolds
+from ..progress import bar
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
-from .report import Report
+
+
+class Report:
+    """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.quiet, self._begin = quiet, time.perf_counter()
+        self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)  # names may have brackets
+        if quiet:
+            warnings.simplefilter("ignore")
+
+    def say(self, *what: Any) -> None:
+        """Print a line, or a table."""
+        self.console.print(*what, soft_wrap=True)
+
+    def say_time(self) -> None:
+        """Print how long the command took."""
+        self.say(f"{time.perf_counter() - self._begin:.1f} s")
+
+    def table(self, title: str, rows: Mapping[str, str]) -> None:
+        """Print names and values."""
+        table = Table(title=title, show_header=False, title_justify="left", title_style="bold", box=None)
+        for name, value in rows.items():
+            table.add_row(name, value)
+        self.console.print(table)
+
+    def waiting(self, what: str) -> AbstractContextManager[object]:
+        """Show on a terminal what takes a while, until it is done."""
+        console = Console(stderr=True)
+        return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
+
+    def progress(self, items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
+        """Return the items, with a bar on a terminal."""
+        return items if self.quiet else bar(items, what, total)
+
+
+def face_facts(face: Face) -> dict[str, str]:
+    """Return the rows of a table about a fitted face."""
+    measured = [value for name, value in face.confidences.items() if name not in face.estimated]
+    facts = {"likeness to a face": "not known" if face.likeness is None else f"{face.likeness:.2f}"}
+    facts["landmarks"] = f"{len(face.landmarks)}, estimated: {', '.join(face.estimated) or 'none'}"
+    if measured:
+        facts["confidence of measured ones"] = f"{min(measured):.2f} to {max(measured):.2f}"
+    return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}
 
 
 def parse_units(text: str | None) -> str | float | None:

@@ -17,9 +17,8 @@ from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, OutputOptions, Vector, Whole, given, parse_mixture, parse_numbers
+from .options import FaceOptions, OutputOptions, Report, Vector, Whole, given, parse_mixture, parse_numbers
 from .recorder import Clip, Recorder, Scenes
-from .report import Report
 
 
 def pattern(

@@ -19,9 +19,8 @@ from ..plotting.views import Style
 from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, FoldOptions, OutputOptions, Whole, parse_weights
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, parse_weights
 from .recorder import Clip, Recorder, Scenes
-from .report import Report
 
 MAX_STEPS = 100_000
 """A clip of more steps is a mistake in its speed or in --fps."""

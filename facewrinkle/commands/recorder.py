@@ -24,8 +24,7 @@ from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
-from .options import OutputOptions
-from .report import Report
+from .options import OutputOptions, Report
 
 Drawing = Callable[[], Image]
 """A picture that is being drawn: waits for it, and returns it."""

@@ -16,8 +16,7 @@ from ..rigging.linear_rig import facts_text, label
 from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
 from ..rigging.write import write_page, write_rig_files
-from .options import FaceOptions, Whole
-from .report import Report
+from .options import FaceOptions, Report, Whole
 
 MAP_SIZE = 1024
 """The usual width of maps, texels."""

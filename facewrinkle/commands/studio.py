@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ..errors import check_whole
 from ..processes import before_the_end
-from .options import FaceOptions, Whole
-from .report import Report
+from .options import FaceOptions, Report, Whole
 
 
 def studio(

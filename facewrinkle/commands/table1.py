@@ -20,8 +20,7 @@ from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation
 from ..simulation.fold_layers import Folds, refinement_for
-from .options import FaceOptions, Whole
-from .report import Report
+from .options import FaceOptions, Report, Whole
 
 SIZE = (800, 800)
 """Pixels of a picture whose drawing is timed."""

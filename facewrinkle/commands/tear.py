@@ -25,9 +25,8 @@ from ..tears.drop import DrippingTear, Fall
 from ..tears.drop_shape import DropShape
 from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
 from ..tears.stream import Film, Flow, Route, SheddingTear
-from .options import FaceOptions, OutputOptions, Whole, given, parse_mixture, parse_numbers
+from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers
 from .recorder import Clip, Drawing, Recorder, beside
-from .report import Report
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 

@@ -13,9 +13,8 @@ from PIL import Image
 
 from facewrinkle.cli import main
 from facewrinkle.commands import demo as demo_module
-from facewrinkle.commands.options import FoldOptions
+from facewrinkle.commands.options import FoldOptions, Report
 from facewrinkle.commands.recorder import Scenes
-from facewrinkle.commands.report import Report
 from facewrinkle.commands.table1 import PAPER
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"

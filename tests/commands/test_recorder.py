@@ -12,9 +12,8 @@ from command_files import movie_frames, series_meshes
 import facewrinkle as fw
 from facewrinkle.cli import main
 from facewrinkle.commands import recorder
-from facewrinkle.commands.options import OutputOptions
+from facewrinkle.commands.options import OutputOptions, Report
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
-from facewrinkle.commands.report import Report
 from facewrinkle.errors import MissingPackageError
 from facewrinkle.mesh.arrays import GAZE
 from facewrinkle.plotting import Style, picture

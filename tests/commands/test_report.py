@@ -6,7 +6,7 @@ import warnings
 
 import pytest
 
-from facewrinkle.commands.report import Report
+from facewrinkle.commands.options import Report
 
 
 @pytest.mark.parametrize("terminal, quiet, shown", [(True, False, True), (True, True, False), (False, False, False)])
