@@ -375,12 +375,12 @@ def _tear_targets(name: str, tear: Sampled, allowed: float) -> tuple[Model, Morp
 
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:
-    """Return values (n0, 6) of an earlier frame at all vertices: new ones lie midway between older ones."""
+    """Return values (n0, k) of an earlier frame at all vertices: new ones lie midway between older ones."""
     n = forest.n_points
     if len(values) == n:
         return values
     parents, level = forest.parents, forest.vertex_level
-    out = np.zeros((n, 6), np.float32)
+    out = np.zeros((n, values.shape[1]), np.float32)
     out[: len(values)] = values
     new = np.arange(len(values), n)
     for k in np.unique(level[new]):
