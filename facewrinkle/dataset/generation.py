@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
@@ -202,28 +202,30 @@ def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
 def _distributed(spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None) -> Iterator[int]:
     """Make shards at once, and yield the numbers of their samples; when one fails, the others are finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
+    outcomes = (
+        _by_processes(spec, shards, folder, workers) if scheduler is None else _by_dask(spec, shards, folder, scheduler)
+    )
     reason = ""
-    with _pool(min(workers, len(shards)), scheduler) as pool:
-        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
-        for future in as_completed(futures):
-            if future.cancelled():
-                reason = "the scheduler was lost"
-            elif problem := future.exception():
-                reason = str(problem).rstrip(".")
-            else:
-                yield from range(futures[future].first, futures[future].last)
+    for shard, problem in outcomes:
+        if problem:
+            reason = problem
+        else:
+            yield from range(shard.first, shard.last)
     if reason:
         missing = sum(not shard.done(folder) for shard in shards)
         raise FaceWrinkleError(f"{missing} of {len(shards)} shards are missing: {reason}. Run the same again to go on.")
 
 
-@contextmanager
-def _pool(workers: int, scheduler: str | None) -> Iterator[Executor]:
-    """Yield what runs functions elsewhere: processes here, or the workers of a scheduler."""
-    if scheduler is None:
-        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:  # VTK does not get over a fork
-            yield pool
-        return
+def _by_processes(spec: Spec, shards: list[Shard], folder: Path, workers: int) -> Iterator[tuple[Shard, str]]:
+    """Make shards by processes here, and yield each with what went wrong."""
+    with ProcessPoolExecutor(min(workers, len(shards)), get_context("spawn")) as pool:  # VTK does not get over a fork
+        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
+        for future in as_completed(futures):
+            yield futures[future], str(future.exception() or "").rstrip(".")
+
+
+def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> Iterator[tuple[Shard, str]]:
+    """Make shards by the workers of a scheduler, and yield each with what went wrong."""
     try:
         import distributed
     except ImportError:
@@ -236,7 +238,11 @@ def _pool(workers: int, scheduler: str | None) -> Iterator[Executor]:
             "that it is running: dask scheduler."
         ) from None
     with client:
-        yield client.get_executor(pure=False)
+        inside = is_inside_only()
+        futures = {client.submit(_made, spec, shard, folder, inside, pure=False): shard for shard in shards}
+        for future in distributed.as_completed(futures):
+            failed = str(future.exception()) if future.status == "error" else "the scheduler was lost"
+            yield futures[future], "" if future.status == "finished" else failed
 
 
 def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
