@@ -111,10 +111,12 @@ def generate(
 
 def _samples(spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None) -> Iterator[int]:
     """Make what is missing of a set, and yield the number of each of its samples when it is done."""
-    missing = [shard for shard in shards if not shard.done(folder)]
+    missing = []
     for shard in shards:
-        if shard not in missing:
+        if shard.done(folder):
             yield from range(shard.first, shard.last)
+        else:
+            missing.append(shard)
     if scheduler is not None or (workers > 1 and len(missing) > 1):
         yield from _distributed(spec, missing, folder, workers, scheduler)
         return
