@@ -286,10 +286,11 @@ class FaceOptions:
         """Return the name of the first of these options that was given."""
         return next((name for name in names if getattr(self, name) is not None), None)
 
-    def load_surface(self, place: str) -> Face:
-        """Return the mesh as a surface that is no face; without --units, its unit goes with its size.
+    def load_surface(self, place: str, size: float | None = None) -> Face:
+        """Return the mesh as a surface that is no face.
 
-        `place` is the option that names a place on it.
+        `place` is the option that names a place on it. Without --units, the mesh is of a `size` from corner to corner,
+        mm, or its unit goes with its size.
         """
         if self.face is None:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
@@ -299,8 +300,9 @@ class FaceOptions:
             )
         units = parse_units(self.units)
         found = surface(self.face, units or "mm", self.texture)
-        size = float(np.linalg.norm(np.ptp(found.points, axis=0)))
-        return found if units is not None else replace(found, unit=millimetres(unit_by_size(size)))
+        own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
+        unit = millimetres(unit_by_size(own)) if size is None else size / own
+        return found if units is not None else replace(found, unit=unit)
 
 
 @Parameter(name="*")

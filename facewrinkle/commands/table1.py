@@ -96,8 +96,6 @@ def table1(
         Print only errors.
     """
     report = Report(quiet)
-    check_range("the number of iterations", iterations, 1, 1_000_000)
-    check_range("the number of drawings", drawings, 1, 1_000_000)
     face = (source or FaceOptions()).load(report)
     tabulate(face, report, None if out is None else output_folder(out, make=False), iterations, drawings, folds)
 

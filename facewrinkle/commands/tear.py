@@ -103,7 +103,7 @@ def tear(
     places = [parse_numbers("start", place, (3,)) for place in start or ()]
     if places and expression is not None:
         raise ParameterError("--expression belongs to a face, --start to a mesh that is none: leave out one of them.")
-    face = _surface(source) if places else source.load(report, OTHERWISE)
+    face = source.load_surface("start", HEAD_SIZE) if places else source.load(report, OTHERWISE)
     mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):
@@ -123,14 +123,6 @@ def tear(
         },
     )
     report.say_time()
-
-
-def _surface(source: FaceOptions) -> Face:
-    """Return the mesh as a surface that is no face; without --units, as large as a head."""
-    face = source.load_surface("start")
-    if source.units is not None:
-        return face
-    return replace(face, unit=HEAD_SIZE / float(np.linalg.norm(np.ptp(face.points, axis=0))))
 
 
 def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, running: dict[str, Any]) -> list[Tear]:

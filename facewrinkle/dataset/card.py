@@ -34,8 +34,8 @@ BIASES = """\
 """
 
 
-def write_card(folder: Path, spec: Spec, count: int) -> Path:
-    """Write README.md and a picture of distributions, and return the path of the first."""
+def write_card(folder: Path, spec: Spec, count: int) -> None:
+    """Write README.md and a picture of distributions."""
     table = read_table(folder, ("index", "attempt", *SHOWN))
     failed = sum(len(failed_in(archive)) for archive in folder.glob("shard-*.tar"))
     redrawn = float(np.mean(np.array(table["attempt"], bool))) if len(table["index"]) else 0.0
@@ -43,7 +43,6 @@ def write_card(folder: Path, spec: Spec, count: int) -> Path:
         Path(partial).write_bytes(_histograms(table))
     with written(folder / "README.md") as partial:
         Path(partial).write_text(_text(spec, count, table, failed, redrawn), encoding="utf-8")
-    return folder / "README.md"
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
