@@ -14,8 +14,7 @@ from ..array_types import Array, IntArray, Single
 from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry.interpolation import barycentric
-from ..mesh import MeshLike, closest_places, read_surface
-from ..mesh.seams import corner_texture
+from ..mesh import MeshLike, closest_places, corner_texture, read_surface
 from .fields import CUT, Baker, faded, shape_fields
 from .linear_rig import Rig
 from .maps import around_head
