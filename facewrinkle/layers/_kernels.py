@@ -6,17 +6,6 @@ import numpy as np
 
 from ..geometry.compilation import compiled
 
-LEVELLED = 0.8
-"""Bulges and furrows are lowered to this share of their heights at most, so that they hold the same volume."""
-
-RAISED = 1.07
-"""The other side becomes this much higher at most: a furrow is up to three times as deep as its crest is high, so that
-from bulge to furrow no fold becomes deeper than it was.
-"""
-
-STEPS = 512
-"""Shares are multiples of 1 / 512: the order of the triangles, in which volumes are added up, does not change them."""
-
 
 @compiled
 def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
@@ -76,37 +65,3 @@ def amplitudes(folds, epsilon, k0, smallest, relief):
         if lead >= 0:
             for c in range(3):
                 across[i, c] = direction[lead, c]
-
-
-@compiled(inline="always")
-def evened(more, less):
-    """Shares of the heights of the side that holds `more`, and of the other one."""
-    lowered = np.rint(less / more * STEPS) / STEPS
-    raised = 1.0
-    if lowered < LEVELLED:
-        lowered = LEVELLED
-        if less > 0.0:
-            raised = min(np.rint(lowered * more / less * STEPS) / STEPS, RAISED)
-    return lowered, raised
-
-
-@compiled
-def level(height, shown, areas):
-    """Make the bulges of heights (n,) lower, or the furrows, until both hold as much volume over areas (n,); where a
-    fifth is not enough, the other side grows a little.
-    """
-    above, below = 0.0, 0.0
-    for i in range(len(height)):
-        if height[i] > 0.0:
-            above += areas[i] * height[i]
-        else:
-            below -= areas[i] * height[i]
-    bulges = furrows = 1.0
-    if above > below:
-        bulges, furrows = evened(above, below)
-    elif below > above:
-        furrows, bulges = evened(below, above)
-    for i in range(len(height)):
-        share = bulges if height[i] > 0.0 else furrows
-        height[i] *= share
-        shown[i] *= share

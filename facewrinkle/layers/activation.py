@@ -58,14 +58,15 @@ class Activation:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> folds = [muscle.fold_pattern for muscle in face.muscles.values()]
-    >>> activation = Activation(face, folds, face.zones, StrainField(face.points, face.triangles))
-    >>> rates = dict(zip(face.muscles, activation.of(face.points * [1.0, 0.9, 1.0]).round(2), strict=True))
+    >>> field = StrainField(face.points, face.triangles)
+    >>> activation = Activation(face, folds, face.zones, field)
+    >>> rates = activation.at(field.strain(face.points * [1.0, 0.9, 1.0])).round(2)
+    >>> rates = dict(zip(face.muscles, rates, strict=True))
     >>> float(rates["frontalis_inner_l"]), float(rates["corrugator_l"])
     (1.0, 0.0)
     """
 
     def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, field: StrainField) -> None:
-        self._field = field
         hosts = np.flatnonzero(zones.any(axis=0))
         self._used, local = np.unique(face.triangles[hosts], return_inverse=True)
         self._corners = np.repeat(local.reshape(-1, 3).astype(np.int32), 4, axis=0)
@@ -88,10 +89,6 @@ class Activation:
         self._muscle, self._point, self._share, self._products = (
             np.concatenate(column) for column in zip((nothing[0], *nothing), *acting, strict=True)
         )
-
-    def of(self, deformed: Array) -> Array:
-        """Return the activation (k,) of the muscles in the deformed base mesh (n0, 3), mm."""
-        return self.at(self._field.strain(deformed))
 
     def at(self, strain: Array) -> Array:
         """Return the activation (k,) of the muscles at a strain (n0, 6) of the base mesh."""

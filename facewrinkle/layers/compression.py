@@ -180,9 +180,7 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
     return shortening(share)
 
 
-def principal_compression(
-    strain: Array, metric: Array, normals: Array, basis: tuple[Array, Array] | None = None
-) -> tuple[Array, Array]:
+def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
     """Return the largest compression over all tangents, and the tangent that has it.
 
     The stretch ``|F m|`` is smallest where ``m^T S m / m^T G m`` is, with S the change of the metric and G the rest
@@ -194,8 +192,6 @@ def principal_compression(
         As a :class:`StrainField` gives them.
     normals : ndarray, shape (n, 3)
         Unit normals at rest.
-    basis : tuple of ndarray, optional
-        What :func:`orthonormal_tangents` returns for the same metric and normals, if that is known.
 
     Returns
     -------
@@ -213,7 +209,7 @@ def principal_compression(
     >>> most.round(12).tolist(), np.abs(where[0]).round(12).tolist()
     ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
     """
-    values, tangents, _ = principal(strain, *(basis or orthonormal_tangents(metric, normals)))
+    values, tangents, _ = principal(strain, *orthonormal_tangents(metric, normals))
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     return shortening(values[:, 0]), tangents
 

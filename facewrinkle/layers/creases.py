@@ -7,9 +7,9 @@ from dataclasses import replace
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array
-from . import _kernels as kernels
 from .base import Displacement, SurfaceState
 from .compression import Gathered
+from .levelling import level_shares
 from .muscle_wrinkles import MuscleWrinkles
 
 
@@ -51,9 +51,10 @@ class Creases(MuscleWrinkles):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         found = super().displacement(state)
-        height, shown = self._relief.height, self._relief.shown
-        kernels.level(height, shown, state.areas)
-        return replace(found, shading_offset=shown - height)
+        shares = level_shares(found.height, state.areas)
+        height, shown = shares * found.height, shares * self._relief.shown
+        self._relief = self._relief._replace(height=height, shown=shown)
+        return replace(found, height=height, shading_offset=shown - height)
 
     def _compressed(self, state: SurfaceState) -> Array:
         return self._gathered.at(state.strain, self._folds.muscle, self._folds.coordinates[:, 0])

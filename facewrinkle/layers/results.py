@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, BoolArray
-from ..checks import finite, plain, plain_and_finite
+from ..checks import finite, plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
 from ..mesh.arrays import ARRAYS
 from .base import Displacement, Layer, SurfaceState
@@ -44,22 +44,15 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
             f"displacement() of a layer ({type(layer).__name__}) must return a Displacement, received "
             f"{type_of(found)}. Return Displacement(height, spacing, across, active) of facewrinkle.layers.base."
         )
-    changed: dict[str, Any] = {}
-    for name, shape in {"height": (n,), "across": (n, 3), "shading_offset": (n,)}.items():
-        values = getattr(found, name)
-        if values is None and name == "shading_offset":
-            continue
-        checked = plain_and_finite(_called(name, layer), values)
-        if checked is not values:
-            changed[name] = checked
-        _check_shape(name, checked.shape, shape, layer)
-    if not (plain(found.spacing) and found.spacing.min(initial=np.inf) > 1.0 / LARGEST):
-        changed["spacing"] = _spacing(found.spacing, layer)
-    _check_shape("spacing", changed.get("spacing", found.spacing).shape, (n,), layer)
-    if type(found.active) is not np.ndarray or found.active.dtype != bool or not found.active.flags.c_contiguous:
-        changed["active"] = _active(found.active, layer)
-    _check_shape("active", changed.get("active", found.active).shape, (n,), layer)
-    return replace(found, **changed) if changed else found
+    checked: dict[str, Any] = {}
+    for name, check in CHECKS.items():
+        values, called = getattr(found, name), f"the {name} of a layer ({type(layer).__name__})"
+        if values is not None or name != "shading_offset":
+            checked[name] = check(called, values)
+            shape = (n, 3) if name == "across" else (n,)
+            if checked[name].shape != shape:
+                raise ParameterError(f"{called} must have the shape {shape}, received {checked[name].shape}.")
+    return replace(found, **checked)
 
 
 def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
@@ -105,20 +98,10 @@ def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
     return out
 
 
-def _called(name: str, layer: Layer) -> str:
-    return f"the {name} of a layer ({type(layer).__name__})"
-
-
-def _check_shape(name: str, received: tuple[int, ...], shape: tuple[int, ...], layer: Layer) -> None:
-    if received != shape:
-        raise ParameterError(f"{_called(name, layer)} must have the shape {shape}, received {received}.")
-
-
-def _spacing(given: object, layer: Layer) -> Array:
+def _spacing(called: str, given: object) -> Array:
     """Return spacings as numbers; no detail, infinity, needs no triangles."""
-    called = _called("spacing", layer)
     try:
-        spacing = np.array(given, np.float64, order="C")
+        spacing = np.asarray(given, np.float64, order="C")
     except (TypeError, ValueError, OverflowError):
         return finite(called, given)  # tells what is wrong
     if not (spacing > 1.0 / LARGEST).all():
@@ -127,17 +110,27 @@ def _spacing(given: object, layer: Layer) -> Array:
     return spacing
 
 
-def _active(given: object, layer: Layer) -> BoolArray:
+def _active(called: str, given: object) -> BoolArray:
     try:
-        active = np.array(given, order="C")
+        active = np.asarray(given, order="C")
     except ValueError:  # rows of different lengths
         active = np.array(None)
     if active.dtype != bool:
         raise ParameterError(
-            f"{_called('active', layer)} must hold True where the layer may displace the surface and False elsewhere, "
-            f"received {active.dtype if active.ndim else type_of(given)}."
+            f"{called} must hold True where the layer may displace the surface and False elsewhere, received "
+            f"{active.dtype if active.ndim else type_of(given)}."
         )
     return active
+
+
+CHECKS: Mapping[str, Callable[[str, Any], npt.NDArray[Any]]] = {
+    "height": plain_and_finite,
+    "spacing": _spacing,
+    "across": plain_and_finite,
+    "active": _active,
+    "shading_offset": plain_and_finite,
+}
+"""What is checked of each array of a displacement."""
 
 
 def over(below: Mapping[str, npt.NDArray[Any]], fields: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..anatomy.face import Face, per_face
 from ..anatomy.known_folds import KnownFolds, known_folds
 from ..array_types import Array
+from ..checks import finite
 from ..errors import ParameterError
 from ..layers.wave_folds import GROUPS, FoldShapes
 from ..layers.wave_folds.field import found_lines
@@ -114,8 +115,8 @@ def unit_groups(face: Face) -> dict[str, list[str]]:
 
 def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:
     """Return positions (n0, 3), mm, of skin that has come to rest, by action unit."""
-    pulled, units = Pulled(face, material), _units(face)
-    return {unit: pulled.at(units[unit]) for group in unit_groups(face).values() for unit in group}
+    skin, units = Skin(face, STEP, material), _units(face)
+    return {unit: _at_rest(skin, units[unit]) for group in unit_groups(face).values() for unit in group}
 
 
 def _units(face: Face) -> dict[str, dict[str, float]]:
@@ -132,26 +133,21 @@ def _different(units: Mapping[str, dict[str, float]], group: Iterable[str]) -> l
     return found
 
 
-class Pulled:
-    """Shapes of a face whose muscles have contracted and whose skin has come to rest."""
-
-    def __init__(self, face: Face, material: SkinMaterial) -> None:
-        self._skin = Skin(face, STEP, material)
-
-    def at(self, rates: Mapping[str, float]) -> Array:
-        """Return positions (n0, 3), mm, at contraction rates by muscle."""
-        self._skin.reset()
-        self._skin.contract(rates)
-        for _ in range(STEPS):
-            self._skin.advance()
-        return self._skin.points + self._skin.displacement
+def _at_rest(skin: Skin, rates: Mapping[str, float]) -> Array:
+    """Return positions (n0, 3), mm, of skin that has come to rest at contraction rates by muscle."""
+    skin.reset()
+    skin.contract(rates)
+    for _ in range(STEPS):
+        skin.advance()
+    return skin.points + skin.displacement
 
 
 def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array]:
     """Shapes of a family that a user named."""
     if isinstance(motions, str | Mapping | np.ndarray) or not isinstance(motions, Iterable):
         raise ParameterError(f"the family {name!r} must be a list of motions, received {type(motions).__name__}.")
-    out, pulled = [], None
+    out: list[Array] = []
+    skin: Skin | None = None
     for each in motions:
         if isinstance(each, str | Mapping):
             if not face.muscles:
@@ -159,27 +155,13 @@ def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array
                     f"the family {name!r} names motions of muscles, and this face has none. Give positions of all "
                     f"{len(face.points)} vertices in their place."
                 )
-            pulled = pulled or Pulled(face, _material(motion))
-            out.append(pulled.at(face.atlas.contractions(each)))
+            skin = skin or Skin(face, STEP, _material(motion))
+            out.append(_at_rest(skin, face.atlas.contractions(each)))
         else:
-            out.append(_positions(each, face, name))
+            out.append(finite(f"a motion of the family {name!r}", each) * face.unit)
     if not out:
         raise ParameterError(f"the family {name!r} has no motions. Name one at least, or leave the family out.")
     return out
-
-
-def _positions(given: object, face: Face, name: str) -> Array:
-    try:
-        moved = np.array(given, np.float64)
-    except (TypeError, ValueError):
-        moved = np.empty(0)
-    if moved.shape != face.points.shape or not np.isfinite(moved).all():
-        raise ParameterError(
-            f"a motion of the family {name!r} must be the name of an action unit or expression, a mixture of them, or "
-            f"finite positions of the {len(face.points)} vertices of face.mesh, received an array of the shape "
-            f"{moved.shape}."
-        )
-    return moved * face.unit
 
 
 def _of_recording(recorded: Recorded, face: Face) -> FoldShapes:

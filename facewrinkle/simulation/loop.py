@@ -501,15 +501,13 @@ class Simulation:
             undeformed = bool(added) and all(own.undeformed for own in added)
             if undeformed:
                 smooth = vertices.normals
-            height = sum((own.height for own in added[1:]), added[0].height if added else np.zeros(len(bare)))
-            offsets = [own.shading_offset for own in added if own.shading_offset is not None]
-            offset = sum(offsets[1:], offsets[0]) if offsets else None
+            height = np.zeros(len(bare)) + sum(own.height for own in added)
+            offset = np.zeros(len(bare)) + sum(own.shading_offset for own in added if own.shading_offset is not None)
             shares = None if undeformed else unfolded_shares(bare, height, smooth, triangles)
             if shares is not None:
-                height = height * shares
-                offset = None if offset is None else offset * shares
+                height, offset = height * shares, offset * shares
             moved = displaced(bare, height, smooth)
-            blunt = [] if offset is None else [displaced(bare, height + offset, smooth)]
+            blunt = [displaced(bare, height + offset, smooth)] if offset.any() else []
             normals, *others = details_normals(bare, [moved, *blunt], triangles, smooth)
             shown = others[0] if others else normals
         with self._timed("refinement"):

@@ -200,8 +200,6 @@ class PatternLayer(Layer):
         if isinstance(self.strength, Compression):
             self._compression = RegionCompression(face, self._laid, self.strength.along)
         self._places = Places(np.zeros(1, np.int32), np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0))
-        self._wave_t = np.nan
-        self._spacings: dict[float, tuple[Array, Array, BoolArray]] = {}
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -211,7 +209,7 @@ class PatternLayer(Layer):
         aspect = self._laid.aspect
         self._planes = [(pattern, *pattern.plane(self._places.uv, aspect)) for pattern in self._sized]
         self._variations = [pattern.variation_at(x, y, aspect) for pattern, x, y in self._planes]
-        self._wave_t = np.nan
+        self._steps = (np.nan, np.nan)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
@@ -257,22 +255,21 @@ class PatternLayer(Layer):
         """
         seconds = state.time + self.begin
         t = self.t_at(self._sized[0], seconds)
-        at = float(np.floor(2.0 * t)) if any(pattern.moving for pattern in self._sized) else 0.0
-        if at != self._wave_t:
-            self._wave_t, self._waves, self._spacings = at, self._wavelengths(seconds), {}
-        step = float(np.ceil(4.0 * strength)) / 4.0
-        if step not in self._spacings:
-            self._spacings[step] = self._spacing_at(step, state.vertices.points)
-        return self._spacings[step]
+        moves = any(pattern.moving for pattern in self._sized)
+        steps = np.floor(2.0 * t) if moves else 0.0, np.ceil(4.0 * strength) / 4.0
+        if steps != self._steps:
+            self._steps = steps
+            self._found = self._spacing_at(steps[1], state.vertices.points, seconds)
+        return self._found
 
-    def _spacing_at(self, strength: float, points: Array) -> tuple[Array, Array, BoolArray]:
+    def _spacing_at(self, strength: float, points: Array, seconds: float) -> tuple[Array, Array, BoolArray]:
         n = len(points)
         spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
         if strength == 0.0:
             return spacing, across, active
         if self._tiny:
             self._ask(points, spacing, across, active)
-        half, direction = self._waves
+        half, direction = self._wavelengths(seconds)
         finer = (strength * self._places.weight > FAINT) & (half < spacing[self._where])
         spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
         active[self._where] = True

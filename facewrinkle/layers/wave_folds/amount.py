@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from ...anatomy.face import Face
 from ...array_types import Array
+from ...checks import finite
 from ...errors import MeshError, ParameterError, check_range, unknown_name
 from ...geometry.smoothstep import smoothstep
 from ..patterns_on_skin.region import Region
@@ -59,11 +60,7 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
 
 
 def _checked(asked: npt.ArrayLike, face: Face) -> Array:
-    try:
-        factors = np.array(asked, np.float64)
-    except (TypeError, ValueError):
-        factors = np.empty(0)
-    n = len(face.points)
+    factors, n = finite("amount", asked), len(face.points)
     if factors.shape != (n,):
         raise ParameterError(
             f"amount must have one factor for each of the {n} vertices of face.mesh, received the shape "

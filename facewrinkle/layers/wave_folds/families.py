@@ -13,10 +13,11 @@ from scipy.sparse import csr_array
 
 from ...anatomy.face import Face
 from ...array_types import Array
+from ...checks import finite
 from ...errors import ParameterError
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..compression import StrainField, dyads, orthonormal_tangents, principal_compression
+from ..compression import StrainField, dyads, principal_compression
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -81,8 +82,7 @@ class FoldShapes:
         strain = StrainField(face.points * face.unit, face.triangles)
         area = vertex_areas(face.points, face.triangles)
         normals = vertex_normals(face.points, face.triangles)
-        basis = orthonormal_tangents(strain.metric, normals)
-        found = [_compressions(strain, normals, basis, shape) for shape in shapes]
+        found = [_compressions(strain, normals, shape) for shape in shapes]
         power = [float((area * squared).sum()) for squared, _ in found]
         families: list[list[int]] = []
         for k in sorted(range(len(shapes)), key=lambda k: -power[k]):
@@ -96,12 +96,10 @@ class FoldShapes:
         return cls({f"motion {i + 1}": [shapes[k] for k in family] for i, family in enumerate(families)})
 
 
-def _compressions(
-    strain: StrainField, normals: Array, basis: tuple[Array, Array], positions: Array
-) -> tuple[Array, Array]:
+def _compressions(strain: StrainField, normals: Array, positions: Array) -> tuple[Array, Array]:
     """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3)."""
     moved = strain.strain(np.ascontiguousarray(positions))
-    most, where = principal_compression(moved, strain.metric, normals, basis)
+    most, where = principal_compression(moved, strain.metric, normals)
     return np.maximum(most - FIRST, 0.0) ** 2, where
 
 
@@ -127,19 +125,17 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
     """
     strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
     normals = vertex_normals(face.points, face.triangles)
-    basis, found = orthonormal_tangents(strain.metric, normals), {}
+    found = {}
     for name, positions in shapes.families.items():
         total = np.zeros_like(strain.metric)
         for moved in positions:
-            array = np.asarray(moved, np.float64)
+            array = finite(f"a motion of the family {name!r}", moved)
             if array.shape != face.points.shape:
                 raise ParameterError(
-                    f"a shape of the family {name!r} has the shape {array.shape}, the face has {len(face.points)} "
-                    f"vertices: {face.points.shape}. Give positions of all vertices of face.mesh."
+                    f"a motion of the family {name!r} must be positions of the {len(face.points)} vertices of "
+                    f"face.mesh, received an array of the shape {array.shape}."
                 )
-            if not np.isfinite(array).all():
-                raise ParameterError(f"a shape of the family {name!r} has positions that are not finite.")
-            squared, where = _compressions(strain, normals, basis, array)
+            squared, where = _compressions(strain, normals, array)
             some = np.flatnonzero(squared)
             total[some] += squared[some, None] * dyads(where[some])
         total = _evened(total, around)

@@ -11,9 +11,9 @@ from ...anatomy.face import Face
 from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
-from .._kernels import level
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Relief, scattered
+from ..levelling import level_shares
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -172,11 +172,11 @@ class WaveFolds(Layer):
             (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, self._age, tuple(self._now),
             tuple(relief), self._leading,
         )  # fmt: skip
-        height, shown, spacing = relief.height, relief.shown, relief.spacing / self._face.unit
-        if beyond != 1.0:  # a fold that is twice as deep needs vertices closer by the root of 2
-            height, shown, spacing = beyond * height, beyond * shown, spacing / np.sqrt(beyond)
-        level(height, shown, state.areas)
-        return Displacement(height, spacing, relief.across, relief.active, shown - height)
+        shares = beyond * level_shares(relief.height, state.areas)
+        height, offset = shares * relief.height, shares * (relief.shown - relief.height)
+        # A fold that is twice as deep needs vertices closer by the root of 2.
+        spacing = relief.spacing / (self._face.unit * np.sqrt(beyond))
+        return Displacement(height, spacing, relief.across, relief.active, offset)
 
     @property
     def _beyond(self) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from ...anatomy.face import Face
 from ...anatomy.landmarks import of_side
@@ -81,26 +82,14 @@ def wavelengths(face: Face) -> Array:
     >>> wavelengths(face)[at].round(1).tolist()
     [8.1, 5.4]
     """
-    where, thickness = _samples(face)
-    if not len(where):
-        return np.full(len(face.points), WAVELENGTH * MEAN_THICKNESS)
-    size = face.frame.pupil_distance
-    # Sums over the landmarks one by one: scans have many vertices.
-    total, weighted = np.zeros(len(face.points)), np.zeros(len(face.points))
-    x, y, z = np.ascontiguousarray(face.points.T)
-    for place, value in zip(where, thickness, strict=True):
-        square = (x - place[0]) ** 2 + (y - place[1]) ** 2 + (z - place[2]) ** 2
-        weight = (square / size**2 + NEAR) ** -2
-        total += weight
-        weighted += weight * value
-    return WAVELENGTH * scale_of(face) * weighted / total
-
-
-def _samples(face: Face) -> tuple[Array, Array]:
     names = {of_side(stem, side): value for stem, value in THICKNESS.items() for side in "lr"}
     known = {name: value for name, value in names.items() if name in face.landmarks}
-    places = np.array([face.landmarks[name] for name in known]).reshape(-1, 3)
-    return places, np.array(list(known.values()))
+    if not known:
+        return np.full(len(face.points), WAVELENGTH * MEAN_THICKNESS)
+    squares = cdist(face.points, np.array([face.landmarks[name] for name in known]), "sqeuclidean")
+    weights = (squares / face.frame.pupil_distance**2 + NEAR) ** -2
+    mean = weights @ np.array(list(known.values())) / weights.sum(axis=1)
+    return np.asarray(WAVELENGTH * scale_of(face) * mean)
 
 
 def scale_of(face: Face) -> float:

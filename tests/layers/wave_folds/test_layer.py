@@ -415,7 +415,7 @@ def test_a_surface_that_nothing_moves_says_what_is_missing(sheet):
 def test_shapes_of_another_mesh_are_refused(sheet):
     layer = WaveFolds()
     layer.shapes = FoldShapes({"all": [np.zeros((4, 3))]})
-    with pytest.raises(ParameterError, match=r"a shape of the family 'all' has the shape \(4, 3\), the face has"):
+    with pytest.raises(ParameterError, match=r"a motion of the family 'all' must be positions of .* shape \(4, 3\)"):
         fw.Simulation(sheet, layers=[layer])
 
 
