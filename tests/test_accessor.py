@@ -165,18 +165,16 @@ def test_it_is_the_tear_of_the_class(round_ball, fingerprint):
     assert fingerprint(round_ball.facewrinkle.tear(way, t=0.3, width=4.0)) == fingerprint(stream.surface(0.3))
 
 
-@pytest.mark.parametrize("where", ["path", "start", "weight"])
+@pytest.mark.parametrize("where", ["path", "start"])
 def test_it_is_closed_outside_and_where_it_was_led(round_ball, where):
     way = on_ball((0.6, 1.0), (1.0, 1.0), (1.5, 1.0))
-    round_ball["paint"] = np.exp(-(((np.arctan2(round_ball.points[:, 2], round_ball.points[:, 0]) - 1.0) / 0.2) ** 2))
-    round_ball["paint"][(np.abs(round_ball.points[:, 1] - 18.0) > 16.0) | (round_ball["paint"] < 0.1)] = 0.0
-    options = {"path": {"path": way}, "start": {"start": way[0]}, "weight": {"weight": np.array(round_ball["paint"])}}
+    options = {"path": {"path": way}, "start": {"start": way[0]}}
     water = round_ball.facewrinkle.tear(**options[where], width=4.0, roughness=0.0)
     assert water.n_open_edges == 0
     assert water.volume > 0.0
     assert water.compute_implicit_distance(round_ball)["implicit_distance"].min() >= -1e-6
     _, near = water.find_closest_cell(way[:2], return_closest_point=True)
-    assert np.linalg.norm(near - way[:2], axis=1).max() < (3.0 if where == "weight" else 0.5)
+    assert np.linalg.norm(near - way[:2], axis=1).max() < 0.5
 
 
 def test_units_scale_a_tear(round_ball):
@@ -209,8 +207,8 @@ RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
 @pytest.mark.parametrize(
     ("arguments", "error", "says"),
     [
-        ({}, ParameterError, "give one of path, start and weight"),
-        ({"path": RING[:2], "start": RING[0]}, ParameterError, "give one of path"),
+        ({}, ParameterError, "give either path or start"),
+        ({"path": RING[:2], "start": RING[0]}, ParameterError, "give either path or start"),
         ({"path": RING, "width": 3.0}, ParameterError, "cross itself"),
         ({"path": [(0, 80, 0), (0, 0, 40)]}, ParameterError, "point 0.*40 away"),
         ({"path": [(0, 40, 0), (np.nan, 0, 40)]}, ParameterError, "finite"),
@@ -225,7 +223,6 @@ RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
         ({"start": RING[0], "width": 60.0}, ParameterError, "smaller than"),
         ({"start": RING[0], "units": 0.0}, ParameterError, "units must be a name or a positive number"),
         ({"start": RING[0], "down": (0, 0, 0)}, ParameterError, "down must not be zero"),
-        ({"weight": "paint"}, ParameterError, "no painted weights"),
     ],
 )
 def test_errors_of_tears(round_ball, arguments, error, says, fingerprint):

@@ -95,25 +95,17 @@ def closest_in_triangle(p, a, b, c, weights):
             for k in range(3):
                 distance += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2
             return distance
-    on_bc = on_ca = bc = ca = 0.0
-    for k in range(3):
-        on_bc += (p[k] - b[k]) * (c[k] - b[k])
-        on_ca += (p[k] - c[k]) * (a[k] - c[k])
-        bc += (c[k] - b[k]) ** 2
-        ca += (a[k] - c[k]) ** 2
-    r = min(max(d20 / d00, 0.0), 1.0) if d00 > 0.0 else 0.0
-    s = min(max(on_bc / bc, 0.0), 1.0) if bc > 0.0 else 0.0
-    t = min(max(on_ca / ca, 0.0), 1.0) if ca > 0.0 else 0.0
-    from_ab = from_bc = from_ca = 0.0
-    for k in range(3):
-        from_ab += (p[k] - a[k] - r * (b[k] - a[k])) ** 2
-        from_bc += (p[k] - b[k] - s * (c[k] - b[k])) ** 2
-        from_ca += (p[k] - c[k] - t * (a[k] - c[k])) ** 2
-    if from_ab <= from_bc and from_ab <= from_ca:
-        weights[0], weights[1], weights[2] = 1.0 - r, r, 0.0
-        return from_ab
-    if from_bc <= from_ca:
-        weights[0], weights[1], weights[2] = 0.0, 1.0 - s, s
-        return from_bc
-    weights[0], weights[1], weights[2] = t, 0.0, 1.0 - t
-    return from_ca
+    best, corners = np.inf, (a, b, c)
+    for e in range(3):
+        start, end = corners[e], corners[(e + 1) % 3]
+        along = square = distance = 0.0
+        for k in range(3):
+            along += (p[k] - start[k]) * (end[k] - start[k])
+            square += (end[k] - start[k]) ** 2
+        t = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
+        for k in range(3):
+            distance += (p[k] - start[k] - t * (end[k] - start[k])) ** 2
+        if distance < best:
+            best = distance
+            weights[e], weights[(e + 1) % 3], weights[(e + 2) % 3] = 1.0 - t, t, 0.0
+    return best

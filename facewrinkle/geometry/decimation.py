@@ -11,6 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..array_types import Array, IntArray
+from ._mesh_kernels import area_vector
 from .compilation import compiled
 from .normals import vertex_normals
 from .topology import as_triangles, unique_edges
@@ -173,9 +174,7 @@ def _measured(points, a, b, c, normal):
     for p, q in ((a, b), (b, c), (c, a)):
         for k in range(3):
             squares += (points[p, k] - points[q, k]) ** 2
-    ax, ay, az = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-    bx, by, bz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-    x, y, z = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    x, y, z = area_vector(points, a, b, c)
     double = np.sqrt(x * x + y * y + z * z)
     scale = 1.0 / double if double > 0.0 else 0.0
     normal[0], normal[1], normal[2] = x * scale, y * scale, z * scale

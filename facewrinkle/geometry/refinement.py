@@ -28,8 +28,8 @@ DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
 
 
-SPARE_AT_FIRST, SPARE_LATER = 2, 8
-"""Tables have one row to spare for so many in use: when they are made, and each time they have grown."""
+SPARE = 8
+"""Tables that grow get one row to spare for so many in use."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +104,9 @@ class RedGreenForest:
         ends, sides = unique_edges(base)
         self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
         self._base = base
-        self._nodes = _table(len(base), kernels.NODE_WIDTH)
-        self._edges = _table(len(ends), kernels.EDGE_WIDTH)
-        self._points = _table(n0, kernels.POINT_WIDTH)
+        self._nodes = np.empty((len(base) + kernels.ROOM, kernels.NODE_WIDTH), np.int32)
+        self._edges = np.empty((len(ends) + kernels.ROOM, kernels.EDGE_WIDTH), np.int32)
+        self._points = np.empty((n0 + kernels.ROOM, kernels.POINT_WIDTH), np.int32)
         kernels.plant(self._nodes, self._edges, self._points[:n0], ends, sides, base)
         self._state = np.full(kernels.STATE_WIDTH, kernels.NONE)
         self._state[: kernels.N_ROOTS + 1] = len(base), len(ends), n0, len(base)
@@ -316,13 +316,10 @@ class RedGreenForest:
     @property
     def weights(self) -> csr_array:
         """Sparse matrix (n, n0) that interpolates values of M0 at all vertices; its rows sum to 1 exactly."""
-        n0 = self._n_given
-        order = np.argsort(self._corners, axis=1, kind="stable")
-        columns = np.take_along_axis(self._corners, order, axis=1)
-        values = np.take_along_axis(self._barycentric, order, axis=1)
-        used = values > 0
-        offsets = np.concatenate([[0], np.cumsum(used.sum(axis=1))]).astype(np.int32)
-        return csr_array((values[used], columns[used], offsets), shape=(self.n_points, n0))
+        rows, columns = np.repeat(np.arange(self.n_points), 3), self._corners.ravel()
+        matrix = csr_array((self._barycentric.ravel(), (rows, columns)), shape=(self.n_points, self._n_given))
+        matrix.eliminate_zeros()
+        return matrix
 
     def _mask(self, marked: ArrayLike) -> BoolArray:
         """Return the marks as one bool per triangle."""
@@ -368,47 +365,11 @@ class RedGreenForest:
         self._triangles, self._leaf = frozen(triangles), leaf
 
 
-def refined(triangles: ArrayLike, marked: ArrayLike) -> tuple[IntArray, csr_array]:
-    """Split the marked triangles of a mesh in four, and close it around them: `RedGreenForest` for one use.
-
-    Parameters
-    ----------
-    triangles : array_like of int, shape (m0, 3)
-    marked : array_like of bool, shape (m0,), or indices of triangles
-
-    Returns
-    -------
-    triangles : ndarray of int32, shape (m, 3)
-        The refined mesh; its first n0 vertices are those of the mesh.
-    weights : csr_array, shape (n, n0)
-        Interpolates values of the old vertices at all: `points = weights @ points`.
-
-    Raises
-    ------
-    MeshError
-        If the triangles or the marks are malformed.
-
-    Examples
-    --------
-    >>> triangles, weights = refined([[0, 1, 2]], [0])
-    >>> (weights @ [[0.0, 0.0], [2.0, 0.0], [0.0, 2.0]])[3:].tolist()
-    [[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
-    """
-    forest = RedGreenForest(triangles)
-    forest.split(marked)
-    return forest.triangles, forest.weights
-
-
-def _table(used: int, width: int) -> IntArray:
-    """Return a table with room for `used` rows and some more."""
-    return np.empty((used + used // SPARE_AT_FIRST + 4 * kernels.ROOM, width), np.int32)
-
-
 def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
     """Return the table, or one with room for `more` rows and some beyond if it is about to overflow."""
     if used + more + kernels.ROOM <= len(table):
         return table
-    out = np.empty((used + more + (used + more) // SPARE_LATER + 4 * kernels.ROOM, table.shape[1]), np.int32)
+    out = np.empty((used + more + (used + more) // SPARE + 4 * kernels.ROOM, table.shape[1]), np.int32)
     out[:used] = table[:used]
     return out
 

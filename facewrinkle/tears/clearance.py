@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
@@ -15,9 +14,6 @@ REACH = 2.5
 
 SAME = 6e-8
 """Distance along a ray, in widths of the tear, below which it only meets the triangle that it starts on."""
-
-TALL = 0.3
-"""Share of the largest height from which on the reach is looked up apart: a head is much higher than its trail."""
 
 
 def kept_off(
@@ -39,6 +35,7 @@ def kept_off(
     --------
     A vertex 2 mm high, with skin of the other side of a fold 1 mm above it that is far at rest:
 
+    >>> import numpy as np
     >>> flat = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
     >>> points, at_rest = np.vstack([flat, flat + [0, 0, 1]]), np.vstack([flat, flat + [0, 50, 0]])
     >>> skin = points, at_rest, np.array([[0, 1, 2], [4, 3, 5]])
@@ -47,26 +44,13 @@ def kept_off(
     array([0.45])
     """
     points, at_rest, triangles = skin
-    lowered, tall = height.copy(), height > TALL * height.max(initial=0.0)
-    for some in (np.flatnonzero(tall), np.flatnonzero(~tall)):
-        if not len(some):
-            continue
-        reach, places = REACH * height[some].max(), bottom[some]
-        beside = triangles[overlapping(points, triangles, places.min(axis=0) - reach, places.max(axis=0) + reach)]
-        corners = points[beside]
-        balls = balls_around(corners)
-        near = cKDTree(places).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
-        triangle, vertex = pairs_of(near)
-        kernels.limit_heights(
-            bottom,
-            rest,
-            normals,
-            some[vertex],
-            triangle,
-            corners,
-            balls,
-            balls_around(at_rest[beside]),
-            SAME * width,
-            lowered,
-        )
+    lowered, reach = height.copy(), REACH * height.max(initial=0.0)
+    beside = triangles[overlapping(points, triangles, bottom.min(axis=0) - reach, bottom.max(axis=0) + reach)]
+    corners = points[beside]
+    balls = balls_around(corners)
+    near = cKDTree(bottom).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
+    triangle, vertex = pairs_of(near)
+    kernels.limit_heights(
+        bottom, rest, normals, vertex, triangle, corners, balls, balls_around(at_rest[beside]), SAME * width, lowered
+    )
     return lowered

@@ -46,8 +46,6 @@ class Fall:
     ----------
     depth : float
         Depth to which the tear is followed, mm.
-    gravity : float
-        mm / s^2.
     speed : float, optional
         Constant speed in place of free fall, mm / s: the paper's lambda.
 
@@ -62,12 +60,10 @@ class Fall:
     """
 
     depth: float = 300.0
-    gravity: float = GRAVITY
     speed: float | None = None
 
     def __post_init__(self) -> None:
         check_range("depth", self.depth, 1e-6, 1e9)
-        check_range("gravity", self.gravity, 1e-3, 1e9)
         if self.speed is not None:
             check_range("speed", self.speed, 1e-3, 1e9)
 
@@ -131,7 +127,7 @@ class DrippingTear:
     shape : DropShape, optional
         The shape of the drop, and its change over time.
     fall : Fall, optional
-        Depth of the fall, and its gravity or speed.
+        Depth of the fall, and its speed.
     resolution : int
         Points around the drop.
     down : array_like, shape (3,), optional
@@ -183,7 +179,7 @@ class DrippingTear:
         self.diameter = check_range("size", size, 1e-6, 1e9) / unit
         self.volume = np.pi / 6.0 * self.diameter**3
         self._depth = self.fall.depth / unit
-        self._rate = (self.fall.speed or self.fall.gravity) / unit
+        self._rate = (self.fall.speed or GRAVITY) / unit
         seconds = self._depth / self._rate if self.fall.speed else (2.0 * self._depth / self._rate) ** 0.5
         self.end = self.begin + self.hang + seconds
         if support is None:

@@ -1,4 +1,4 @@
-"""Paths of tears: down the steepest descent, through given points, or along painted vertices; and their branches."""
+"""Paths of tears: down the steepest descent, or through given points; and their branches."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import map_coordinates
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
-from ..checks import finite, vectors
+from ..checks import vectors
 from ..errors import ParameterError
 from ..geometry.closest_point import closest
-from ..geometry.topology import incident_triangles, unique_edges
+from ..geometry.topology import incident_triangles
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
@@ -164,63 +162,6 @@ def through(support: SupportSurface, given: npt.ArrayLike, width: float) -> Arra
         )
     _check_crossing(path, width)
     return path
-
-
-def painted(support: SupportSurface, weight: npt.ArrayLike, width: float) -> Array:
-    """Return a path along painted vertices, the shortest from the highest of them to the lowest.
-
-    Parameters
-    ----------
-    support : SupportSurface
-    weight : array_like, shape (n,)
-        Above 0 where the tear may run; it prefers large weights.
-    width : float
-
-    Raises
-    ------
-    ParameterError
-        For weights of another shape or that are not finite, or if no connected vertices are painted.
-
-    Examples
-    --------
-    A column of vertices of an upright sheet:
-
-    >>> import pyvista as pv
-    >>> from facewrinkle.tears.support_surface import support_surface
-    >>> sheet = support_surface(pv.Plane(i_size=20, j_size=20))
-    >>> path = painted(sheet, abs(sheet.points[:, 0] - 4.0) < 0.5, width=2.0)
-    >>> path[0].round(3) + 0.0, path[-1].round(3) + 0.0
-    (array([ 4., 10.,  0.]), array([  4., -10.,   0.]))
-    """
-    paint = finite("weight", weight)
-    if paint.shape != (len(support.points),):
-        raise ParameterError(
-            f"weight must be {len(support.points)} numbers, one for each vertex, received the shape {paint.shape}."
-        )
-    vertices = _shortest_descent(support, paint)
-    if len(vertices) < 2:
-        raise ParameterError("the painted vertices have one height; a path leads downwards. Paint lower ones, too.")
-    return through(support, support.points[vertices], width)
-
-
-def _shortest_descent(support: SupportSurface, paint: Array) -> list[int]:
-    """Return the painted vertices on the shortest path from the highest to the lowest that is connected with it."""
-    edges, _ = unique_edges(support.triangles)
-    edges = edges[(paint[edges] > 0.0).all(axis=1)]
-    if not len(edges):
-        raise ParameterError("nothing is painted: at least two neighbouring vertices need weights above 0.")
-    length = np.linalg.norm(support.points[edges[:, 0]] - support.points[edges[:, 1]], axis=1)
-    cost = length * paint.max() / paint[edges].mean(axis=1)
-    graph = coo_array((cost, edges.T), shape=(len(paint), len(paint))).tocsr()
-    used = np.unique(edges)
-    depth = support.points[used] @ support.down
-    top = int(used[np.argmin(depth)])
-    distance, before = dijkstra(graph, directed=False, indices=top, return_predecessors=True)
-    reached = np.isfinite(distance[used])
-    upwards = [int(used[reached][np.argmax(depth[reached])])]
-    while upwards[-1] != top:
-        upwards.append(int(before[upwards[-1]]))
-    return upwards[::-1]
 
 
 def smoothed(support: SupportSurface, path: Array, spacing: float, rounds: int = 12) -> Array:
@@ -412,22 +353,11 @@ class PathFinder:
     step: float
     longest: float
 
-    def path(self, points: Any, start: Any, weight: Any) -> Array:
-        """Return a path through points, along painted weights, or down from a start, whichever is given."""
+    def path(self, points: Any, start: Any) -> Array:
+        """Return a path through points, or down from a start, whichever is given."""
         if points is not None:
             return through(self.support, points, self.width)
-        if weight is not None:
-            return painted(self.support, self._weights(weight), self.width)
         return self._descent(start)
-
-    def _weights(self, weight: Any) -> Any:
-        """Return painted weights; a name stands for point data of the face."""
-        if not isinstance(weight, str):
-            return weight
-        face = self.support.face
-        if face is None or weight not in face.mesh.point_data:
-            raise ParameterError(f"there are no painted weights {weight!r} on the face. Pass the array itself.")
-        return face.mesh.point_data[weight]
 
     def _descent(self, start: Any) -> Array:
         """Return the path down from a start, or from just below it where it is level or slopes inwards, as some lids.

@@ -164,10 +164,7 @@ class SheddingTear:
         Points on the surface through which the tear runs.
     start : array_like, shape (3,), or {"l", "r"}, optional
         A point from which it finds its own path, down the steepest descent. A letter is the eye of a Face, from whose
-        lower lid it runs.
-    weight : array_like, shape (n,), or str, optional
-        Painted weights of the vertices, or the name of such an array: the path follows them from the highest vertex to
-        the lowest. One of path, start and weight is needed.
+        lower lid it runs. Either path or start is needed.
     width, height : float
         Width and height of the head of the tear, mm.
     begin : float
@@ -225,7 +222,6 @@ class SheddingTear:
         path: npt.ArrayLike | None = None,
         start: npt.ArrayLike | str | None = None,
         *,
-        weight: npt.ArrayLike | str | None = None,
         width: float = 3.0,
         height: float = 0.9,
         begin: float = 0.0,
@@ -239,8 +235,8 @@ class SheddingTear:
         units: str | float = "mm",
     ) -> None:
         film, flow, route = film or Film(), flow or Flow(), route or Route()
-        if sum(choice is not None for choice in (path, start, weight)) != 1:
-            raise ParameterError("give one of path, start and weight: it says where the tear runs.")
+        if (path is None) == (start is None):
+            raise ParameterError("give either path or start: it says where the tear runs.")
         if head not in ("round", "extruded"):
             raise unknown_name("head", head, ("round", "extruded"))
         self._extruded = head == "extruded"
@@ -251,25 +247,29 @@ class SheddingTear:
         self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, TRAIL_STEP * self.shape.trail)
         random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         finder = self._path_finder(route)
-        found = finder.path(path, start, weight)
+        found = finder.path(path, start)
         if route.into is not None:
             found = paths.merged(found, [other.points for other in route.into.paths], 1.2 * half)
         found = finder.cut(found)
         if start is not None and route.into is None:
             found = finder.meandered(found, film.roughness, random)
         found = paths.smoothed(self._support, found, 0.4 * half)
-        self.paths: tuple[StreamPath, ...] = self._stream_paths(finder, found, film, route, random)
+        water = half, film.roughness, int(film.degree), random
+        main = irregular_path(found, 0.0, 1.0, *water)
+        branches = finder.branches(found, int(route.branches))
+        self.paths: tuple[StreamPath, ...] = (
+            main,
+            *(irregular_path(spilled, begin, 0.7, *water) for spilled, begin in branches),
+        )
         self.c = flow.c / unit
         self.s = min(2.2 * half, self.length) if flow.s is None else flow.s / unit
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
-        main = self.paths[0]
-        self._heights: tuple[Array, Array] | None = None
+        self._heights = self._lengths = np.array([0.0, self.length])
         if flow.by == "height":
             drop = np.maximum.accumulate((main.points - main.points[0]) @ self._support.down)
             rest = max(self.length - float(main.lengths[-1]), 0.0)  # of branches that are longer
-            self._heights = np.append(drop, drop[-1] + rest), np.append(main.lengths, main.lengths[-1] + rest)
-        farthest = self.length if self._heights is None else float(self._heights[0][-1])
-        self.end = self.begin + max(farthest - self.s, 0.0) / self.c + flow.hold
+            self._heights, self._lengths = np.append(drop, drop[-1] + rest), np.append(main.lengths, self.length)
+        self.end = self.begin + max(float(self._heights[-1]) - self.s, 0.0) / self.c + flow.hold
         self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
         self.strips = tuple(
             strip_along(self._support, path, self._reach * path.scale, self._spacing) for path in self.paths
@@ -307,15 +307,6 @@ class SheddingTear:
             )
         return PathFinder(support, *support.in_frame(route.on), width, self._spacing, longest)
 
-    def _stream_paths(
-        self, finder: PathFinder, points: Array, film: Film, route: Route, random: np.random.Generator
-    ) -> tuple[StreamPath, ...]:
-        """Return the source's path, and those that leave it at folds."""
-        water = self.shape.half, film.roughness, int(film.degree), random
-        main = irregular_path(points, 0.0, 1.0, *water)
-        branches = finder.branches(points, int(route.branches))
-        return main, *(irregular_path(spilled, begin, 0.7, *water) for spilled, begin in branches)
-
     @property
     def length(self) -> float:
         """Length of the longest path, in the unit of the surface."""
@@ -341,11 +332,9 @@ class SheddingTear:
         """
         t = check_range("t", t, self.begin, self.end, "There is no tear at other times.")
         h = self.s + self.c * (t - self.begin)
-        if self._heights is not None:
-            heights, lengths = self._heights
-            last = min(int(np.searchsorted(heights, h, side="right")), len(heights) - 1)
-            h = max(float(np.interp(h, heights[last - 1 : last + 1], lengths[last - 1 : last + 1])), self.s)
-        return min(h, max(self.length, self.s))
+        last = min(int(np.searchsorted(self._heights, h, side="right")), len(self._heights) - 1)
+        between = slice(last - 1, last + 1)  # where the path is level, its end
+        return max(float(np.interp(h, self._heights[between], self._lengths[between])), self.s)
 
     def surface(self, t: float, on: pv.PolyData | None = None) -> pv.PolyData:
         """Return the tear at time t.
@@ -372,14 +361,8 @@ class SheddingTear:
         MeshError
             For a frame of another surface.
         """
-        return self._body(self.covered(t), on)
-
-    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
-        """Return the tear at times; see :meth:`DrippingTear.sampled`."""
-        return Sampled.of(self, times, frames)
-
-    def _body(self, front: float, on: pv.PolyData | None) -> pv.PolyData:
-        """Return the tear that covers a length of its path: step two, the base and a copy of it, joined."""
+        front = self.covered(t)
+        # Step two, the base and a copy of it, joined.
         frame, rest = self._support.in_frame(on)
         self._binding = binding = bind(self._rest, rest, frame.triangles, self._binding)
         normals, values, first = _frame_normals(frame, on), [], 0
@@ -402,6 +385,10 @@ class SheddingTear:
         )
         mesh.GetPointData().SetActiveNormals("Normals")
         return mesh
+
+    def sampled(self, times: Sequence[float] | Array, frames: Sequence[pv.PolyData]) -> Sampled | None:
+        """Return the tear at times; see :meth:`DrippingTear.sampled`."""
+        return Sampled.of(self, times, frames)
 
     def _raised(self, k: int, front: float, grid: Array) -> tuple[Array, Array, Array, Array]:
         """Return the points (n, 3) of a strip, their normals, where they are at rest, and the thickness (n,) there.
@@ -445,8 +432,6 @@ class SheddingTear:
 
 def _frame_normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
     """Return the normals (n, 3) of a frame: those of its wrinkles, if a simulation made it."""
-    if on is not None and on.GetPointData().HasArray("split_gamma"):
-        wrinkled = on.point_data.get("Normals")
-        if wrinkled is not None:
-            return np.ascontiguousarray(wrinkled, dtype=np.float64)
-    return np.ascontiguousarray(frame.normals, dtype=np.float64)
+    if on is not None and "split_gamma" in on.point_data:
+        return np.ascontiguousarray(on.point_data["Normals"], np.float64)
+    return frame.normals

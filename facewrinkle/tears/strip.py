@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
-from ..geometry.interpolation import balls_around, barycentric, overlapping
+from ..geometry.interpolation import balls_around, barycentric, interpolated, overlapping
 from ..geometry.topology import pairs_of
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
@@ -142,8 +142,7 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
 def _normals(support: SupportSurface, cells: IntArray, points: Array) -> Array:
     """Return the interpolated normals (n, 3) at points of the surface, in triangles `cells`."""
     corners = support.triangles[cells]
-    weights = barycentric(points, support.points[corners])
-    return np.asarray(np.einsum("nk,nki->ni", weights, support.normals[corners]))
+    return interpolated(support.normals, corners, barycentric(points, support.points[corners]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from ..anatomy.fitting import millimetres
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
-from ..geometry.interpolation import barycentric
+from ..geometry.interpolation import barycentric, interpolated
 from ..geometry.normals import vertex_normals
 from ..mesh import MeshLike, closest_places, read_surface, to_polydata
 
@@ -51,7 +51,7 @@ class BoundPoints:
 
     def at(self, points: Array) -> Array:
         """Return the points (n, 3) for vertices at `points`."""
-        return np.asarray(np.einsum("nk,nki->ni", self.weights, points[self.corners]))
+        return interpolated(np.ascontiguousarray(points, np.float64), self.corners, self.weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,9 +145,9 @@ class SupportSurface:
             If `start` is not three finite coordinates, or is farther from the surface than `allowed`.
         """
         if isinstance(start, str):
-            if start not in EYE_SIDES:
-                raise unknown_name("side", start, EYE_SIDES)
-            return lid_point(self._of_face(), EYE_SIDES[start])
+            if self.face is None:
+                raise ParameterError("the side of an eye can only be named on a Face; on another surface give a point.")
+            return lid_point(self.face, start)
         point = vector("start", start)
         _, found = self.nearest(point[None])
         gap = float(np.linalg.norm(found[0] - point))
@@ -157,11 +157,6 @@ class SupportSurface:
                 f"{allowed:.3g} is allowed). Are point and surface in the same unit and coordinates?"
             )
         return np.asarray(found[0])
-
-    def _of_face(self) -> Face:
-        if self.face is None:
-            raise ParameterError("the side of an eye can only be named on a Face; on another surface give a point.")
-        return self.face
 
 
 def support_surface(

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from facewrinkle.errors import MeshError, ParameterError
-from facewrinkle.geometry.refinement import RedGreenForest, refined
+from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import (
     boundary_loops,
     components,
@@ -63,8 +63,9 @@ def ball(size, rng):
     points = np.concatenate([np.eye(3), -np.eye(3)])
     triangles = np.array([[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]])
     if size % 2:
-        triangles, weights = refined(triangles, np.ones(8, bool))
-        points = weights @ points
+        forest = RedGreenForest(triangles)
+        forest.split(np.ones(8, bool))
+        points, triangles = forest.weights @ points, forest.triangles
     return points / np.linalg.norm(points, axis=1, keepdims=True), triangles
 
 
@@ -656,23 +657,16 @@ def test_snapshots_survive_later_changes_and_cannot_be_written():
         forest.barycentric[0, 0] = 5
 
 
-def test_one_off_form_equals_the_forest():
-    _points0, base = cloud(30, np.random.default_rng(3))
-    marked = np.arange(0, len(base), 5)
-    triangles, weights = refined(base, marked)
-    forest = RedGreenForest(base)
-    forest.split(marked)
-    assert (triangles == forest.triangles).all()
-    assert (weights != forest.weights).nnz == 0
-
-
 def test_bools_and_indices_mark_the_same():
     _, base = cloud(30, np.random.default_rng(3))
     index = np.array([7, 3, 3, 0])
     bools = np.zeros(len(base), bool)
     bools[index] = True
-    assert (refined(base, index)[0] == refined(base, bools)[0]).all()
-    assert (refined(base, [])[0] == base).all()
+    by_index, by_bools, unmarked = (RedGreenForest(base) for _ in range(3))
+    for forest, marks in ((by_index, index), (by_bools, bools), (unmarked, [])):
+        forest.split(marks)
+    assert (by_index.triangles == by_bools.triangles).all()
+    assert (unmarked.triangles == base).all()
 
 
 def test_vertices_without_triangles_are_kept():

@@ -146,7 +146,6 @@ def test_refuses(options):
         (DropShape, {"stretch": -0.1}),
         (Fall, {"speed": -1.0}),
         (Fall, {"depth": 0.0}),
-        (Fall, {"gravity": np.nan}),
     ],
 )
 def test_groups_refuse(group, options):

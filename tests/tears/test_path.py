@@ -1,12 +1,10 @@
-"""Paths: steepest descent against the meridians of a sphere, and given and painted paths."""
+"""Paths: steepest descent against the meridians of a sphere, and given paths."""
 
 import numpy as np
 import pytest
 import pyvista as pv
 from spheres import meridian
 
-import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 from facewrinkle.tears import path as paths
 from facewrinkle.tears.support_surface import support_surface
 
@@ -38,22 +36,6 @@ def test_path_through_points(face):
     way = paths.through(support_surface(face), marks, 2.0)
     for mark in marks:
         assert np.linalg.norm(way - mark, axis=1).min() < 1.0
-
-
-def test_painted_path_follows_the_paint(sphere):
-    azimuth = np.arctan2(sphere.points[:, 2], sphere.points[:, 0])
-    paint = np.exp(-(((azimuth - 1.0) / 0.15) ** 2)) * (np.abs(sphere.points[:, 1]) < 40.0)
-    paint[paint < 0.05] = 0.0
-    way = paths.painted(support_surface(sphere), paint, 4.0)
-    assert way[0, 1] > 33.0
-    assert way[-1, 1] < -33.0
-    assert np.abs(np.arctan2(way[:, 2], way[:, 0]) - 1.0).max() < 0.3
-
-
-def test_paint_of_one_height_leads_nowhere():
-    flat = pv.Plane(direction=(0, 1, 0), i_size=100, j_size=100, i_resolution=4, j_resolution=4).triangulate()
-    with pytest.raises(ParameterError, match="one height; a path leads downwards"):
-        fw.SheddingTear(flat, weight=np.ones(flat.n_points), down=(0, -1, 0))
 
 
 def test_paths_that_stay_apart_are_not_merged():
