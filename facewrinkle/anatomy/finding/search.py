@@ -160,9 +160,7 @@ def check_surface(points: Array, triangles: IntArray) -> None:
             f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; "
             f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
         )
-    connected = np.bincount(components(triangles)).max()
-    if connected < FEWEST_TRIANGLES:
-        connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
+    connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
             f"no face was found on the mesh: its triangles are no surface, as only {connected} of them hang together; "

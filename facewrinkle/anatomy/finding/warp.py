@@ -12,7 +12,6 @@ from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from ...array_types import Array, BoolArray, IntArray
-from ...geometry.compilation import compiled
 from .depth import Grid
 
 SPACING = 0.24
@@ -159,11 +158,11 @@ def fitted_warp(
     """
     base = basis(grid)
     shift = start.shift if start is not None else np.zeros((base.down.shape[1], base.across.shape[1], 2))
-    slopes = np.array(np.gradient(faces, grid.step, axis=(2, 1)))
+    images = np.concatenate([shown[None], faces, *np.gradient(faces, grid.step, axis=(2, 1))])
     weight = weight / weight.sum()
     for _ in range(steps):
         field = Warp(grid, shift).field()
-        pull, metric = _gauss_newton_sums(faces, slopes, template, shown, weight, field / grid.step)
+        pull, metric = _gauss_newton_sums(images, template, weight, field / grid.step)
         right = np.moveaxis(base.down.T @ pull @ base.across, 0, 2) + (base.stiffness @ shift.ravel()).reshape(
             shift.shape
         )
@@ -184,42 +183,38 @@ def contrast_normalised(curvature: Array, weight: Array, grid: Grid) -> Array:
     )
 
 
-@compiled
-def _gauss_newton_sums(
-    faces: Array, slopes: Array, template: Array, shown: Array, weight: Array, field: Array
-) -> tuple[Array, Array]:
+def _gauss_newton_sums(images: Array, template: Array, weight: Array, field: Array) -> tuple[Array, Array]:
     """Sums over the channels for a Gauss-Newton step of a warp.
 
     Returns slopes times differences (2, rows, columns), and slopes times slopes (3, rows, columns): x and x, x and y, y
-    and y. The channels of a face, with their slopes (2, c, rows, columns), are read at the template's places shifted by
-    a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value at the border counts.
+    and y. The images are what is shown of a face, its c channels, and their slopes along x and y. They are read at the
+    template's places shifted by a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value
+    at the border counts.
     """
-    rows, columns = weight.shape
-    pull, metric = np.zeros((2, rows, columns)), np.zeros((3, rows, columns))
-    for i in range(rows):
-        for j in range(columns):
-            if weight[i, j] == 0.0:
-                continue
-            y = min(max(i + field[1, i, j], 0.0), rows - 1.0)
-            x = min(max(j + field[0, i, j], 0.0), columns - 1.0)
-            k, l = min(int(y), rows - 2), min(int(x), columns - 2)
-            v, u = y - k, x - l
-            w = weight[i, j] * _bilinear(shown, k, l, v, u)
-            for c in range(faces.shape[0]):
-                difference = _bilinear(faces[c], k, l, v, u) - template[c, i, j]
-                slope_x, slope_y = _bilinear(slopes[0, c], k, l, v, u), _bilinear(slopes[1, c], k, l, v, u)
-                robust = w / (1.0 + difference * difference)
-                pull[0, i, j] += robust * slope_x * difference
-                pull[1, i, j] += robust * slope_y * difference
-                metric[0, i, j] += robust * slope_x * slope_x
-                metric[1, i, j] += robust * slope_x * slope_y
-                metric[2, i, j] += robust * slope_y * slope_y
+    i, j = np.nonzero(weight)
+    x, y = field[:, i, j] + [j, i]
+    values = bilinear(images, x, y)
+    shown, (faces, *slopes) = values[0], np.split(values[1:], 3)
+    difference = faces - template[:, i, j]
+    robust = weight[i, j] * shown / (1.0 + difference * difference)
+    pull, metric = np.zeros((2, *weight.shape)), np.zeros((3, *weight.shape))
+    pull[:, i, j] = [(robust * slope * difference).sum(axis=0) for slope in slopes]
+    pairs = ((slopes[0], slopes[0]), (slopes[0], slopes[1]), (slopes[1], slopes[1]))
+    metric[:, i, j] = [(robust * a * b).sum(axis=0) for a, b in pairs]
     return pull, metric
 
 
-@compiled
-def _bilinear(image: Array, k: int, l: int, v: float, u: float) -> float:
-    """An image at row k + v and column l + u, interpolated bilinearly."""
-    upper = image[k, l] + u * (image[k, l + 1] - image[k, l])
-    lower = image[k + 1, l] + u * (image[k + 1, l + 1] - image[k + 1, l])
-    return upper + v * (lower - upper)
+def bilinear(images: Array, x: Array, y: Array) -> Array:
+    """Values (c, n) of images (c, rows, columns) at columns x and rows y (n,); beyond the border, those at the border.
+
+    Examples
+    --------
+    >>> bilinear(np.array([[[0.0, 2.0], [4.0, 6.0]]]), np.array([0.5, 9.0]), np.array([0.5, 0.0]))
+    array([[3., 2.]])
+    """
+    rows, columns = images.shape[1:]
+    x, y = np.clip(x, 0.0, columns - 1.0), np.clip(y, 0.0, rows - 1.0)
+    left, top = np.minimum(x.astype(int), columns - 2), np.minimum(y.astype(int), rows - 2)
+    flat, at = images.reshape(len(images), -1), top * columns + left
+    above, below = (flat[:, start] + (x - left) * (flat[:, start + 1] - flat[:, start]) for start in (at, at + columns))
+    return np.asarray(above + (y - top) * (below - above))
