@@ -125,7 +125,9 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     meeting : float
         The height at which the lips meet.
     """
-    concavity = _concavity(pose.local(points), triangles, x)
+    depth, _ = openings_closed(depth_map(pose.local(points), triangles, MOUTH_GRID), MOUTH_GRID)
+    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_SIZE].mean(axis=1)
+    concavity = gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)  # of furrows it is positive
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
     bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0) & (up < meeting)]
     if not len(bulges) or meeting - bulges[-1] > LIP_HEIGHT:
@@ -134,13 +136,6 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     if not len(folds) or bulges[-1] - folds[-1] >= LIP_HEIGHT:
         return None
     return float(bulges[-1] - LIP_BORDER * (bulges[-1] - folds[-1]))
-
-
-def _concavity(local: Array, triangles: IntArray, x: float) -> Array:
-    """Concavity (rows,) down the middle of a mouth: furrows are positive, bulges negative."""
-    depth, _ = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
-    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_SIZE].mean(axis=1)
-    return np.asarray(gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)) * LIP_SIZE / MOUTH_GRID.step**2
 
 
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:

@@ -18,7 +18,7 @@ from ...progress import Progress, bar
 from ..landmarks import NAMES, complete
 from .depth import peak
 from .features import MOUTH, below_furrow, chin, furrow
-from .matching import FINE, Match, certain
+from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, pose_from_landmarks, template
 
@@ -199,7 +199,7 @@ def placed_landmarks(
     for name, place in places.items():
         others = place[None] if name in measured else rivals[name]
         scatter = np.sqrt(((others - place) ** 2).sum(axis=1).mean()) / match.pose.size
-        certainty[name] = _share(certainty[name]) / (1.0 + (scatter / DISAGREEMENT) ** 2)
+        certainty[name] = share(certainty[name], LANDMARK_CORRELATION) / (1.0 + (scatter / DISAGREEMENT) ** 2)
     if not (matches[mouth].mouth_open or "lower_lip_mid" in measured):
         certainty["lower_lip_mid"] *= UNSEEN
     for name in CHIN:
@@ -272,11 +272,6 @@ def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[s
     front = np.array([[match.pose.local(places["pogonion"])[0], height]])
     places["pogonion"] = _raised(match, front, match.surface.depth)[0]
     return CHIN
-
-
-def _share(correlation: float) -> float:
-    low, high = LANDMARK_CORRELATION
-    return float(np.clip((correlation - low) / (high - low), 0.0, 1.0))
 
 
 def _placed(match: Match, landmarks: Landmarks, names: list[str]) -> Array:

@@ -263,13 +263,14 @@ def certain(shift: Array) -> Array:
 
 def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, pose: Pose, variant: int) -> float:
     """Confidence that a surface is a face, from its correlation with the template around every place."""
-    likeness = _share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
-    likeness *= min(1.0, _share(coverage(surface, base), SHOWN)) * _nose(alike, weight, variant) * _proportion(pose)
+    likeness = share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
+    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant) * _proportion(pose)
     return float(np.clip(likeness, 0.0, 1.0))
 
 
-def _share(value: float, limits: tuple[float, float]) -> float:
-    return (value - limits[0]) / (limits[1] - limits[0])
+def share(value: float, limits: tuple[float, float]) -> float:
+    """Return 0 up to the first limit, 1 from the second one on, and in between what lies between."""
+    return float(np.clip((value - limits[0]) / (limits[1] - limits[0]), 0.0, 1.0))
 
 
 def _mean(values: Array, weight: Array) -> float:
@@ -281,7 +282,7 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
     tip = template(variant).landmarks["nose_tip"]
     x, y = np.meshgrid(FINE.x - tip[0], FINE.y - tip[1])
     near = weight * np.exp(-(x * x + y * y) / NOSE_RADIUS**2)
-    return float(np.clip(_share(_mean(alike, near), NOSE_CORRELATION), 0.0, 1.0))
+    return share(_mean(alike, near), NOSE_CORRELATION)
 
 
 def _proportion(pose: Pose) -> float:
