@@ -29,7 +29,7 @@ from .identity import fold_depth
 from .jaw import Mandible, jaw_weights
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
-from .parts import Part
+from .parts import Part, eyes_of
 from .skull import Tissue, tissue_of
 from .teeth import behind_lips
 
@@ -130,8 +130,12 @@ class Face:
         unit: float,
         atlas: Atlas | None = None,
         estimated: tuple[str, ...] = (),
+        parts: Mapping[str, Part] | None = None,
+        **others: Any,
     ) -> Self:
-        """Build the anatomy under a clean triangle mesh from its complete landmarks."""
+        """Build the anatomy under a clean triangle mesh from its complete landmarks, with eyes where they are among the
+        `parts`; `others` are further attributes of the face.
+        """
         atlas = atlas or load_atlas()
         points, triangles = (
             np.asarray(mesh.points, dtype=np.float64),
@@ -146,8 +150,10 @@ class Face:
         frame = frame_of(landmarks)
         where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
         tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
-        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated)
-        return cls(mesh, dict(landmarks), atlas.place(landmarks, frame), eyes, tissue, unit, atlas, estimated)
+        parts = dict(parts or {})
+        eyes = eyes_of(place_eyeballs(landmarks, frame, points, triangles, estimated), parts, frame)
+        muscles = atlas.place(landmarks, frame)
+        return cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
 
     @classmethod
     def without_anatomy(

@@ -22,7 +22,7 @@ from .face import Face
 from .fitting import mean_face
 from .head import BrowHairs, load_head
 from .known_folds import restore, to_store
-from .parts import Follows, Part, eyes_of
+from .parts import Follows, Part
 
 VERSION = 1
 SUFFIX = ".face"
@@ -194,23 +194,24 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
-    estimated = tuple(data["estimated"].tolist())
-    face = Face.from_landmarks(mesh, landmarks, float(data["unit"]), atlas, estimated)
     of_parts = _within(data, f"{_PARTS}/")
-    parts = {name: _part(_within(of_parts, f"{name}/")) for name in sorted({key.split("/")[0] for key in of_parts})}
     brows = _within(data, _BROWS)
-    face = dataclasses.replace(
-        face,
+    face = Face.from_landmarks(
+        mesh,
+        landmarks,
+        float(data["unit"]),
+        atlas,
+        tuple(data["estimated"].tolist()),
+        {name: _part(_within(of_parts, f"{name}/")) for name in sorted({key.split("/")[0] for key in of_parts})},
         confidences=known,
         texture=data.get("texture"),
         source_points=data.get("source_points"),
         brows=BrowHairs(**brows) if brows else None,
-        parts=parts,
-        eyes=eyes_of(face.eyes, parts, face.frame),
         report=tuple(data["report"].tolist()),
         likeness=float(data["likeness"]) if "likeness" in data else None,
         age=float(data["age"]),
-        template=mean_face(face.atlas) if data["varies_head"] else None,
     )
+    if data["varies_head"]:
+        face = dataclasses.replace(face, template=mean_face(face.atlas))
     restore(face, _within(data, _FOLDS))
     return face

@@ -15,6 +15,7 @@ import pyvista as pv
 from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..mesh import (
+    CleanSurface,
     MeshLike,
     as_texture,
     closest_places,
@@ -41,7 +42,7 @@ from .landmarks import (
     mirrored,
     read_landmarks,
 )
-from .parts import eyes_of, follower, named_parts
+from .parts import Part, follower, named_parts
 from .photo_brows import rise_of_dark_bands
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
@@ -116,8 +117,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
-    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas)
-    face = dataclasses.replace(face, texture=head.texture, brows=head.brows, age=person.age)
+    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, texture=head.texture, brows=head.brows, age=person.age)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))
     restore(face, folds_of_head())
@@ -219,17 +219,21 @@ def fit_face(
         found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in set(estimated) - set(NOT_ON_SKIN):
         _, (found[name],) = closest_places(clean.mesh, found[name])
-    face = Face.from_landmarks(clean.mesh, found, unit_of_face(units, frame.pupil_distance), atlas, estimated)
-    face = dataclasses.replace(
-        face,
+    parts, told = _parts(clean, found)
+    outside = outside_images(source, mesh) if texture is None else ()
+    face = Face.from_landmarks(
+        clean.mesh,
+        found,
+        unit_of_face(units, frame.pupil_distance),
+        atlas,
+        estimated,
+        parts,
         source_points=clean.source_points,
         confidences={} if search is None else search.confidences,
         likeness=None if search is None else search.confidence,
-        report=clean.report + (outside_images(source, mesh) if texture is None else ()),
+        report=clean.report + outside + told,
         texture=image,
     )
-    if clean.others is not None:
-        face = _with_parts(face, clean.others)  # whose eyes say which lids are shut
     for sentence in _left_out(face):
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))
@@ -265,11 +269,14 @@ def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
     landmarks = {**face.landmarks, **changed}
     _check_on_mesh(changed, face.mesh, frame_of(landmarks).pupil_distance)
     estimated = tuple(name for name in face.estimated if name not in moved)
-    again = Face.from_landmarks(face.mesh, landmarks, face.unit, face.atlas, estimated)
-    kept = ("texture", "brows", "source_points", "parts", "report", "likeness", "age", "template")
-    return dataclasses.replace(
-        again,
-        eyes=eyes_of(again.eyes, face.parts, again.frame),
+    kept = ("texture", "brows", "source_points", "report", "likeness", "age", "template")
+    return Face.from_landmarks(
+        face.mesh,
+        landmarks,
+        face.unit,
+        face.atlas,
+        estimated,
+        face.parts,
         confidences={**face.confidences, **dict.fromkeys(moved, 1.0)},
         **{name: getattr(face, name) for name in kept},
     )
@@ -287,24 +294,25 @@ def _left_out(face: Face) -> list[str]:
     return said
 
 
-def _with_parts(face: Face, others: pv.PolyData) -> Face:
-    """The face with the other parts of its file, and with its eyeballs moved to the eyes among these."""
-    parts, specks = named_parts(others, face.mesh, face.landmarks, face.frame)
-    report = face.report
+def _parts(clean: CleanSurface, landmarks: Mapping[str, Array]) -> tuple[dict[str, Part], tuple[str, ...]]:
+    """The other parts of a face's file, by name, and sentences on them."""
+    if clean.others is None:
+        return {}, ()
+    parts, specks = named_parts(clean.others, clean.mesh, landmarks, frame_of(landmarks))
+    told = []
     if parts:
         listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())
-        report += (f"Parts that are carried along, and their triangles: {listed}.",)
+        told.append(f"Parts that are carried along, and their triangles: {listed}.")
     bare = [name for name, part in parts.items() if name.startswith("lashes") and part.lacks_picture]
     if bare:
-        sentence = (
+        told.append(
             f"{', '.join(bare)} are cards without their picture: painted lashes are drawn in their place. Put the "
             "picture beside the mesh."
         )
-        warn(sentence)
-        report += (sentence,)
+        warn(told[-1])
     if specks:
-        report += (f"Dropped specks: {specks}.",)
-    return dataclasses.replace(face, parts=parts, report=report, eyes=eyes_of(face.eyes, parts, face.frame))
+        told.append(f"Dropped specks: {specks}.")
+    return parts, tuple(told)
 
 
 def _image(mesh: MeshLike, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
