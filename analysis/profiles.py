@@ -6,7 +6,7 @@ form, and all differences come from the mesh. On the head the compression is tha
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -254,7 +254,7 @@ def _shapes_plot(level: int) -> Plot:
         ax.set(xlim=(10, 25), xlabel="l (mm)", ylabel="height (mm)")
         ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     across = np.linspace(-1.05, 1.05, 801)
-    for falloff, colour in zip(equations.FALLOFFS, COLOURS, strict=False):
+    for falloff, colour in zip(get_args(equations.Falloff), COLOURS, strict=False):
         at = equations.attenuation(equations.band(np.abs(across), 0.5, 1.0), falloff)
         axes[2].plot(across, at, color=colour, linewidth=1, label=f"At, {falloff}")
         rows = np.array(attenuated(level, falloff))

@@ -9,7 +9,7 @@ radians; along a sphincter `w`, `u`, `l` and `start` are angles, `k0` stays a le
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -22,8 +22,6 @@ from .smoothstep import smoothstep
 Ends = Literal["continuous", "paper"]
 Falloff = Literal["paper", "smoothstep"]
 
-ENDS: tuple[Ends, ...] = ("continuous", "paper")
-FALLOFFS: tuple[Falloff, ...] = ("paper", "smoothstep")
 
 LEAST_COSINE = 0.1
 """Least denominator of the split criterion, which as printed grows beyond all bounds where normals stand upright."""
@@ -177,8 +175,8 @@ def phase(l: npt.ArrayLike, start: float, u: float, alpha: float, ends: Ends = "
     >>> phase([10.0, 12.0, 15.0], 10.0, 2.0, alpha=2.0, ends="paper")
     array([0., 2., 1.])
     """
-    if ends not in ENDS:
-        raise ParameterError(f"ends must be one of {', '.join(ENDS)}, received {ends!r}.")
+    if ends not in get_args(Ends):
+        raise ParameterError(f"ends must be one of {', '.join(get_args(Ends))}, received {ends!r}.")
     shift = 0.0 if ends == "paper" else u * (1.0 - zero_crossing(_check_alpha(alpha)))
     return np.mod(np.asarray(l, dtype=np.float64) - start + shift, 2.0 * u)
 
@@ -324,8 +322,8 @@ def attenuation(s: npt.ArrayLike, falloff: Falloff = "paper") -> Array:
     >>> attenuation([0.0, 0.5, 1.0])
     array([1.    , 0.6875, 0.    ])
     """
-    if falloff not in FALLOFFS:
-        raise ParameterError(f"falloff must be one of {', '.join(FALLOFFS)}, received {falloff!r}.")
+    if falloff not in get_args(Falloff):
+        raise ParameterError(f"falloff must be one of {', '.join(get_args(Falloff))}, received {falloff!r}.")
     if falloff == "smoothstep":
         return 1.0 - smoothstep(s)
     s = np.clip(np.asarray(s, dtype=np.float64), 0.0, 1.0)

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from ..array_types import Array, IntArray
 from . import _mesh_kernels as kernels
+from .normals import tangent_axes
 from .refinement import frozen
 
 TOLERANCE = 0.02
@@ -85,11 +86,9 @@ def height_above(points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int
     out = np.full(len(points), -np.inf)
     if not len(points):
         return out
-    ahead = up.mean(axis=0)
+    ahead = up.mean(axis=0, keepdims=True)
     ahead /= max(float(np.linalg.norm(ahead)), 1e-300)
-    aside = np.cross(np.eye(3)[np.argmin(np.abs(ahead))], ahead)
-    aside /= np.linalg.norm(aside)
-    axes = np.stack([aside, np.cross(ahead, aside), ahead], axis=1)
+    axes = np.concatenate([*tangent_axes(ahead), ahead]).T
     place, local, reach = points @ axes, np.asarray(mesh[0]) @ axes, np.array([0.0, 0.0, deep])
     near = overlapping(local, mesh[1], place.min(axis=0) - reach, place.max(axis=0) + reach)
     order = np.argsort(place[:, 0])

@@ -81,6 +81,21 @@ def details_normals(
     return out
 
 
+def tangent_axes(normals: Array) -> tuple[Array, Array]:
+    """Return two unit tangents (n, 3) at right angles to unit normals (n, 3), and to each other.
+
+    Examples
+    --------
+    >>> first, second = tangent_axes(np.array([[0.0, 0.6, 0.8]]))
+    >>> first.tolist(), (second + 0.0).round(9).tolist()
+    ([[1.0, 0.0, 0.0]], [[0.0, 0.8, -0.6]])
+    """
+    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    first -= (first * normals).sum(axis=1, keepdims=True) * normals
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    return first, np.cross(normals, first)
+
+
 def vertex_areas(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
     """A third of the area of the adjacent triangles, per vertex (n,).
 

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 from ..array_types import Array, IntArray
 from .compilation import compiled
 from .laplacian import neighbour_mean
-from .normals import vertex_normals
+from .normals import tangent_axes, vertex_normals
 from .topology import unique_edges, vertex_rings
 
 SINGULAR = 0.05
@@ -141,11 +141,8 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
             continue
         part = rows[chosen]
         row = np.repeat(np.arange(len(chosen)), np.diff(part.indptr))
-        one = np.eye(3)[np.abs(normal[chosen]).argmin(axis=1)]
-        one -= (one * normal[chosen]).sum(axis=1, keepdims=True) * normal[chosen]
-        one /= np.linalg.norm(one, axis=1, keepdims=True)
         offset = (nodes[part.indices] - points[chosen][row]) / scale[chosen][row, None]
-        x, y = ((offset * axis[row]).sum(axis=1) for axis in (one, np.cross(normal[chosen], one)))
+        x, y = ((offset * axis[row]).sum(axis=1) for axis in tangent_axes(normal[chosen]))
         basis = np.stack([np.ones_like(x), x, y, x * x, np.sqrt(2.0) * x * y, y * y], axis=1)
         share = part.data / total[chosen][row]
         products = (share[:, None, None] * basis[:, :, None] * basis[:, None]).reshape(len(row), -1)

@@ -15,7 +15,7 @@ from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray
 from ..geometry import closest_point as closest
 from ..geometry.interpolation import interpolated
-from ..geometry.normals import vertex_normals
+from ..geometry.normals import tangent_axes, vertex_normals
 from . import _kernels as kernels
 
 
@@ -242,9 +242,7 @@ def orthonormal_tangents(metric: Array, normals: Array) -> tuple[Array, Array]:
     >>> np.einsum("nk,nk->n", first, second).round(12).tolist()
     [0.0, 0.0, 0.0]
     """
-    first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first -= (first * normals).sum(axis=1, keepdims=True) * normals
-    second = np.cross(normals, first)
+    first, second = tangent_axes(normals)
     first = first / np.sqrt(along(metric, first))[:, None]
     second = second - mixed(metric, first, second)[:, None] * first
     second /= np.sqrt(along(metric, second))[:, None]

@@ -9,7 +9,6 @@ from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array
 from .base import Displacement, SurfaceState
 from .compression import Gathered
-from .levelling import level_shares
 from .muscle_wrinkles import MuscleWrinkles
 
 
@@ -51,10 +50,8 @@ class Creases(MuscleWrinkles):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.layers.base.Layer`."""
         found = super().displacement(state)
-        shares = level_shares(found.height, state.areas)
-        height, shown = shares * found.height, shares * self._relief.shown
-        self._relief = self._relief._replace(height=height, shown=shown)
-        return replace(found, height=height, shading_offset=shown - height)
+        self._relief = relief = self._relief.levelled(state.areas)
+        return replace(found, height=relief.height, shading_offset=relief.shown - relief.height)
 
     def _compressed(self, state: SurfaceState) -> Array:
         return self._gathered.at(state.strain, self._folds.muscle, self._folds.coordinates[:, 0])

@@ -16,14 +16,11 @@ from . import _kernels as kernels
 from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField, shortening
-from .entries import Relief, scattered
+from .entries import DEEP_ENOUGH, Relief, scattered
 from .folds import Folds
 
 SMALLEST = 0.4
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
-
-DEEP_ENOUGH = 0.05
-"""Wrinkles of this height, mm, count among those that are limited, or not."""
 
 
 class MuscleWrinkles(Layer):

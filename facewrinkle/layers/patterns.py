@@ -9,7 +9,7 @@ read where the print is damaged: docs/theory/patterns.rst.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,6 @@ PatternFunction = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
 """A function of x, y and t."""
 
 Variant = Literal["paper", "fan"]
-
-VARIANTS: tuple[Variant, ...] = ("paper", "fan")
 
 SMALLEST_T = 0.01
 """The smallest t of the eye pouch, whose height grows beyond all bounds as t falls to 0."""
@@ -214,8 +212,8 @@ def frown(
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
-    if variant not in VARIANTS:
-        raise unknown_name("variant of frown", variant, VARIANTS)
+    if variant not in get_args(Variant):
+        raise unknown_name("variant of frown", variant, get_args(Variant))
     if variant == "fan" and y.size and not (y + t).min() > 0.0:
         raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
     return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant) + shift))

@@ -103,34 +103,29 @@ def in_families(
     face: Face, shapes: Mapping[str, Array], lines: Mapping[str, npt.NDArray[Any]] | None = None
 ) -> FoldShapes:
     """Return shapes by action unit in their groups, with the lines that were found from them."""
-    families = {name: [shapes[unit] for unit in group] for name, group in unit_groups(face).items()}
+    families = {name: [shapes[unit] for unit in units] for name, units in unit_groups(face).items()}
     return FoldShapes(families, face, lines)
 
 
-def unit_groups(face: Face) -> dict[str, list[str]]:
-    """Return the names of the action units that the atlas of a face has, by family."""
-    units = _units(face)
-    return {name: _different(units, group) for name, group in GROUPS.items()}
+def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:
+    """Return the action units that the atlas of a face has, with their rates by muscle, by family.
+
+    Of units with the same contraction, a family has the first.
+    """
+    own, groups = set(face.muscles), dict[str, dict[str, dict[str, float]]]()
+    for name, group in GROUPS.items():
+        units = groups[name] = dict[str, dict[str, float]]()
+        for unit in group:
+            rates = face.atlas.action_units.get(unit)
+            if rates is not None and own.issuperset(rates) and rates not in units.values():
+                units[unit] = rates
+    return groups
 
 
 def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:
     """Return positions (n0, 3), mm, of skin that has come to rest, by action unit."""
-    skin, units = Skin(face, STEP, material), _units(face)
-    return {unit: _at_rest(skin, units[unit]) for group in unit_groups(face).values() for unit in group}
-
-
-def _units(face: Face) -> dict[str, dict[str, float]]:
-    own = set(face.muscles)
-    return {name: rates for name, rates in face.atlas.action_units.items() if own.issuperset(rates)}
-
-
-def _different(units: Mapping[str, dict[str, float]], group: Iterable[str]) -> list[str]:
-    """Units of a group that the atlas has, each contraction once."""
-    found: list[str] = []
-    for unit in group:
-        if unit in units and all(units[unit] != units[other] for other in found):
-            found.append(unit)
-    return found
+    skin, groups = Skin(face, STEP, material), unit_groups(face).values()
+    return {unit: _at_rest(skin, rates) for units in groups for unit, rates in units.items()}
 
 
 def _at_rest(skin: Skin, rates: Mapping[str, float]) -> Array:

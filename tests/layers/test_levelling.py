@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from synthetic_faces import head_with
 
 import facewrinkle as fw
-from facewrinkle.layers.levelling import LEVELLED, RAISED, STEPS, level_shares
+from facewrinkle.layers.entries import LEVELLED, RAISED, STEPS, level_shares
 from facewrinkle.layers.muscle_wrinkles import outer_skin
 
 

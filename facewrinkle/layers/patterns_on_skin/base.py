@@ -8,7 +8,7 @@ high).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from scipy.special import i0  # of one number, much faster than NumPy's
@@ -154,8 +154,6 @@ def _depth_along(along: Array, own: Array, amount: float) -> Array:
 
 Furrows = Literal["sharp", "paper"]
 
-FURROWS: tuple[Furrows, ...] = ("sharp", "paper")
-
 SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
 """The fewest and the most wrinkles from border to border."""
 
@@ -201,8 +199,8 @@ class Waves(Pattern):
     def __post_init__(self) -> None:
         check_range("number", self.number, SMALLEST_NUMBER, LARGEST_NUMBER)
         check_range("sharpness", self.sharpness, 0.0, 20.0)
-        if self.furrows not in FURROWS:
-            raise unknown_name("kind of furrows", self.furrows, FURROWS)
+        if self.furrows not in get_args(Furrows):
+            raise unknown_name("kind of furrows", self.furrows, get_args(Furrows))
         check_range("variation", self.variation, 0.0, 1.0, "0 is the paper's even pattern.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.spacing is not None:

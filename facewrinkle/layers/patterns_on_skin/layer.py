@@ -234,7 +234,7 @@ class PatternLayer(Layer):
     def strength_at(self, state: SurfaceState) -> float:
         """Return the strength of the pattern in a state of the surface, in [0, 1]."""
         if isinstance(self.strength, Compression):
-            return self.strength(self._compression.at(state.base))
+            return self.strength(self._compression.at(state.strain))
         seconds = state.time + self.begin
         value = self.strength(seconds) if callable(self.strength) else self.strength
         return check_range(f"the strength of {self.name} at {seconds:g} s", value, 0.0, 1.0)

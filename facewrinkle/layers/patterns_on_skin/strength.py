@@ -64,20 +64,17 @@ class RegionCompression:
         inside = laid.base_window
         if not inside.any():
             inside[laid.corners] = 1.0
-        near = (inside > 0.0)[face.triangles].any(axis=1)
         points = face.points * face.unit
-        self._field = StrainField(points, face.triangles[near])
         self._at = np.flatnonzero(inside)
         share = inside * vertex_areas(points, face.triangles)
-        self._share = share[self._at] / share.sum()
+        self._share, self._metric = share[self._at] / share.sum(), StrainField.of(face).metric[self._at]
         self._normals = vertex_normals(points, face.triangles)[self._at]
         self._along = None if along is None else np.asarray(along, dtype=np.float64)
 
-    def at(self, base: Array) -> float:
-        """Return the compression of the deformed base mesh (n0, 3), mm."""
-        strain, metric = self._field.strain(base)[self._at], self._field.metric[self._at]
+    def at(self, strain: Array) -> float:
+        """Return the compression at a strain (n0, 6) of the base mesh."""
         if self._along is None:
-            epsilon, _ = principal_compression(strain, metric, self._normals)
+            epsilon, _ = principal_compression(strain[self._at], self._metric, self._normals)
         else:
-            epsilon = compression_along(strain, metric, self._normals, self._along)
+            epsilon = compression_along(strain[self._at], self._metric, self._normals, self._along)
         return float(self._share @ epsilon)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, get_args
 
 import numpy as np
 
@@ -179,8 +179,8 @@ class Frown(Waves):
         super().__post_init__()
         check_range("spread", self.spread, 1e-3, 0.95)
         check_range("offset", self.offset, -1e3, 1e3)
-        if self.variant not in patterns.VARIANTS:
-            raise unknown_name("variant of frown", self.variant, patterns.VARIANTS)
+        if self.variant not in get_args(patterns.Variant):
+            raise unknown_name("variant of frown", self.variant, get_args(patterns.Variant))
 
     @property
     def beta(self) -> float:

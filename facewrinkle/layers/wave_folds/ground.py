@@ -176,14 +176,8 @@ class OtherSide:
         of = np.flatnonzero((away < reach) & (facing > FACING))
         return cls(mirror, of, twin[of], points[of] - images[twin[of]])
 
-    def added(self, values: Array, share: float) -> Array:
-        """Return values (n,) plus a share of those at the twins."""
-        out = values.copy()
-        out[self.of] += share * values[self.twin]
-        return out
-
-    def added_waves(self, psi: Array, turns: Array, share: float) -> Array:
-        """Return waves (n, 2) plus a share of those at the twins, turned."""
-        out = psi.copy()
-        out[self.of] += share * np.einsum("nij,nj->ni", turns, psi[self.twin])
+    def added(self, values: Array, share: float, turns: Array | None = None) -> Array:
+        """Return values (n, ...) plus a share of those at the twins; matrices (k, 2, 2) may turn waves (n, 2)."""
+        out, twins = values.copy(), values[self.twin]
+        out[self.of] += share * (twins if turns is None else np.einsum("nij,nj->ni", turns, twins))
         return out

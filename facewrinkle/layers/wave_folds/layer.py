@@ -12,8 +12,7 @@ from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
-from ..entries import Relief, scattered
-from ..levelling import level_shares
+from ..entries import DEEP_ENOUGH, Relief, scattered
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -22,9 +21,6 @@ from .stripes import Stripes, Style
 from .waves import Now, Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
-
-DEEP_ENOUGH = 0.05
-"""Folds of this depth, mm, count among those that are limited, or not."""
 
 
 class WaveFolds(Layer):
@@ -172,8 +168,8 @@ class WaveFolds(Layer):
             (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, self._age, tuple(self._now),
             tuple(relief), self._leading,
         )  # fmt: skip
-        shares = beyond * level_shares(relief.height, state.areas)
-        height, offset = shares * relief.height, shares * (relief.shown - relief.height)
+        relief = relief.levelled(state.areas)
+        height, offset = beyond * relief.height, beyond * (relief.shown - relief.height)
         # A fold that is twice as deep needs vertices closer by the root of 2.
         spacing = relief.spacing / (self._face.unit * np.sqrt(beyond))
         return Displacement(height, spacing, relief.across, relief.active, offset)

@@ -234,7 +234,7 @@ def _aligned(smooth: Smoother, wave: Array, other: OtherSide, alike: float, rng:
     sign = _signs(images, wave[other.of])
     turns = _turned(sign * (images * other.way).sum(axis=1), sign)
     for _ in range(STEPS):
-        psi = smooth(other.added_waves(psi, turns, alike))
+        psi = smooth(other.added(psi, alike, turns))
         psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), 1e-12)
     return smooth(psi)
 

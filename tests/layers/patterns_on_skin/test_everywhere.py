@@ -17,6 +17,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.patterns_on_skin.presets import names
 from facewrinkle.layers.patterns_on_skin.strength import RegionCompression
 
@@ -109,6 +110,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
     )
     (skin, _) = fw.PatternLayer.presets("dimple", face, strength="skin")
     driver, compression = skin.strength, RegionCompression(face, skin.laid(face), skin.strength.along)
+    field = StrainField.of(face)
     wrinkles = fw.PatternLayer.preset("eye_corner_l", face)
     layers, level = [plain, timed, skin, wrinkles], fw.Refinement(max_level=0)
     with warnings.catch_warnings():
@@ -123,7 +125,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
         for name in ("plain", "eye_corner_l"):  # it rides on the motion, unchanged
             np.testing.assert_array_equal(ours[name], first[name])
         np.testing.assert_allclose(ours["timed"], laid_out(timed, face, pulse(sim.time), 0.0), atol=1e-9)
-        epsilon = compression.at(np.asarray(skeleton.points, float) * face.unit)
+        epsilon = compression.at(field.strain(np.asarray(skeleton.points, float) * face.unit))
         np.testing.assert_allclose(ours["dimple_l"], laid_out(skin, face, driver(epsilon), 0.0), atol=1e-4)
         points, moved = np.asarray(skeleton.points, float), np.asarray(frame.points, float)
         normals = vertex_normals(points, face.triangles)
