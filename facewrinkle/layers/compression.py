@@ -112,7 +112,8 @@ def products(directions: Array) -> Array:
 
 
 def tangents_of(directions: Array, normals: Array) -> Array:
-    """Return unit tangents (n, 3) along the parts of directions (n, 3) that lie in a surface with unit normals (n, 3).
+    """Return unit tangents (n, 3) along the parts of directions (n, 3) or (3,) that lie in a surface with unit normals
+    (n, 3); zero for directions that have no such part.
 
     Examples
     --------
@@ -120,7 +121,8 @@ def tangents_of(directions: Array, normals: Array) -> Array:
     [[0.6, 0.8, 0.0]]
     """
     flat = directions - (directions * normals).sum(axis=1, keepdims=True) * normals
-    return np.asarray(flat / np.maximum(np.linalg.norm(flat, axis=1, keepdims=True), 1e-12))
+    size, whole = (np.linalg.norm(each, axis=-1, keepdims=True) for each in (flat, directions))
+    return np.divide(flat, size, out=np.zeros_like(flat), where=size > 1e-6 * whole)
 
 
 def per_length(metric: Array, tangents: Array) -> Array:
@@ -173,11 +175,7 @@ def compression_along(strain: Array, metric: Array, normals: Array, directions: 
     >>> compression_along(strain, field.metric, up, np.array([2.0, 0, 5])).round(12).tolist()
     [0.2, 0.2, 0.2]
     """
-    m = directions - (directions * normals).sum(axis=1, keepdims=True) * normals
-    squares = products(m)
-    length, change = (squares * metric).sum(axis=1), (squares * strain).sum(axis=1)
-    share = np.divide(change, length, out=np.zeros_like(change), where=length > 1e-12 * (directions**2).sum(axis=-1))
-    return shortening(share)
+    return shortening((strain * per_length(metric, tangents_of(directions, normals))).sum(axis=1))
 
 
 def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple[Array, Array]:
