@@ -48,7 +48,7 @@ NARROWEST = 0.6
 """Least spacing asked for, in wavelengths."""
 
 
-@compiled
+@compiled(inline="always")
 def compressions(strain, i, tangents, p):
     """The compression across the lines of entry p at vertex i, ``1 - |F m|``, and how far it is beyond the onset,
     smoothly from 0.
@@ -134,8 +134,9 @@ def heights(waves, strain, depth, age, now, relief, leading):
             total += high[p] - cut
             mild += blunt - cut
             curved = big + 2.0 * rest / (2.0 * np.pi * FINE) ** 2  # as a wave with the curvature at the bottom
-            if curved >= LEAST and spacing_for(length[p], curved) < finest:
-                finest, lead = spacing_for(length[p], curved), np.int64(p)
+            wide = spacing_for(length[p], curved) if curved >= LEAST else np.inf
+            if wide < finest:
+                finest, lead = wide, np.int64(p)
         height[i], shown[i], spacing[i], active[i] = total, mild, finest, lead >= 0
         if lead >= 0:
             norm = np.sqrt(wave[lead, 0] ** 2 + wave[lead, 1] ** 2 + wave[lead, 2] ** 2)
@@ -143,7 +144,7 @@ def heights(waves, strain, depth, age, now, relief, leading):
                 across[i, c] = wave[lead, c] / norm
 
 
-@compiled
+@compiled(inline="always")
 def fold(s, deep, slope):
     """Shape exponent, height and blunt height, at the place s in its cycle, of a fold that is so deep; by depth over
     wavelength it is sharp, or not.
@@ -156,7 +157,7 @@ def fold(s, deep, slope):
     return alpha, scale * (bulge - fallen(s, alpha)), scale * (bulge - mean)
 
 
-@compiled
+@compiled(inline="always")
 def line(s, deep):
     """How deep a line of old skin lies at the place s in the cycle, below the mean of the skin around it."""
     if deep <= 0.0:
