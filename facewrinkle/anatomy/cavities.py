@@ -235,7 +235,5 @@ def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:
     kept = ((node >= 0) & (node < shape)).all(axis=1)
     front = sampled_depth_buffer(node[kept], samples[kept, 2], shape)
     empty = ~np.isfinite(front)
-    if empty.all():
-        return np.zeros(shape)
     nearest = ndimage.distance_transform_edt(empty, return_distances=False, return_indices=True)
     return np.asarray(front[tuple(nearest)])

@@ -230,8 +230,6 @@ def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArr
     shades = np.rint(np.clip(np.arange(256.0)[:, None] * skin, 0.0, 255.0)).astype(np.uint8)
     out = np.stack([shades[colour[..., channel], channel] for channel in range(3)], axis=-1)
     hairy = hair > 0.0
-    if not hairy.any():
-        return out
     colour, share = colour[hairy], hair[hairy][:, None]
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST

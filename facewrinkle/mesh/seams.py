@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..errors import MeshError
 from ..geometry.interpolation import interpolated
 from ..geometry.refinement import RedGreenForest
 from ..geometry.seams import refined_values, split_vertices
@@ -42,8 +41,6 @@ def refine(mesh: MeshLike, marked: npt.ArrayLike) -> pv.PolyData:
     """
     source = read_surface(mesh)
     triangles = np.asarray(source.regular_faces, dtype=np.int32)
-    if len(triangles) == 0:
-        raise MeshError("the mesh has no faces to refine.")
     forest = RedGreenForest(triangles, n_points=source.n_points)
     forest.split(marked)
     points = interpolated(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)

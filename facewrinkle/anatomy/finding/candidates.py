@@ -20,9 +20,6 @@ SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
 NOSES = 40
 """Protruding points that are tried at every size."""
 
-FEWEST_POINTS = 60
-"""Points, thinned for a size, that can show a face."""
-
 BEST_DIRECTIONS = 4
 """Directions of each nose that are kept."""
 
@@ -103,8 +100,6 @@ def _same(a: Pose, b: Pose) -> bool:
 def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     """The best poses of every nose at one size, with their mismatches."""
     points = thinned(points, 0.06 * size)
-    if len(points) < FEWEST_POINTS:
-        return []
     noses = _noses(points, size)
     axes = np.array([_directions(nose, _within(points, nose, 0.8 * size)) for nose in noses])
     cost, roll = _best_rolls(
@@ -190,8 +185,12 @@ def _best_rolls(
         for a in range(axes.shape[1]):
             _polar_map(around, noses[k], axes[k, a], radius, heights)
             values = _mismatch(heights, template, weights, cap, missing)
-            roll[k, a] = np.argmin(values)
-            cost[k, a] = values[roll[k, a]]
+            even = 2 * np.argmin(values[::2])
+            best = even
+            for turn in (even - 1, even + 1):
+                if values[turn] < values[best]:
+                    best = turn
+            cost[k, a], roll[k, a] = values[best], best
     return cost, roll
 
 

@@ -127,15 +127,12 @@ def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
         depth = depth_map(pose.local(points), triangles, grid)
         depth -= _median_offset(depth, base) if step == 0 else 0.0
         stiffness = STRETCH_STIFFNESS if step >= RIGID_STEPS else 1.0
-        change = _gauss_newton_step(depth, base, pose, 0.25 * 0.85**step + 0.05, stiffness)
-        if change is None:
-            return pose
-        pose = _moved(pose, change)
+        pose = _moved(pose, _gauss_newton_step(depth, base, pose, 0.25 * 0.85**step + 0.05, stiffness))
     return pose
 
 
-def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: float, stiffness: float) -> Array | None:
-    """The change (w, t, s, stretch) that brings a depth map closer to the template's; None if nothing is near it.
+def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: float, stiffness: float) -> Array:
+    """The change (w, t, s, stretch) that brings a depth map closer to the template's.
 
     A surface of height h(x, y) that moves by a small (a, b, c) has the new height h + c - a dh/dx - b dh/dy at the
     same place. Turns and shifts, growth, and stretch upward and forward have these derivatives; the more a place
@@ -144,8 +141,6 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     slope_y, slope_x = np.array(np.gradient(depth, COARSE.step))
     difference = depth - base.depth
     near = (base.weight > 0.0) & (np.abs(difference) < 3.0 * tolerance) & np.isfinite(slope_x) & np.isfinite(slope_y)
-    if not near.any():
-        return None
     x, y = (axis[near] for axis in np.meshgrid(COARSE.x, COARSE.y))
     d, z, u, v = difference[near], depth[near], slope_x[near], slope_y[near]
     derivatives = np.array(
@@ -154,7 +149,7 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     weights = base.weight[near] / (1.0 + (d / tolerance) ** 2) ** 2 / (1.0 + u * u + v * v)
     weight, weighted = weights.sum(), derivatives * weights
     square, right = weighted @ derivatives.T, weighted @ d
-    stiff = weight * np.array([*[1e-3] * 7, *[stiffness] * 2])
+    stiff = max(weight, 1.0) * np.array([*[1e-3] * 7, *[stiffness] * 2])
     stretch = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
     change = -np.linalg.solve(square + np.diag(stiff), right - stiff * stretch)
     return np.asarray(change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12)))
@@ -197,10 +192,6 @@ NOSE_CORRELATION, NOSE_RADIUS = (0.80, 0.94), 0.25
 SHOWN = (0.0, 0.35)
 """Share that is seen of the quarter of the face that shows least: half a face is refused, a torn or a narrow one is
 not.
-"""
-USUAL_STRETCH, UNUSUAL_STRETCH = 0.2, 0.3
-"""Logarithm of stretch up to which a face is as likely as the template; beyond, it is less likely, by a Gaussian of the
-second's width.
 """
 
 
@@ -250,7 +241,7 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
         surface,
         warp,
         alike * np.clip(share, 0.0, 1.0),
-        _confidence(alike, weight, surface, base, pose, variant),
+        _confidence(alike, weight, surface, base, variant),
         template(variant).mouth_open,
     )
 
@@ -261,10 +252,10 @@ def certain(shift: Array) -> Array:
     return np.asarray(shift * square / (square + UNCERTAIN_SHIFT**2))
 
 
-def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, pose: Pose, variant: int) -> float:
+def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, variant: int) -> float:
     """Confidence that a surface is a face, from its correlation with the template around every place."""
     likeness = share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
-    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant) * _proportion(pose)
+    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant)
     return float(np.clip(likeness, 0.0, 1.0))
 
 
@@ -283,12 +274,6 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
     x, y = np.meshgrid(FINE.x - tip[0], FINE.y - tip[1])
     near = weight * np.exp(-(x * x + y * y) / NOSE_RADIUS**2)
     return share(_mean(alike, near), NOSE_CORRELATION)
-
-
-def _proportion(pose: Pose) -> float:
-    """1, falling to 0 as the face gets much longer, shorter, deeper or flatter than the template."""
-    beyond = np.maximum(np.abs(np.log(pose.stretch)) - USUAL_STRETCH, 0.0)
-    return float(np.exp(-((beyond / UNUSUAL_STRETCH) ** 2).sum()))
 
 
 def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
