@@ -12,8 +12,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
-from facewrinkle.layers import muscle_wrinkles
-from facewrinkle.layers.wave_folds import layer as wave_layer
+from facewrinkle.layers.entries import Relief
 from facewrinkle.live.fields import probe
 
 
@@ -21,8 +20,7 @@ from facewrinkle.live.fields import probe
 def happy(face):
     """A simulation of a smile with a dimple whose heights are not levelled, and its frame."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(wave_layer, "level", lambda *_: None)
-        patch.setattr(muscle_wrinkles.kernels, "level", lambda *_: None)
+        patch.setattr(Relief, "levelled", lambda relief, areas: relief)
         dimple = fw.PatternLayer("dimple", [38.8, -30.8, 95.0], name="mine", size=12.0, depth=2.0)
         layers = [fw.Creases(), fw.WaveFolds(), dimple]
         sim = fw.Simulation(face, layers=layers)
