@@ -33,10 +33,13 @@ from .muscles import (
 BASE = "facewrinkle"
 """The base that an atlas names which only changes the package's own."""
 
+BULGE = 0.45
+"""Of tissue that is no pad of fat; see :class:`facewrinkle.anatomy.skull.Tissue`."""
+
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 PRINTED_ATLAS = DEFAULT_ATLAS.with_name("printed.toml")
 
-COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "closing", "wrinkles", "folds"}
+COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "modiolus", "closing", "wrinkles", "folds"}
 KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
     "sheet": {"attachment", "insertion", "length", "width", "recoil"},
@@ -64,7 +67,8 @@ class Atlas:
     expressions : dict of str to dict
         Contraction rates by full muscle name.
     tissue : list of dict
-        Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm) and `stiffness`.
+        Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm), `stiffness`, and where they are not
+        those of most skin, `across` and `bulge`; see :class:`facewrinkle.anatomy.skull.Tissue`.
     mixtures : dict of str to dict
         Expressions as written: weights of action units, muscles, and expressions before them.
 
@@ -196,11 +200,18 @@ class Atlas:
                 raise FaceWrinkleError(f"in the atlas: muscle {name!r}: {_reason(error)}") from None
         return placed
 
-    def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array, Array]:
-        """Positions (k, 3) of the tissue samples on both sides, their depths in mm (k,) and stiffness (k,)."""
+    def tissue_samples(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> tuple[Array, Array]:
+        """Positions (k, 3) of the tissue samples on both sides, and what holds there (k, 4): depth, mm, stiffness along
+        and across the skin, relative to the forehead's, and bulge.
+        """
         try:
             rows = [
-                (_point(t["at"], s, landmarks, frame), t["depth"], t["stiffness"]) for t in self.tissue for s in "lr"
+                (
+                    _point(t["at"], s, landmarks, frame),
+                    [t["depth"], t["stiffness"], t.get("across", 1.0), t.get("bulge", BULGE)],
+                )
+                for t in self.tissue
+                for s in "lr"
             ]
         except (KeyError, TypeError, AttributeError) as error:
             raise FaceWrinkleError(f"in the atlas: tissue: {_reason(error)}") from None
@@ -372,6 +383,7 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
         "swell": entry.get("swell", 0.0),
+        "modiolus": entry.get("modiolus", 0.0),
         "closing": entry.get("closing", 0.0),
     }
     if "folds" in entry:

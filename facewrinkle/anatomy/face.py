@@ -148,8 +148,9 @@ class Face:
                 f"{len(missing)} landmarks are missing, such as {missing[0]}: fit_face estimates those not given."
             )
         frame = frame_of(landmarks)
-        where, depth, stiffness = atlas.tissue_samples(landmarks, frame)
-        tissue = tissue_of(points, triangles, (where, depth / unit, stiffness), frame.pupil_distance)
+        where, values = atlas.tissue_samples(landmarks, frame)
+        values[:, 0] /= unit
+        tissue = tissue_of(points, triangles, (where, values), frame.pupil_distance)
         parts = dict(parts or {})
         eyes = eyes_of(place_eyeballs(landmarks, frame, points, triangles, estimated), parts, frame)
         muscles = atlas.place(landmarks, frame)
@@ -162,7 +163,7 @@ class Face:
         """Return a clean triangle mesh as a face that has no landmarks, eyes, muscles or depth of tissue."""
         points, triangles = np.array(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
         zero = np.zeros(len(points))
-        tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero.astype(bool))
+        tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero, zero, zero.astype(bool))
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
     def __getstate__(self) -> dict[str, Any]:

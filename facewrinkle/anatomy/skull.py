@@ -53,6 +53,12 @@ class Tissue:
         Unit normals of the skin, smoothed over about the thickness: the direction of the tethers.
     anchors : ndarray, shape (n, 3)
         Ends of the tethers on the bone: the vertices of the skull.
+    across : ndarray, shape (n,)
+        Stiffness of the tethers across the skin, relative to the forehead's.
+    bulge : ndarray, shape (n,)
+        Height that tissue gains where the skin over it loses area, relative to its thickness times the share that is
+        lost: half for tissue that keeps its volume and whose base on the bone stays, more for fat that is squeezed out
+        of its compartment, less for flesh that is bound to what is beneath it.
     solid : ndarray of bool, shape (n,)
         True where the skull is a wall that stops the skin. Around eyes, mouth and nostrils it is not: there it folds
         over.
@@ -74,26 +80,27 @@ class Tissue:
     stiffness: Array
     normals: Array
     anchors: Array
+    across: Array
+    bulge: Array
     solid: npt.NDArray[np.bool_]
 
 
-def tissue_of(
-    points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array, Array], size: float
-) -> Tissue:
-    """Return the soft tissue, from samples of its depth and stiffness at landmarks.
+def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array], size: float) -> Tissue:
+    """Return the soft tissue, from samples of its depth and mechanics at landmarks.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     samples : tuple of ndarray
-        Positions (k, 3), depths (k,) in the unit of the mesh, and relative stiffness (k,).
+        Positions (k, 3), and what holds there (k, 4): depth in the unit of the mesh, relative stiffness along and
+        across the skin, and bulge.
     size : float
         Distance between the pupils, in the unit of the mesh.
 
     Notes
     -----
-    Samples are spread with inverse distance weights (Shepard), the stiffness by its logarithm. The skull is the skin
+    Samples are spread with inverse distance weights (Shepard), stiffness by its logarithm. The skull is the skin
     moved inwards by the depth along the smoothed normals, and smoothed (implicitly, so any mesh resolution will do).
 
     Examples
@@ -102,19 +109,20 @@ def tissue_of(
 
     >>> import pyvista as pv
     >>> sheet = pv.Plane(i_size=40.0, j_size=40.0, i_resolution=4)
-    >>> samples = np.array([[-20.0, 0, 0], [20, 0, 0]]), np.array([4.0, 12]), np.array([1.0, 0.5])
+    >>> samples = np.array([[-20.0, 0, 0], [20, 0, 0]]), np.array([[4.0, 1, 1, 0.5], [12, 0.5, 1, 0.5]])
     >>> tissue = tissue_of(sheet.points.astype(float), sheet.triangulate().regular_faces, samples, size=63.0)
     >>> tissue.depth[:5].round(1)
     array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
-    where, depths, stiffness = samples
+    where, values = samples
     square = cdist(points, where, "sqeuclidean") / size**2
     weights = (square + SAMPLE_RADIUS**2) ** -1.5
     weights /= weights.sum(axis=1, keepdims=True)
-    depth = weights @ depths
+    depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
+    stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
     border, holes = _distances_to_loops(points, triangles)
     near_border = np.exp(-((border / (BORDER_FADE * size)) ** 2))
-    tether_stiffness = np.exp(weights @ np.log(stiffness)) * (1.0 + BORDER_STIFFNESS * near_border)
+    stiffness = stiffness * (1.0 + BORDER_STIFFNESS * near_border)
     smooth = _smoother(points, triangles, SMOOTHING * size)
     facing = vertex_normals(points, triangles)
     normals = smooth(facing)
@@ -124,7 +132,7 @@ def tissue_of(
     anchors -= np.maximum(LEAST_DEPTH * depth - above, 0.0)[:, None] * normals
     solid = (vertex_normals(anchors, triangles) * normals).sum(axis=1) > WALL_SKULL
     solid &= ((facing * normals).sum(axis=1) > WALL_SKIN) & (holes > WALL_HOLES * size)
-    return Tissue(depth, tether_stiffness, normals, anchors, solid)
+    return Tissue(depth, stiffness, normals, anchors, across, bulge, solid)
 
 
 def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:

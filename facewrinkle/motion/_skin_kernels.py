@@ -41,26 +41,59 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
 
 
 @compiled
-def inversion_barrier(u, triangles, points, normals, double_area, smallest, stiffness, grad):
-    """Repulsion of triangles that fall below `smallest` of their area, seen along their rest normal. Adds to grad."""
+def sides(u, points, i, j, k):
+    """The sides from corner i of a triangle to j and k."""
+    return (
+        points[j, 0] - points[i, 0] + u[j, 0] - u[i, 0],
+        points[j, 1] - points[i, 1] + u[j, 1] - u[i, 1],
+        points[j, 2] - points[i, 2] + u[j, 2] - u[i, 2],
+        points[k, 0] - points[i, 0] + u[k, 0] - u[i, 0],
+        points[k, 1] - points[i, 1] + u[k, 1] - u[i, 1],
+        points[k, 2] - points[i, 2] + u[k, 2] - u[i, 2],
+    )
+
+
+@compiled
+def seen_areas(u, triangles, points, facing, out):
+    """Twice the areas (m,) of the triangles as seen along `facing` (m, 3): negative for those that are turned over."""
+    for f in range(triangles.shape[0]):
+        ax, ay, az, bx, by, bz = sides(u, points, triangles[f, 0], triangles[f, 1], triangles[f, 2])
+        nx, ny, nz = facing[f, 0], facing[f, 1], facing[f, 2]
+        out[f] = (ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz
+
+
+@compiled
+def volume(u, triangles, points, facing, seen, at_rest, smallest, barrier, tissue, excess, grad):
+    """Columns of tissue that keep their volume, and a barrier against triangles that turn over. Adds to grad.
+
+    A vertex pays by a stiffness (n,) for the `excess` (n,) of its column: its way along the normal from the anchor,
+    which moved by `shift`, and `heights` (n,) times what the triangles at it have gained of their area `at_rest` (m,).
+    A triangle pays by `barrier` for what lacks of the share `smallest` of it. `seen` (m,) are :func:`seen_areas`.
+    """
+    shift, normals, stiffness, heights = tissue
     energy = 0.0
+    for i in range(u.shape[0]):
+        excess[i] = 0.0
+        for k in range(3):
+            excess[i] += normals[i, k] * (u[i, k] - shift[i, k])
+    for f in range(triangles.shape[0]):
+        gained = 0.5 * (seen[f] - at_rest[f])
+        for c in range(3):
+            excess[triangles[f, c]] += heights[triangles[f, c]] * gained
+    for i in range(u.shape[0]):
+        force = stiffness[i] * excess[i]
+        energy += 0.5 * force * excess[i]
+        for k in range(3):
+            grad[i, k] += force * normals[i, k]
+        excess[i] = force * heights[i]
     for f in range(triangles.shape[0]):
         i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        ax = points[j, 0] - points[i, 0] + u[j, 0] - u[i, 0]
-        ay = points[j, 1] - points[i, 1] + u[j, 1] - u[i, 1]
-        az = points[j, 2] - points[i, 2] + u[j, 2] - u[i, 2]
-        bx = points[k, 0] - points[i, 0] + u[k, 0] - u[i, 0]
-        by = points[k, 1] - points[i, 1] + u[k, 1] - u[i, 1]
-        bz = points[k, 2] - points[i, 2] + u[k, 2] - u[i, 2]
-        nx, ny, nz = normals[f, 0], normals[f, 1], normals[f, 2]
-        signed = (ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz
-        share = signed / double_area[f]
-        if share >= smallest:
-            continue
-        missing = smallest - share
-        energy += 0.25 * stiffness * double_area[f] * missing * missing
-        c = -0.5 * stiffness * missing
-        # d signed / d x_j = b x n, d signed / d x_k = n x a
+        missing = max(smallest - seen[f] / at_rest[f], 0.0)
+        energy += 0.25 * barrier * at_rest[f] * missing * missing
+        c = 0.5 * (excess[i] + excess[j] + excess[k] - barrier * missing)
+        ax, ay, az, bx, by, bz = sides(u, points, i, j, k)
+        nx, ny, nz = facing[f, 0], facing[f, 1], facing[f, 2]
+        # d seen / d x_j = b x n, d seen / d x_k = n x a
         jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
         kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)
         grad[j, 0] += jx
@@ -76,8 +109,8 @@ def inversion_barrier(u, triangles, points, normals, double_area, smallest, stif
 
 
 @compiled
-def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
-    """Bending, and tethers to anchors that moved by `shift`: `across` along the normal, `along` the surface."""
+def tethers(u, shift, stiffness, indptr, indices, bending, grad):
+    """Bending, and tethers to anchors that moved by `shift`. Adds to grad."""
     energy = 0.0
     for i in range(u.shape[0]):
         bx, by, bz = 0.0, 0.0, 0.0
@@ -87,16 +120,11 @@ def tethers(u, shift, normals, along, across, indptr, indices, bending, grad):
             by += b * u[j, 1]
             bz += b * u[j, 2]
         wx, wy, wz = u[i, 0] - shift[i, 0], u[i, 1] - shift[i, 1], u[i, 2] - shift[i, 2]
-        out = wx * normals[i, 0] + wy * normals[i, 1] + wz * normals[i, 2]
-        extra = (across[i] - along[i]) * out
-        gx = bx + along[i] * wx + extra * normals[i, 0]
-        gy = by + along[i] * wy + extra * normals[i, 1]
-        gz = bz + along[i] * wz + extra * normals[i, 2]
         energy += 0.5 * (u[i, 0] * bx + u[i, 1] * by + u[i, 2] * bz)
-        energy += 0.5 * (along[i] * (wx * wx + wy * wy + wz * wz) + extra * out)
-        grad[i, 0] += gx
-        grad[i, 1] += gy
-        grad[i, 2] += gz
+        energy += 0.5 * stiffness[i] * (wx * wx + wy * wy + wz * wz)
+        grad[i, 0] += bx + stiffness[i] * wx
+        grad[i, 1] += by + stiffness[i] * wy
+        grad[i, 2] += bz + stiffness[i] * wz
     return energy
 
 

@@ -34,6 +34,11 @@ VESTIBULE_DEPTH = 30.0
 LIP_LINE, AROUND_LIPS = 4.0, 6.0
 """Depth of the line where the lips meet behind their red, and reach of the lips' tethers around this line, mm."""
 
+MODIOLUS, KNOT = (0.08, -0.03, -0.05), 4.5
+"""Place of the modiolus from the corner of the mouth, [outwards, up, forward] in distances between the pupils, and its
+size, the standard deviation of a Gaussian, on a face of average size, mm.
+"""
+
 
 def from_lips(face: Face) -> Array:
     """Return the vertices (n, 3) as [left, up, forward] from the middle of the lips, in the unit of the mesh.
@@ -88,6 +93,25 @@ def on_gums(face: Face) -> Array:
     behind = (np.abs(side) < 0.6 * width) & (face.tissue.normals @ forward < 0.0)
     behind &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (depth > -VESTIBULE_DEPTH * face.frame.scale)
     return np.asarray(behind * smoothstep((np.abs(height) / face.frame.scale - GUMS_FROM) / (GUMS_TO - GUMS_FROM)))
+
+
+def modioli(face: Face) -> tuple[Array, Array]:
+    """Return the corners (2, 3) of the mouth, and the share (2, n) in which the skin is on the modiolus of each, the
+    knot of the muscles that meet there.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> corners, share = modioli(face)
+    >>> bool(share.max() > 0.8), bool((share[:, face.points[:, 1] > corners[0, 1] + 20.0] < 0.01).all())
+    (True, True)
+    """
+    corners = np.array([face.landmarks[f"mouth_{side}"] for side in "lr"])
+    out = np.array([MODIOLUS, MODIOLUS]) * [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]]
+    knots = corners + face.frame.pupil_distance * out @ face.frame.axes
+    square = ((face.points - knots[:, None]) ** 2).sum(axis=2)
+    return corners, np.exp(-0.5 * square / (KNOT * face.frame.scale) ** 2)
 
 
 def lip_tethers(face: Face) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ class SkinMaterial:
     decay : float
         Distance over which a local pull dies out on the forehead: sqrt(membrane stiffness / stiffness of the tethers).
     normal_ratio : float
-        Stiffness of the tethers along the normal, relative to that along the surface.
+        Stiffness of the tethers along the normal, relative to that along the surface, for tissue as on the forehead.
     bending : float
         Biharmonic bending stiffness, mm^2.
     threshold, stiffening : float
@@ -47,7 +47,7 @@ class SkinMaterial:
     """
 
     decay: float = 14.0
-    normal_ratio: float = 6.0
+    normal_ratio: float = 2.5
     bending: float = 20.0
     threshold: float = 0.3
     stiffening: float = 2.0
@@ -57,7 +57,7 @@ class SkinMaterial:
     smallest_area: float = 0.3
     lid_stiffness: float = 5000.0
     lip_firmness: float = 1.3
-    cartilage: float = 10.0
+    cartilage: float = 13.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
+from ..anatomy.muscles.base import unit
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
@@ -23,7 +24,7 @@ from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
-from .constraints import lip_tethers, on_gums, tip_of_nose
+from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
 from .lip_surfaces import closing_forces
@@ -118,6 +119,9 @@ class Skin:
         self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face, whole))
         self._bent = self._bending.indices.astype(np.uint32)
         self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
+        self._seen, self._area_at_rest = np.empty((2, len(self._corners)))
+        still = np.zeros_like(self._rest_points)
+        kernels.seen_areas(still, self._corners, self._rest_points, self.contacts.flats.facing, self._area_at_rest)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         factors = per_face(face, "factors", (m, self.time_step), self._factors)
@@ -174,7 +178,24 @@ class Skin:
         for name, joint in face.joint_weights.items():
             plates[joint.vertices] = np.maximum(plates[joint.vertices], of_lids[name])
         self._along = base * ((1.0 + m.lip_firmness * lips) * tethers + plates)
-        self._across = base * (m.normal_ratio * tethers + plates)
+        self._across = base * np.maximum(m.normal_ratio * face.tissue.across - 1.0, 0.0) * tethers
+        self._heights = face.tissue.bulge * face.tissue.depth * face.unit / (3.0 * np.maximum(self._area, 1e-300))
+        self._excess = np.empty_like(self._heights)
+
+    def _columns(self) -> list[csr_array]:
+        """Return matrices (n, n), one for each coordinate of displacements, that say to first order by how much each
+        column of tissue is too high for the area of the skin on it.
+        """
+        n, corners = len(self._rest_points), self._triangles
+        a, b, c = (self._rest_points[corners[:, k]] for k in range(3))
+        facing = unit(np.cross(b - a, c - a))
+        growth = 0.5 * np.stack([np.cross(facing, side) for side in (c - b, a - c, b - a)], axis=1)
+        ends = 3 * np.arange(len(corners) + 1)
+        at = csr_array((np.ones(corners.size), corners.ravel(), ends), shape=(len(corners), n))
+        grown = [csr_array((growth[:, :, k].ravel(), corners.ravel(), ends), shape=at.shape) for k in range(3)]
+        return [
+            csr_array(diags_array(self._normals[:, k]) + diags_array(self._heights) @ at.T @ grown[k]) for k in range(3)
+        ]
 
     def _held(self, face: Face) -> tuple[Array, dict[str, Array]]:
         """Return the stiffness (n,) of the tethers to bone, and to each plate, relative to the forehead."""
@@ -201,7 +222,10 @@ class Skin:
 
         It is that on the whole face, averaged around the vertices that are simulated: between these it may change.
         """
+        m = self.material
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
+        corners, knots = modioli(face)
+        shares = [np.linalg.norm(muscle.force(corners), axis=1) for muscle in face.muscles.values()]
         around, normals = self.mesh.around, self._normals if whole is face else lip_tethers(whole)[1]
         for k, muscle in enumerate(face.muscles.values()):
             if around is None:
@@ -209,7 +233,8 @@ class Skin:
             else:
                 near = within(whole.points, *muscle.reach)
                 force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
-            pull[k] = force * (self._area * pulled)[:, None]
+            tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * (shares[k] @ knots)
+            pull[k] = (force - tied[:, None] * self._normals) * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
             if (free := self._joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
@@ -218,7 +243,6 @@ class Skin:
                 pull[k] *= 0.0 if closes else (1.0 - face.shut_lids)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
-        m = self.material
         pull[some] += (closing[some] * m.pull / m.decay**2)[:, None, None] * closing_forces(face, self._area)
         return pull
 
@@ -227,14 +251,16 @@ class Skin:
 
         The line search makes up for effects that they leave out: springs beyond their threshold, and turned springs.
         """
-        direction, tethers = np.abs(self._rest / self._length[:, None]), np.abs(self._normals)
-        matrices = []
+        direction = np.abs(self._rest / self._length[:, None])
+        columns, matrices = self._columns(), []
+        sizes = np.sqrt([column.power(2).sum(axis=1) for column in columns])
         for k in range(3):
-            # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the normals.
+            # |e_k| sum|e| on the diagonal dominates the outer product e e^T (Gershgorin), and so for the columns.
             weight = self._stiffness * direction[:, k] * direction.sum(axis=1) * (1.0 + 0.25 * self.material.stiffening)
-            tether = self._along + (self._across - self._along) * tethers[:, k] * tethers.sum(axis=1)
-            edges = graph_laplacian(self._edges.astype(np.int32), weight, len(tether))
-            matrices.append(bending + edges + diags_array(tether))
+            edges = graph_laplacian(self._edges.astype(np.int32), weight, len(self._along))
+            across = self._across * sizes.sum(axis=0) / np.maximum(sizes[k], 1e-12)
+            kept = columns[k].T @ diags_array(across) @ columns[k]
+            matrices.append(csr_array(bending + edges + diags_array(self._along) + kept))
         return matrices
 
     # --- use ----------------------------------------------------------------------------------
@@ -423,11 +449,11 @@ class Skin:
         energy += kernels.springs(
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
-        energy += kernels.inversion_barrier(
-            u, self._corners, self._rest_points, self._facing_now, self.contacts.flats.double_area, m.smallest_area,
-            INVERSION_STIFFNESS, gradient,
+        triangles = self._corners, self._rest_points, self._facing_now
+        kernels.seen_areas(u, *triangles, self._seen)
+        energy += kernels.volume(
+            u, *triangles, self._seen, self._area_at_rest, m.smallest_area, INVERSION_STIFFNESS,
+            (self._shift, self._normals, self._across, self._heights), self._excess, gradient,
         )  # fmt: skip
-        energy += kernels.tethers(
-            u, self._shift, self._normals, self._along, self._across, bending.indptr, self._bent, bending.data, gradient
-        )
+        energy += kernels.tethers(u, self._shift, self._along, bending.indptr, self._bent, bending.data, gradient)
         return float(energy)

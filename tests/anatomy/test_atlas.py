@@ -271,10 +271,13 @@ def test_placing_moves_with_the_landmarks(face, scale):
         np.testing.assert_allclose(ends(placed[name]), ends(moved), rtol=1e-12, atol=1e-9 * scale)
         assert placed[name].half_wavelength == pytest.approx(moved.half_wavelength, rel=1e-12)
         assert placed[name].fold_pattern.half_wavelength == pytest.approx(moved.fold_pattern.half_wavelength, rel=1e-12)
-    _, depth, stiffness = load_atlas().tissue_samples(landmarks, frame)
+    _, values = load_atlas().tissue_samples(landmarks, frame)
+    depth, stiffness, across, bulge = values.T
     assert (depth > 1.0).all()
     assert (depth < 25.0).all()
-    assert (stiffness > 0.0).all()
+    assert min(stiffness.min(), across.min()) > 0.0
+    assert (bulge >= 0.0).all()
+    assert (bulge <= 1.0).all()
 
 
 def test_one_entry_is_a_weighted_mean_and_an_offset(tmp_path, face):

@@ -16,6 +16,8 @@ insertions                        they move towards the attachment
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -23,6 +25,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.material import SkinMaterial
@@ -143,14 +146,20 @@ def test_springs_are_biphasic():
     assert pulled(0.7) == pytest.approx((0.5 * 3 * 0.7**2 + 0.5 * 12 * 0.2**2, 3 * 0.7 + 12 * 0.2))
 
 
+NO_TRIANGLES = np.empty((0, 3), np.uint32), np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0), 0.0, 0.0
+
+
 def test_the_inversion_barrier_tells_a_mirrored_triangle_and_springs_do_not():
-    points, triangle = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2]], np.int32)
-    facing, double = np.array([[0.0, 0, 1]]), np.array([4.0])
+    points, triangle = np.array([[0.0, 0, 0], [2, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2]], np.uint32)
+    facing, double, none = np.array([[0.0, 0, 1]]), np.array([4.0]), np.zeros(3)
 
     def barrier(height):
         u, gradient = np.zeros((3, 3)), np.zeros((3, 3))
         u[2, 1] = height - 2.0
-        return kernels.inversion_barrier(u, triangle, points, facing, double, 0.3, 5.0, gradient), gradient
+        seen, columns = np.empty(1), (np.zeros((3, 3)), np.zeros((3, 3)), none, none)
+        kernels.seen_areas(u, triangle, points, facing, seen)
+        cost = kernels.volume(u, triangle, points, facing, seen, double, 0.3, 5.0, columns, none.copy(), gradient)
+        return cost, gradient
 
     assert barrier(2.0)[0] == barrier(0.6)[0] == 0.0
     energy, gradient = barrier(-2.0)
@@ -161,13 +170,16 @@ def test_the_inversion_barrier_tells_a_mirrored_triangle_and_springs_do_not():
 
 
 def test_tethers_are_stiffer_along_the_normal():
-    one = np.ones(1)
+    """A column of tissue with no skin on it that could shrink is a tether along the normal."""
+    one, scratch, shift = np.ones(1), np.empty(1), np.array([[1.0, 0, 0]])
     empty = np.array([0, 0], np.int32), np.empty(0, np.int32), np.empty(0)
     normal = np.array([[0.6, 0.0, 0.8]])
 
     def held(u):
         gradient = np.zeros((1, 3))
-        energy = kernels.tethers(np.array([u]), np.array([[1.0, 0, 0]]), normal, 2 * one, 12 * one, *empty, gradient)
+        energy = kernels.tethers(np.array([u]), shift, 2 * one, *empty, gradient)
+        columns = shift, normal, 10 * one, one
+        energy += kernels.volume(np.array([u]), *NO_TRIANGLES, columns, scratch, gradient)
         return energy, gradient[0]
 
     assert held([1.0, 0, 0])[0] == 0.0
@@ -177,6 +189,45 @@ def test_tethers_are_stiffer_along_the_normal():
     energy, gradient = held([1.0, 3.0, 0.0])  # three along the surface
     assert energy == pytest.approx(0.5 * 2 * 9)
     np.testing.assert_allclose(gradient, [0, 6, 0])
+
+
+def test_the_gradient_of_volumes_is_that_of_their_energy():
+    """By differences, for triangles that lost most of their area and columns that are too high."""
+    rng = np.random.default_rng(3)
+    points, triangles = rng.random((5, 3)), np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4]], np.uint32)
+    normals = rng.normal(size=(3, 3))
+    facing, double = normals / np.linalg.norm(normals, axis=1, keepdims=True), rng.random(3) + 0.5
+    columns = rng.random((5, 3)), rng.normal(size=(5, 3)), rng.random(5), rng.random(5)
+
+    def energy(u, gradient):
+        kernels.seen_areas(u, triangles, points, facing, seen)
+        return kernels.volume(u, triangles, points, facing, seen, double, 0.3, 5.0, columns, np.empty(5), gradient)
+
+    u, gradient, unused, seen = rng.random((5, 3)), np.zeros((5, 3)), np.zeros((5, 3)), np.empty(3)
+    energy(u, gradient)
+    for i, k in np.ndindex(5, 3):
+        step = np.zeros((5, 3))
+        step[i, k] = 1e-6
+        slope = (energy(u + step, unused) - energy(u - step, unused)) / 2e-6
+        assert gradient[i, k] == pytest.approx(slope, rel=1e-5, abs=1e-7)
+
+
+@pytest.mark.parametrize("bulge", [0.0, 0.45, 1.0])
+def test_tissue_that_is_squeezed_bulges(face, bulge):
+    """Columns that are hard to squeeze gain the height that the skin over them loses in area, as it is measured."""
+    tissue = dataclasses.replace(face.tissue, bulge=np.full_like(face.tissue.bulge, bulge))
+    skin = Skin(dataclasses.replace(face, tissue=tissue), time_step=1.0, material=SkinMaterial(normal_ratio=1e4))
+    skin.contract(dict.fromkeys(("frontalis_inner_l", "zygomaticus_major_l"), 0.02))
+    for _ in range(40):
+        x = skin.step()
+    rest = vertex_areas(skin.points, face.triangles)
+    lost = 1.0 - vertex_areas(x, face.triangles) / rest
+    away = [np.linalg.norm(skin.points - face.landmarks[name], axis=1) for name in ("forehead_mid", "malar_l")]
+    free = np.minimum(*away) < 18.0
+    out = (skin.displacement * tissue.normals).sum(axis=1)
+    assert np.ptp(lost[free]) > 0.002
+    expected = bulge * tissue.depth * lost
+    np.testing.assert_allclose(out[free], expected[free], atol=0.05 * np.abs(tissue.depth * lost)[free].max())
 
 
 def test_springs_make_a_membrane_of_stiffness_one(face, coarse):

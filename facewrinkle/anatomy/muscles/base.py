@@ -134,6 +134,8 @@ class Muscle:
     """Share of the pull along the skin's normal that reaches the skin."""
     swell: float = field(default=0.0, kw_only=True)
     """Outward push on the skin, by the flesh that the muscle bunches up, relative to its pull."""
+    modiolus: float = field(default=0.0, kw_only=True)
+    """Pull inwards on the modiolus, the knot of muscle beside the corner of the mouth, relative to the pull there."""
     closing: float = field(default=0.0, kw_only=True)
     """Pressure with which the muscle closes the lips, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
@@ -145,6 +147,7 @@ class Muscle:
         check_range("strength", self.strength, 0.0, 1e6)
         check_range("normal_share", self.normal_share, 0.0, 1.0)
         check_range("swell", self.swell, 0.0, 1e6)
+        check_range("modiolus", self.modiolus, 0.0, 1e6)
         check_range("closing", self.closing, 0.0, 1e6)
 
     def _set(self, **values: object) -> None:

@@ -17,7 +17,7 @@ from ...geometry import equations
 from .base import Muscle, checked_points, unit
 from .crease import Crease
 
-BELLY = (0.38, 0.7)
+BELLY = (0.22, 0.7)
 """Place along a linear muscle at which flesh is bunched up most, and its extent about this, relative to R; captured
 smiles bulge there.
 """

@@ -286,7 +286,7 @@ def test_a_held_pose_changes_no_triangle_and_none_is_turned_over(face, name):
         assert np.array_equal(sim.forest.triangles, before)
         frames.append(frame)
     frame = frames[-1]
-    assert np.ptp(frame["W"]) > 1.0
+    assert np.ptp(frame["W"]) > 0.8
     points = sim.forest.weights @ (sim.motion.points + sim.motion.displacement)
     folded, smooth = (crosses(p, before) for p in (np.asarray(frame.points), points))
     assert ((folded * smooth).sum(axis=1) > 0.0).all()
