@@ -32,6 +32,11 @@ leave the rest to the next minimisation: some hundredths of a millimetre.
 ROUNDING = 1e-14
 """Relative error of an energy: a step may raise it by this much."""
 
+BALANCED = 1e-6
+"""Share of the squared residual without contacts that is left with them: below it, forces balance, and their sum is more
+exact than the single precision of factors of each.
+"""
+
 MAX_HALVINGS = 12
 """The most step lengths that the line search tries."""
 
@@ -146,10 +151,11 @@ class Minimiser:
     def _direction(self, at: _Gradients, fine: bool) -> tuple[Array, float]:
         """Return a direction in which the objective falls from where it was last evaluated, and its slope.
 
-        If it is to be `fine`, only the change of the forces of contacts is computed: large forces that balance lose
-        what is left of a way in their rounding.
+        If it is to be `fine`, or forces balance, only the change of the forces of contacts is computed: large forces
+        that balance lose what is left of a way in their rounding.
         """
         slope = 0.0
+        fine = fine or self._residual(at.total) < BALANCED * self._residual(at.free)
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
