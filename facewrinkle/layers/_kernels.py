@@ -37,27 +37,35 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 5] += s * xy
 
 
-@compiled
-def amplitudes(folds, epsilon, k0, smallest, relief):
-    """Sum of k0 H At A over the entries of each vertex, the same with blunt H (`shown`), and the half cycle of the
-    finest fold that matters.
+TAUT = 0.15
+"""Stretch that smooths out the lines of old skin."""
 
-    From bulge to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the
-    entries together ask for more than that, each gets the `share` for which the skin suffices.
+
+@compiled
+def amplitudes(folds, epsilon, k0, kept, smallest, relief):
+    """Sum of (k0 A + kept) H At over the entries of each vertex, the same with blunt H (`shown`), and the half cycle of
+    the finest fold that matters.
+
+    What is `kept` (k,) of each muscle's folds stays at rest, and goes as the skin is stretched across them. From bulge
+    to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the entries
+    together ask for more than that, each gets the `share` for which the skin suffices.
     """
     starts, muscle, unit, blunt, swing, steep, cycle, _, direction, _ = folds
     height, shown, spacing, across, active, share = relief
     for i in range(len(starts) - 1):
         total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
         for p in range(starts[i], starts[i + 1]):
-            depth = k0[muscle[p]]
-            if depth > 0.0:
+            depth, old = k0[muscle[p]], kept[muscle[p]]
+            if depth > 0.0 or old > 0.0:
                 on = True
-                if epsilon[p] > 0.0:
-                    deep = depth * np.sin(0.5 * np.pi * min(epsilon[p], 1.0))
+                deep = old * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+                if epsilon[p] > 0.0 and depth > 0.0:
+                    new = depth * np.sin(0.5 * np.pi * min(epsilon[p], 1.0))
+                    asked += new * steep[p] / np.sqrt(epsilon[p])
+                    deep += new
+                if deep > 0.0:
                     total += deep * unit[p]
                     mild += deep * blunt[p]
-                    asked += deep * steep[p] / np.sqrt(epsilon[p])
                     if cycle[p] < finest and deep * swing[p] > smallest:
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array
+from ..errors import check_range
 from .base import Displacement, SurfaceState
 from .compression import Gathered
 from .muscle_wrinkles import MuscleWrinkles
+
+
+KEPT = 0.1
+"""Depth of creases at rest at age 1, relative to skin that is pushed together altogether."""
 
 
 class Creases(MuscleWrinkles):
@@ -24,6 +31,9 @@ class Creases(MuscleWrinkles):
         Multiplies the depth of all creases.
     inextensible : bool
         If True, creases stay within what skin of fixed length can fold; see :class:`facewrinkle.MuscleWrinkles`.
+    age : float, optional
+        In [0, 1]: creases of old skin stay at rest, where the skin is not stretched across them, and deepen in motion.
+        Default: the age of the face.
 
     Examples
     --------
@@ -35,8 +45,9 @@ class Creases(MuscleWrinkles):
     True
     """
 
-    def __init__(self, depth: float = 1.0, inextensible: bool = True) -> None:
+    def __init__(self, depth: float = 1.0, inextensible: bool = True, age: float | None = None) -> None:
         super().__init__(depth, inextensible)
+        self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no creases at rest.")
 
     def draws(self, pattern: Muscle) -> bool:
         """Tell whether the folds of a muscle are a crease."""
@@ -45,6 +56,9 @@ class Creases(MuscleWrinkles):
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         super().attach(face)
+        # Several muscles fold one crease; at rest it is there once.
+        deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
+        self._kept[list(deepest.values())] = KEPT * (max(face.age, 0.0) if self.age is None else self.age)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def displacement(self, state: SurfaceState) -> Displacement:

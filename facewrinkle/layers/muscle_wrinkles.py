@@ -73,6 +73,7 @@ class MuscleWrinkles(Layer):
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
+        self._kept = np.zeros(len(self._muscles))
         self._outer = outer_skin(face)
         self._zones = face.zones & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
@@ -101,9 +102,9 @@ class MuscleWrinkles(Layer):
         folds, relief = self._folds, self._relief
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
-        k0 = self._k0 * self.rates
-        kernels.amplitudes((folds.starts, *folds.columns), self._epsilon, k0, SMALLEST, tuple(relief))
-        self._ask(k0, state.vertices, relief)
+        k0, kept = self._k0 * self.rates, self._k0 * self._kept
+        kernels.amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, SMALLEST, tuple(relief))
+        self._ask(k0 + kept, state.vertices, relief)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
     def _ask(self, k0: Array, vertices: SurfacePoints, relief: Relief) -> None:
@@ -171,7 +172,8 @@ class MuscleWrinkles(Layer):
         """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.
 
         ``W = k0 rate H At A share`` (Eq. 3), where H At is the amplitude at k0 = 1, A the share by compression, and
-        `share` what the length of the skin leaves of it. Lengths are in mm, "muscle" is a number.
+        `share` what the length of the skin leaves of it, all without what old skin keeps at rest. Lengths are in mm,
+        "muscle" is a number.
         """
         folds, found = self._folds, []
         for entry in range(folds.starts[vertex], folds.starts[vertex + 1]):

@@ -89,4 +89,5 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool
     common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(**common), Creases(**common)]
-    return [MuscleWrinkles(**common, waves=False), Creases(**common), WaveFolds(**common, **waves)]
+    creases = Creases(**common, age=waves.get("age"))
+    return [MuscleWrinkles(**common, waves=False), creases, WaveFolds(**common, **waves)]

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...geometry.compilation import compiled
 from ...geometry.equations import fall, fall_integral
+from .._kernels import TAUT
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""
@@ -35,8 +36,8 @@ LONGER = 1.4
 ROUNDED = 0.18
 """Normals are those of heights averaged over this many half cycles to either side."""
 
-FINE, TAUT = 0.11, 0.15
-"""Half width of the lines of old skin, in wavelengths (a standard deviation), and the stretch that smooths them out."""
+FINE = 0.11
+"""Half width of the lines of old skin, in wavelengths (a standard deviation)."""
 
 LEAST = 0.15
 """Folds less deep than this, mm, ask for no triangles."""

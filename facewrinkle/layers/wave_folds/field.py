@@ -146,7 +146,7 @@ class WaveField:
             near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
             longest = np.minimum(2.0 * np.pi / size, LONGEST * length)
-            old = AGED * longest * np.sqrt(most) * strength**2 * window
+            old = AGED * np.sqrt(most) * strength**2 * window
             family = np.full(len(near), number, np.int32)
             tangents = directed(wave, vertices, near, self._metric)
             parts.append((near, family, theta, strength, np.ascontiguousarray(window), longest, old, wave, tangents))

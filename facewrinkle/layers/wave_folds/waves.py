@@ -21,8 +21,8 @@ a wave vector.
 GONE, WHOLE = 0.12, 0.67
 """Strength of the sum of waves below which there is no line, and from which it is whole."""
 
-AGED = 0.2
-"""Depth of the lines of old skin over wavelength times the root of the compression that a family has in full motion."""
+AGED = 1.2
+"""Depth of the lines of old skin at age 1 over the root of the compression that a family has in full motion, mm."""
 
 
 @dataclass(frozen=True, eq=False)
