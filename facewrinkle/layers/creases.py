@@ -14,7 +14,6 @@ from .base import Displacement, SurfaceState
 from .compression import Gathered
 from .muscle_wrinkles import MuscleWrinkles
 
-
 KEPT = 0.1
 """Depth of creases at rest at age 1, relative to skin that is pushed together altogether."""
 

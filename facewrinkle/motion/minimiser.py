@@ -33,8 +33,8 @@ ROUNDING = 1e-14
 """Relative error of an energy: a step may raise it by this much."""
 
 BALANCED = 1e-6
-"""Share of the squared residual without contacts that is left with them: below it, forces balance, and their sum is more
-exact than the single precision of factors of each.
+"""Share of the squared residual without contacts that is left with them: below it, forces balance, and the rounding of
+the factors, which are of single precision, would be all that is left.
 """
 
 MAX_HALVINGS = 12
