@@ -197,11 +197,14 @@ class Player:
         for step in range(1, RAMPED_IN + 1):
             skin.set_rates(rates * (step / RAMPED_IN))
             skin.step()
+        last = np.inf
         for _ in range(SETTLED_AFTER):
             before = skin.displacement.copy()
             skin.step()
-            if np.abs(skin.displacement - before).max() < SETTLED:
+            moved = float(np.abs(skin.displacement - before).max())
+            if max(moved, last) < SETTLED:
                 return skin.displacement.copy()
+            last = moved
         return None
 
     def _jaw_angle(self, rates: Array) -> float | None:

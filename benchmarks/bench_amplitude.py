@@ -57,14 +57,16 @@ def scene(size):
     layer = fw.MuscleWrinkles()
     touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
     own = {name: getattr(face, name) for name in ("unit", "muscles", "fold_depth")}
-    face = SimpleNamespace(points=points, triangles=triangles, zones=touched, **own)
+    face = SimpleNamespace(points=points, triangles=triangles, zones=touched, landmarks={}, **own)
+    strain = StrainField.of(face)
     layer.attach(face)
     layer.follow(Change(slice(None), len(vertices.points)), vertices)
     base = squeezed(points)
     bare = interpolated(base, vertices.corners, vertices.barycentric)
     smooth = interpolated(vertex_normals(base, triangles), vertices.corners, vertices.barycentric)
     rates = np.linspace(0.3, 1.0, len(face.muscles))
-    return face, layer, SurfaceState(rates, vertices, forest.triangles, base, bare), smooth
+    state = SurfaceState(rates, vertices, forest.triangles, base, bare, strain_field=lambda: strain)
+    return face, layer, state, smooth
 
 
 def refined(triangles, levels=4):

@@ -28,8 +28,8 @@ DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
 
 
-SPARE = 8
-"""Tables that grow get one row to spare for so many in use."""
+SPARE_AT_FIRST, SPARE_LATER = 2, 8
+"""Tables have one row to spare for so many in use: when they are made, and each time they have grown."""
 
 
 @dataclass(frozen=True)
@@ -104,9 +104,9 @@ class RedGreenForest:
         ends, sides = unique_edges(base)
         self.max_level = DEEPEST if max_level is None else int(check_range("max_level", max_level, 0, DEEPEST))
         self._base = base
-        self._nodes = np.empty((len(base) + kernels.ROOM, kernels.NODE_WIDTH), np.int32)
-        self._edges = np.empty((len(ends) + kernels.ROOM, kernels.EDGE_WIDTH), np.int32)
-        self._points = np.empty((n0 + kernels.ROOM, kernels.POINT_WIDTH), np.int32)
+        self._nodes = _table(len(base), kernels.NODE_WIDTH)
+        self._edges = _table(len(ends), kernels.EDGE_WIDTH)
+        self._points = _table(n0, kernels.POINT_WIDTH)
         kernels.plant(self._nodes, self._edges, self._points[:n0], ends, sides, base)
         self._state = np.full(kernels.STATE_WIDTH, kernels.NONE)
         self._state[: kernels.N_ROOTS + 1] = len(base), len(ends), n0, len(base)
@@ -365,11 +365,16 @@ class RedGreenForest:
         self._triangles, self._leaf = frozen(triangles), leaf
 
 
+def _table(used: int, width: int) -> IntArray:
+    """Return a table with room for `used` rows and some more."""
+    return np.empty((used + used // SPARE_AT_FIRST + 4 * kernels.ROOM, width), np.int32)
+
+
 def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
     """Return the table, or one with room for `more` rows and some beyond if it is about to overflow."""
     if used + more + kernels.ROOM <= len(table):
         return table
-    out = np.empty((used + more + (used + more) // SPARE + 4 * kernels.ROOM, table.shape[1]), np.int32)
+    out = np.empty((used + more + (used + more) // SPARE_LATER + 4 * kernels.ROOM, table.shape[1]), np.int32)
     out[:used] = table[:used]
     return out
 

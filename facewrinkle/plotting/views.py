@@ -310,7 +310,7 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
         seen = inside * np.clip(normals @ towards, 0.0, 1.0)
         for part in hair:
             seen = seen * ~_covered(points, part, np.stack([right, up, towards]), COVER_STEP * size)
-        return float((weight * seen).sum() / view.height)  # folds are large in small views
+        return float((weight * seen).sum() / np.sqrt(view.height))  # folds are large in small views
 
     weights = {name: shown(name) for name in CLOSE}
     best = max(weights, key=lambda name: weights[name])

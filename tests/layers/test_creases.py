@@ -61,5 +61,5 @@ def test_stretched_skin_loses_its_creases(face, places):
 def test_the_age_is_that_of_the_face_unless_another_is_given():
     aged = fw.default_face({"age": 0.8})
     assert (settled(aged, None)["W"] == settled(aged, 0.8)["W"]).all()
-    with pytest.raises(ParameterError, match=r"0 has no creases at rest"):
+    with pytest.raises(ParameterError, match=r"0 has no lines at rest"):
         fw.Creases(age=2.0)
