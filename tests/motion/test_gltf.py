@@ -611,15 +611,6 @@ def test_shapes_that_bend_normals_alone_displace_nothing(simple, tmp_path):
 # --- what cannot be read ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "extension, name", [("KHR_draco_mesh_compression", "Draco"), ("EXT_meshopt_compression", "meshopt")]
-)
-def test_compression_is_refused(simple, tmp_path, extension, name):
-    simple.content["extensionsRequired"] = simple.content["extensionsUsed"] = [extension]
-    with pytest.raises(MeshError, match=f"{name}.*without compression"):
-        fw.read_animation(simple.glb(tmp_path / "a.glb"))
-
-
 def broken_accessor(file):
     file.content["accessors"][0]["count"] = 10_000
 

@@ -24,16 +24,12 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...errors import MeshError, warn
 from ...files import bytes_of, sibling_file
+from .compression import COMPRESSED, DRACO, MESHOPT, decoder, draco_arrays, meshopt_bytes
 from .merging import srgb
 from .polygons import Primitive, image_place, strip_triangles
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-COMPRESSED = {
-    "KHR_draco_mesh_compression": "Draco",
-    "EXT_meshopt_compression": "meshopt",
-    "KHR_meshopt_compression": "meshopt",
-}
 TRIANGLES, STRIP, FAN = 4, 5, 6
 
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
@@ -46,7 +42,9 @@ def read_gltf_file(path: Path) -> list[Primitive]:
     Raises
     ------
     MeshError
-        For a file that is damaged or compressed (Draco, meshopt), or lacks something it refers to.
+        For a file that is damaged, or lacks something it refers to.
+    MissingPackageError
+        For one that is compressed (Draco, meshopt) by what is not installed.
     """
     document = Document(path)
     world = document.world()
@@ -77,11 +75,10 @@ class Document:
             raise MeshError(f"{path.name} is glTF {version}; 2.0 is read. Export it anew.")
         for extension in self.file.get("extensionsRequired") or []:
             if extension in COMPRESSED:
-                raise MeshError(
-                    f"{path.name} is compressed with {COMPRESSED[extension]} ({extension}), which is not supported. "
-                    "Export it without compression, or as OBJ or PLY."
-                )
+                decoder(extension, path.name)
         self._buffers: dict[int, bytes] = {}
+        self._views: dict[int, bytes] = {}
+        self._decoded: dict[int, npt.NDArray[Any]] = {}
 
     def broken(self, reason: str) -> MeshError:
         return MeshError(f"{self.path.name} cannot be read: {reason}. The file is damaged or cut off: export it again.")
@@ -136,22 +133,54 @@ class Document:
     def _rows(self, where: dict[str, Any], kind: str, count: int, width: int) -> npt.NDArray[Any]:
         """Rows of numbers from a buffer view."""
         view, dtype = self._at("bufferViews", where["bufferView"]), np.dtype(kind)
-        if any(name in (view.get("extensions") or {}) for name in COMPRESSED):
-            raise MeshError(f"{self.path.name} is compressed with meshopt, which is not supported. Export it without.")
-        data = self._buffer(view["buffer"])
-        start, offset = int(view.get("byteOffset", 0)), int(where.get("byteOffset", 0))
-        stride, length = int(view.get("byteStride") or width * dtype.itemsize), int(view["byteLength"])
+        data, start, length = self._view(where["bufferView"])
+        offset, stride = int(where.get("byteOffset", 0)), int(view.get("byteStride") or width * dtype.itemsize)
         need = offset + (count - 1) * stride + width * dtype.itemsize
         if count < 1 or min(start, offset, length) < 0 or need > length or start + length > len(data):
             raise self.broken(f"{count} rows are announced, and its data do not hold them")
         return np.ndarray((count, width), dtype, data, start + offset, (stride, dtype.itemsize)).copy()
+
+    def _view(self, index: int) -> tuple[bytes, int, int]:
+        """Bytes, and where those of a buffer view begin in them and how many they are."""
+        view = self._at("bufferViews", index)
+        for name in MESHOPT:
+            if (how := (view.get("extensions") or {}).get(name)) is None:
+                continue
+            if index not in self._views:
+                start, meshopt = int(how.get("byteOffset", 0)), decoder(name, self.path.name)
+                data = self._buffer(how["buffer"])[start : start + int(how["byteLength"])]
+                try:
+                    self._views[index] = meshopt_bytes(meshopt, data, how)
+                except (KeyError, ValueError, RuntimeError) as problem:
+                    raise self.broken(f"a part that meshopt compressed is not right ({problem})") from None
+            return self._views[index], 0, len(self._views[index])
+        return self._buffer(view["buffer"]), int(view.get("byteOffset", 0)), int(view["byteLength"])
+
+    def _undo_draco(self, primitive: dict[str, Any]) -> None:
+        """Decode the accessors of a primitive that are in its compressed data alone."""
+        attributes = primitive["attributes"]
+        how = (primitive.get("extensions") or {}).get(DRACO)
+        if how is None or "bufferView" in self._at("accessors", attributes["POSITION"]):
+            return
+        draco, (data, start, length) = decoder(DRACO, self.path.name), self._view(how["bufferView"])
+        try:
+            found = draco_arrays(draco, data[start : start + length], how["attributes"])
+        except Exception as problem:  # DracoPy's own have no common base
+            raise self.broken(f"a part that Draco compressed is not right ({problem})") from None
+        if primitive.get("indices") is not None:
+            self._decoded[primitive["indices"]] = found.pop("indices")
+        self._decoded |= {attributes[name]: values for name, values in found.items() if name in attributes}
 
     def numbers(self, index: Any) -> npt.NDArray[Any]:
         """Return an accessor (count, width), filled in if sparse, with normalised integers as fractions."""
         accessor = self._at("accessors", index)
         kind, count, width = COMPONENTS[accessor["componentType"]], int(accessor["count"]), WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
-        if "bufferView" in accessor:
+        if index in self._decoded:
+            values = self._decoded[index]
+            if values.shape != (count, width):
+                raise self.broken(f"{count} rows are announced, and its compressed data hold {len(values)}")
+        elif "bufferView" in accessor:
             values = self._rows(accessor, kind, count, width)
         elif sparse is not None and 0 < count <= 10**8:
             values = np.zeros((count, width), kind)
@@ -253,9 +282,7 @@ class Document:
         mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             return None
-        plain = "bufferView" in self._at("accessors", attributes["POSITION"])  # besides the compressed data
-        if "KHR_draco_mesh_compression" in (primitive.get("extensions") or {}) and not plain:
-            raise MeshError(f"{self.path.name} is compressed with Draco, which is not supported. Export it without.")
+        self._undo_draco(primitive)
         points = self._vectors(attributes["POSITION"], 3)
         n = len(points)
         order = np.arange(n)

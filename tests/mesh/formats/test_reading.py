@@ -213,12 +213,6 @@ def test_strips_of_a_ply_are_split(tmp_path):
     assert same_triangles(read_surface(path).regular_faces, [[0, 1, 2], [1, 3, 2]])
 
 
-DRACO = """{"asset": {"version": "2.0"}, "extensionsRequired": ["KHR_draco_mesh_compression"],
-"extensionsUsed": ["KHR_draco_mesh_compression"], "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-"meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]}]}"""
-
-
 BAD_FILES = {
     "empty.ply": ("", "is empty.*Export it again"),
     "empty.obj": ("", "is empty"),
@@ -242,7 +236,6 @@ BAD_FILES = {
     "ply.obj": (STRIP_PLY, "no points.*It begins like PLY: if it is, name it ply.ply"),
     "fbx.obj": ("Kaydara FBX Binary  ", "FBX, which is not read; export the mesh as OBJ"),
     "solid.ply": ("solid thing", "no header.*begins like STL.*solid.stl"),
-    "draco.gltf": (DRACO, "KHR_draco_mesh_compression.*without compression, or as OBJ"),
     "scene.fbx": ("noise", "no reader for '.fbx'.*OBJ, OFF, PLY"),
     "nothing": ("noise", "no reader for a file without an ending"),
 }
