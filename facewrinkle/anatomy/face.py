@@ -163,7 +163,7 @@ class Face:
         """Return a clean triangle mesh as a face that has no landmarks, eyes, muscles or depth of tissue."""
         points, triangles = np.array(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int32)
         zero = np.zeros(len(points))
-        tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero, zero, zero.astype(bool))
+        tissue = Tissue(zero, zero, vertex_normals(points, triangles), points, zero, zero)
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
     def __getstate__(self) -> dict[str, Any]:

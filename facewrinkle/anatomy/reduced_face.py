@@ -10,19 +10,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import IntArray
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import unique_edges
 from ..mesh import to_polydata
 from .cavities import Cavities, Lining
 from .eyelid_opening import EyelidOpening
 from .face import Face
 from .muscles import JointWeights
 from .skull import Tissue
-
-LEVEL_SKULL = 0.5
-"""The skull is no wall where its normals, at the ends of an edge, have a smaller cosine: what fewer vertices leave of a
-ridge between nose and lip would catch the skin.
-"""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,14 +100,6 @@ class ReducedFace(Face):
         return self.whole.lining.of_vertices(self.points, self.vertices)
 
 
-def _tissue(tissue: Tissue, vertices: IntArray, triangles: npt.NDArray[np.int32]) -> Tissue:
-    own = Tissue(*(getattr(tissue, field.name)[vertices] for field in dataclasses.fields(Tissue)))
-    facing, (edges, _) = vertex_normals(own.anchors, triangles), unique_edges(triangles)
-    turned = edges[(facing[edges[:, 0]] * facing[edges[:, 1]]).sum(axis=1) < LEVEL_SKULL]
-    own.solid[turned] = False
-    return own
-
-
 def reduced_face(face: Face, vertices: IntArray, triangles: npt.NDArray[np.int32]) -> ReducedFace:
     """Return a face on some of its vertices (k,), without its parts, texture and eyebrows.
 
@@ -129,7 +114,7 @@ def reduced_face(face: Face, vertices: IntArray, triangles: npt.NDArray[np.int32
     own = {field.name: getattr(face, field.name) for field in dataclasses.fields(Face)}
     own |= {
         "mesh": to_polydata(face.points[vertices], triangles),
-        "tissue": _tissue(face.tissue, vertices, triangles),
+        "tissue": Tissue(*(values[vertices] for values in vars(face.tissue).values())),
         "source_points": vertices if face.source_points is None else face.source_points[vertices],
         "texture": None,
         "brows": None,

@@ -33,11 +33,6 @@ SMOOTHING = 0.12
 LEAST_DEPTH = 1.0 / 3.0
 """The bone stays below the skin by this share of the tissue: smoothing cuts corners where a face is concave."""
 
-# The skull is a wall except around eyes, mouth and nostrils, where it folds over: larger than these must be the cosine
-# between the skin's smoothed normals and those of the skull, the cosine between the smoothed and the plain normals of
-# the skin, and the distance from holes.
-WALL_SKULL, WALL_SKIN, WALL_HOLES = 0.7, 0.5, 0.25
-
 
 @dataclass(frozen=True, eq=False)
 class Tissue:
@@ -59,9 +54,6 @@ class Tissue:
         Height that tissue gains where the skin over it loses area, relative to its thickness times the share that is
         lost: half for tissue that keeps its volume and whose base on the bone stays, more for fat that is squeezed out
         of its compartment, less for flesh that is bound to what is beneath it.
-    solid : ndarray of bool, shape (n,)
-        True where the skull is a wall that stops the skin. Around eyes, mouth and nostrils it is not: there it folds
-        over.
 
     Examples
     --------
@@ -82,7 +74,6 @@ class Tissue:
     anchors: Array
     across: Array
     bulge: Array
-    solid: npt.NDArray[np.bool_]
 
 
 def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array], size: float) -> Tissue:
@@ -120,31 +111,24 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
-    border, holes = _distances_to_loops(points, triangles)
-    near_border = np.exp(-((border / (BORDER_FADE * size)) ** 2))
+    near_border = np.exp(-((_distance_to_border(points, triangles) / (BORDER_FADE * size)) ** 2))
     stiffness = stiffness * (1.0 + BORDER_STIFFNESS * near_border)
     smooth = _smoother(points, triangles, SMOOTHING * size)
-    facing = vertex_normals(points, triangles)
-    normals = smooth(facing)
+    normals = smooth(vertex_normals(points, triangles))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     anchors = smooth(points - depth[:, None] * normals)
     above = ((points - anchors) * normals).sum(axis=1)
     anchors -= np.maximum(LEAST_DEPTH * depth - above, 0.0)[:, None] * normals
-    solid = (vertex_normals(anchors, triangles) * normals).sum(axis=1) > WALL_SKULL
-    solid &= ((facing * normals).sum(axis=1) > WALL_SKIN) & (holes > WALL_HOLES * size)
-    return Tissue(depth, stiffness, normals, anchors, across, bulge, solid)
+    return Tissue(depth, stiffness, normals, anchors, across, bulge)
 
 
-def _distances_to_loops(points: Array, triangles: npt.NDArray[np.int32]) -> tuple[Array, Array]:
-    """Distance of each vertex from the longest boundary loop, and from the others; infinite where there is none."""
+def _distance_to_border(points: Array, triangles: npt.NDArray[np.int32]) -> Array:
+    """Distance of each vertex from the longest boundary loop; infinite where there is none."""
     loops = boundary_loops(triangles)
     lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
-    outer = int(np.argmax(lengths)) if loops else -1
-    out = []
-    for chosen in (loops[outer : outer + 1], loops[:outer] + loops[outer + 1 :]):
-        places = np.concatenate([points[loop] for loop in chosen]) if chosen else None
-        out.append(np.full(len(points), np.inf) if places is None else cKDTree(places).query(points)[0])
-    return out[0], out[1]
+    if not loops:
+        return np.full(len(points), np.inf)
+    return np.asarray(cKDTree(points[loops[int(np.argmax(lengths))]]).query(points)[0])
 
 
 def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  # type: ignore[no-untyped-def]

@@ -276,13 +276,9 @@ def test_the_skull_lies_below_the_skin(face, real_face, stem):
     agreement = (vertex_normals(face.points, face.triangles) * tissue.normals).sum(axis=1)
     assert np.median(agreement) > 0.97
     assert (tissue.stiffness > 0.0).all()
-    assert 0.15 < tissue.solid.mean() < 0.95
     forehead = np.argmin(np.linalg.norm(face.points - face.landmarks["forehead_mid"], axis=1))
-    assert tissue.solid[forehead]
     assert above[forehead] * unit == pytest.approx(5.0, abs=1.6)
     lips = cKDTree(face.points).query([face.landmarks["upper_lip_mid"], face.landmarks["mouth_l"]])[1]
-    if len(boundary_loops(face.triangles)) > 1:  # the mouth is open
-        assert not tissue.solid[lips].any()
     assert tissue.stiffness[lips].max() < 0.7 * tissue.stiffness[forehead]
 
 

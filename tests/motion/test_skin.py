@@ -25,7 +25,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry.normals import vertex_areas
+from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
 from facewrinkle.motion.material import SkinMaterial
@@ -373,13 +373,24 @@ def test_steps_end_no_higher_than_they_began(real_face, monkeypatch, iterations)
 # --- contact ------------------------------------------------------------------------------------
 
 
+def solid_bone(face):
+    """Where the skull is a wall that stops the skin; around eyes, mouth and nostrils it folds over."""
+    tissue, points, triangles = face.tissue, face.points, face.triangles
+    across = (vertex_normals(tissue.anchors, triangles) * tissue.normals).sum(axis=1)
+    facing = (vertex_normals(points, triangles) * tissue.normals).sum(axis=1)
+    rims = points[np.concatenate(boundary_loops(triangles)[1:])]
+    far = cKDTree(rims).query(points)[0] > 0.25 * face.frame.pupil_distance
+    return (across > 0.7) & (facing > 0.5) & far
+
+
 def bone_distance(face, before, x):
     """Signed distance from the skull, positive outside, of vertices that lie over solid bone, given that at rest."""
     now = pv.PolyData(np.asarray(x)).compute_implicit_distance(face.skull)["implicit_distance"]
     # Of the open, folded surface under lips and lids there is no inside: leave out what is near it.
     # A distance changes by no more than the way that was gone, unless its sign flips at such a fold.
     sure = np.abs(now - before) <= np.linalg.norm(x - face.points, axis=1) + 1e-3
-    firm = sure & face.tissue.solid & face.tissue.solid[cKDTree(face.tissue.anchors).query(x)[1]] & (before > 0.0)
+    solid = solid_bone(face)
+    firm = sure & solid & solid[cKDTree(face.tissue.anchors).query(x)[1]] & (before > 0.0)
     return np.asarray(now)[firm]
 
 

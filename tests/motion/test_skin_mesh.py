@@ -84,8 +84,6 @@ def test_what_is_known_of_a_vertex_is_that_of_the_whole_face(fine, mesh):
     assert (np.diff(vertices) > 0).all()
     for name in ("depth", "stiffness", "normals", "anchors"):
         assert np.array_equal(getattr(coarse.tissue, name), getattr(fine.tissue, name)[vertices])
-    assert not (coarse.tissue.solid & ~fine.tissue.solid[vertices]).any()
-    assert coarse.tissue.solid.sum() > 0.95 * fine.tissue.solid[vertices].sum()
     assert np.array_equal(coarse.lining.vertices, fine.lining.vertices[vertices])
     assert coarse.joint_weights.keys() == fine.joint_weights.keys()
     for name, joint in coarse.joint_weights.items():
