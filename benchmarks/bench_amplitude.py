@@ -16,22 +16,24 @@ import ctypes
 import shutil
 import subprocess
 import tracemalloc
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import zones
+from facewrinkle.anatomy.face import Face
+from facewrinkle.anatomy.muscles import Crease
 from facewrinkle.geometry.interpolation import displaced, interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.folds import Folds
+from facewrinkle.mesh import to_polydata
 
 ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}
 MEGABYTE = 2.0**20
@@ -55,9 +57,8 @@ def scene(size):
         forest = RedGreenForest(triangles, 0, len(points))
     vertices = SurfacePoints.of_forest(forest, points, vertex_normals(points, triangles))
     layer = fw.MuscleWrinkles()
-    touched = zones((muscle.fold_pattern for muscle in face.muscles.values()), points, triangles)
-    own = {name: getattr(face, name) for name in ("unit", "muscles", "fold_depth")}
-    face = SimpleNamespace(points=points, triangles=triangles, zones=touched, landmarks={}, **own)
+    bare_face = Face.without_anatomy(to_polydata(points, triangles), face.unit)  # all of its skin is seen
+    face = replace(bare_face, muscles=face.muscles)
     strain = StrainField.of(face)
     layer.attach(face)
     layer.follow(Change(slice(None), len(vertices.points)), vertices)
@@ -95,7 +96,8 @@ class Reference:
         self.folds = folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
         self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
         entries = np.arange(len(self.owner))
-        depth = np.array([muscle.wrinkles.depth for muscle in muscles]) * state.rates
+        drawn = np.array([not isinstance(muscle, Crease) for muscle in muscles])  # creases are a layer of their own
+        depth = drawn * np.array([muscle.wrinkles.depth for muscle in muscles]) * state.rates
         heights = depth[folds.muscle] * folds.height
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
         self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
@@ -243,7 +245,8 @@ def test_memory(benchmark, notes):
         base = squeezed(points)
         bare = interpolated(base, vertices.corners, vertices.barycentric)
         tracemalloc.reset_peak()
-        layer.displacement(SurfaceState(np.ones(len(face.muscles)), vertices, forest.triangles, base, bare))
+        rates, strain = np.ones(len(face.muscles)), StrainField.of(face)
+        layer.displacement(SurfaceState(rates, vertices, forest.triangles, base, bare, strain_field=lambda: strain))
         sizes.append(tracemalloc.get_traced_memory()[1])
         tracemalloc.stop()
         return len(forest.triangles), np.diff(sizes, prepend=0) / MEGABYTE
