@@ -6,6 +6,9 @@ import numpy as np
 
 from ..geometry.compilation import compiled
 
+TAUT = 0.15
+"""Stretch that smooths out the lines of old skin."""
+
 
 @compiled
 def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
@@ -35,10 +38,6 @@ def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
             out[n, 3] += s * yz
             out[n, 4] += s * xz
             out[n, 5] += s * xy
-
-
-TAUT = 0.15
-"""Stretch that smooths out the lines of old skin."""
 
 
 @compiled

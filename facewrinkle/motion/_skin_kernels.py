@@ -41,34 +41,13 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
 
 
 @compiled
-def sides(u, points, i, j, k):
-    """The sides from corner i of a triangle to j and k."""
-    return (
-        points[j, 0] - points[i, 0] + u[j, 0] - u[i, 0],
-        points[j, 1] - points[i, 1] + u[j, 1] - u[i, 1],
-        points[j, 2] - points[i, 2] + u[j, 2] - u[i, 2],
-        points[k, 0] - points[i, 0] + u[k, 0] - u[i, 0],
-        points[k, 1] - points[i, 1] + u[k, 1] - u[i, 1],
-        points[k, 2] - points[i, 2] + u[k, 2] - u[i, 2],
-    )
-
-
-@compiled
-def seen_areas(u, triangles, points, facing, out):
-    """Twice the areas (m,) of the triangles as seen along `facing` (m, 3): negative for those that are turned over."""
-    for f in range(triangles.shape[0]):
-        ax, ay, az, bx, by, bz = sides(u, points, triangles[f, 0], triangles[f, 1], triangles[f, 2])
-        nx, ny, nz = facing[f, 0], facing[f, 1], facing[f, 2]
-        out[f] = (ay * bz - az * by) * nx + (az * bx - ax * bz) * ny + (ax * by - ay * bx) * nz
-
-
-@compiled
-def volume(u, triangles, points, facing, seen, at_rest, smallest, barrier, tissue, excess, grad):
+def volume(u, x, triangles, facing, double_area, shares, at_rest, smallest, barrier, tissue, excess, grad):
     """Columns of tissue that keep their volume, and a barrier against triangles that turn over. Adds to grad.
 
-    A vertex pays by a stiffness (n,) for the `excess` (n,) of its column: its way along the normal from the anchor,
-    which moved by `shift`, and `heights` (n,) times what the triangles at it have gained of their area `at_rest` (m,).
-    A triangle pays by `barrier` for what lacks of the share `smallest` of it. `seen` (m,) are :func:`seen_areas`.
+    Positions are x (n, 3). Triangles have the `shares` (m,) of their areas, and `at_rest` (m,) when they rest. A vertex
+    pays by a stiffness (n,) for the `excess` (n,) of its column: its way along the normal from the anchor, which moved
+    by `shift`, and `heights` (n,) times the area that the triangles at it have gained. A triangle pays by `barrier`
+    for what lacks of the share `smallest`.
     """
     shift, normals, stiffness, heights = tissue
     energy = 0.0
@@ -77,7 +56,7 @@ def volume(u, triangles, points, facing, seen, at_rest, smallest, barrier, tissu
         for k in range(3):
             excess[i] += normals[i, k] * (u[i, k] - shift[i, k])
     for f in range(triangles.shape[0]):
-        gained = 0.5 * (seen[f] - at_rest[f])
+        gained = 0.5 * double_area[f] * (shares[f] - at_rest[f])
         for c in range(3):
             excess[triangles[f, c]] += heights[triangles[f, c]] * gained
     for i in range(u.shape[0]):
@@ -88,12 +67,13 @@ def volume(u, triangles, points, facing, seen, at_rest, smallest, barrier, tissu
         excess[i] = force * heights[i]
     for f in range(triangles.shape[0]):
         i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        missing = max(smallest - seen[f] / at_rest[f], 0.0)
-        energy += 0.25 * barrier * at_rest[f] * missing * missing
+        missing = max(smallest - shares[f], 0.0)
+        energy += 0.25 * barrier * double_area[f] * missing * missing
         c = 0.5 * (excess[i] + excess[j] + excess[k] - barrier * missing)
-        ax, ay, az, bx, by, bz = sides(u, points, i, j, k)
+        ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
         nx, ny, nz = facing[f, 0], facing[f, 1], facing[f, 2]
-        # d seen / d x_j = b x n, d seen / d x_k = n x a
+        # By x_j twice the area changes by b x n, by x_k by n x a.
         jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
         kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)
         grad[j, 0] += jx

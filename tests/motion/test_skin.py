@@ -28,6 +28,7 @@ from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
+from facewrinkle.motion._contact_kernels import shares_of_area
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.minimiser import Minimiser
 from facewrinkle.motion.skin import Skin
@@ -146,7 +147,7 @@ def test_springs_are_biphasic():
     assert pulled(0.7) == pytest.approx((0.5 * 3 * 0.7**2 + 0.5 * 12 * 0.2**2, 3 * 0.7 + 12 * 0.2))
 
 
-NO_TRIANGLES = np.empty((0, 3), np.uint32), np.empty((0, 3)), np.empty((0, 3)), np.empty(0), np.empty(0), 0.0, 0.0
+NO_TRIANGLES = np.empty((0, 3), np.uint32), np.empty((0, 3)), np.empty(0), np.empty(0), np.empty(0), 0.0, 0.0
 
 
 def test_the_inversion_barrier_tells_a_mirrored_triangle_and_springs_do_not():
@@ -156,9 +157,10 @@ def test_the_inversion_barrier_tells_a_mirrored_triangle_and_springs_do_not():
     def barrier(height):
         u, gradient = np.zeros((3, 3)), np.zeros((3, 3))
         u[2, 1] = height - 2.0
-        seen, columns = np.empty(1), (np.zeros((3, 3)), np.zeros((3, 3)), none, none)
-        kernels.seen_areas(u, triangle, points, facing, seen)
-        cost = kernels.volume(u, triangle, points, facing, seen, double, 0.3, 5.0, columns, none.copy(), gradient)
+        x, shares, columns = points + u, np.empty(1), (np.zeros((3, 3)), np.zeros((3, 3)), none, none)
+        triangles = triangle, facing, double
+        shares_of_area(x, *triangles, shares)
+        cost = kernels.volume(u, x, *triangles, shares, np.ones(1), 0.3, 5.0, columns, none.copy(), gradient)
         return cost, gradient
 
     assert barrier(2.0)[0] == barrier(0.6)[0] == 0.0
@@ -179,7 +181,7 @@ def test_tethers_are_stiffer_along_the_normal():
         gradient = np.zeros((1, 3))
         energy = kernels.tethers(np.array([u]), shift, 2 * one, *empty, gradient)
         columns = shift, normal, 10 * one, one
-        energy += kernels.volume(np.array([u]), *NO_TRIANGLES, columns, scratch, gradient)
+        energy += kernels.volume(np.array([u]), np.array([u]), *NO_TRIANGLES, columns, scratch, gradient)
         return energy, gradient[0]
 
     assert held([1.0, 0, 0])[0] == 0.0
@@ -200,10 +202,11 @@ def test_the_gradient_of_volumes_is_that_of_their_energy():
     columns = rng.random((5, 3)), rng.normal(size=(5, 3)), rng.random(5), rng.random(5)
 
     def energy(u, gradient):
-        kernels.seen_areas(u, triangles, points, facing, seen)
-        return kernels.volume(u, triangles, points, facing, seen, double, 0.3, 5.0, columns, np.empty(5), gradient)
+        x, of_triangles = points + u, (triangles, facing, double)
+        shares_of_area(x, *of_triangles, shares)
+        return kernels.volume(u, x, *of_triangles, shares, np.ones(3), 0.3, 5.0, columns, np.empty(5), gradient)
 
-    u, gradient, unused, seen = rng.random((5, 3)), np.zeros((5, 3)), np.zeros((5, 3)), np.empty(3)
+    u, gradient, unused, shares = rng.random((5, 3)), np.zeros((5, 3)), np.zeros((5, 3)), np.empty(3)
     energy(u, gradient)
     for i, k in np.ndindex(5, 3):
         step = np.zeros((5, 3))
