@@ -33,7 +33,7 @@ from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
 from .encoding import Known, Part, message, photo_message
 from .library import received
-from .protocol import LARGEST_MESSAGE, Message, Shown, key_of, parse
+from .protocol import LARGEST_MESSAGE, Change, Message, Shown, key_of, parse
 from .stage import Shown as Frame
 
 GREETING_TIME = 5.0
@@ -61,6 +61,12 @@ class Client:
     Parameters
     ----------
     socket : WebSocketResponse
+
+    Attributes
+    ----------
+    change : int
+        Number of the page's last change that was taken. A page leaves out documents that its later changes are not in,
+        or a slider that is moved would jump back.
     """
 
     def __init__(self, socket: web.WebSocketResponse) -> None:
@@ -69,8 +75,9 @@ class Client:
         self.credit = CREDIT
         self.wake = asyncio.Event()
         self._known: Known = {}
+        self.change = 0
         self._step = 0
-        self._document = -1
+        self._document = -1, 0
         self._photos = 0
         self._texts: deque[str] = deque()
 
@@ -88,9 +95,9 @@ class Client:
         """Send the page what waits for it, and what of the newest state it does not have and may be sent."""
         while self._texts:
             await self.socket.send_str(self._texts.popleft())
-        if state["version"] != self._document:
-            self._document = state["version"]
-            await self.socket.send_str(json.dumps({"is": "document", **state["document"]()}))
+        if (state["version"], self.change) != self._document:
+            self._document = state["version"], self.change
+            await self.socket.send_str(json.dumps({"is": "document", "change": self.change, **state["document"]()}))
         number, photos = state["photos"]
         if number != self._photos:
             self._photos = number
@@ -410,6 +417,8 @@ class Server:
             if isinstance(message, Shown):
                 client.drawn()
                 return
+            if isinstance(message, Change):
+                client.change = message.id
             answer = await self._handler(message, client)
         except FaceWrinkleError as error:
             client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})

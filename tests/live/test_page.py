@@ -122,6 +122,36 @@ def test_what_is_not_0_is_counted_and_has_another_slider_below(page, studio):
     until(active.is_hidden)
 
 
+def test_a_slider_does_not_jump_back_when_documents_come_late(browser, studio):
+    routed, late = [], None
+
+    def route(socket):
+        def passed(message):
+            if late is not None and isinstance(message, str) and '"is": "document"' in message:
+                late.append(message)
+            else:
+                socket.send(message)
+
+        routed.append(socket)
+        socket.connect_to_server().on_message(passed)
+
+    page = browser.new_page(viewport={"width": 1180, "height": 560})
+    page.route_web_socket("**/socket", route)
+    page.goto(studio.url)
+    page.wait_for_selector("body[data-step]", timeout=60_000)
+    slider = page.locator(SLIDER.format("Jaw drop"))
+    slider.focus()
+    late = []
+    for count, key in enumerate(("End", "Home"), 1):
+        page.keyboard.press(key)
+        until(lambda count=count: page.evaluate("true") and len(late) == count)  # evaluating lets messages pass
+    routed[0].send(late[0])  # what was said after the first key
+    assert slider.input_value() == "0"
+    page.keyboard.press("ArrowRight")
+    until(lambda: page.evaluate("true") and studio.rates == {"AU26": 0.01})
+    page.close()
+
+
 @pytest.mark.parametrize("size", [(390, 844), (768, 1024), (844, 390), (1024, 768)])
 def test_nothing_is_cut_off_on_small_screens(browser, studio, size):
     key = {"unit": "AU26", "weight": 0.5, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}

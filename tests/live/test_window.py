@@ -332,7 +332,7 @@ def test_all_that_was_acknowledged_before_the_end_is_saved(face, tmp_path):
 
     async def visit(studio):
         async with page(studio) as seen:
-            with contextlib.suppress(AssertionError):  # the connection is closed
+            with contextlib.suppress(AssertionError, ConnectionResetError):  # the connection is closed
                 for k in range(10_000):
                     patch = [["intensity"], k / 10_000]
                     await seen.ask("change", patches=[patch], gesture="drag")

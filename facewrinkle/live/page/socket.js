@@ -28,7 +28,7 @@ export class Connection extends EventTarget {
     super();
     this.key = location.hash.slice(1) || sessionStorage.getItem("key") || "";
     sessionStorage.setItem("key", this.key);
-    this.number = 0;
+    this.number = this.changed = 0;
     this.waiting = new Map();
     this.pause = 250;
     this.open();
@@ -40,6 +40,7 @@ export class Connection extends EventTarget {
     socket.onopen = () => {
       this.pause = 250;
       this.fresh = true;
+      this.changed = 0;
       socket.send(JSON.stringify({ do: "hello", key: this.key }));
     };
     socket.onmessage = ({ data }) => this.receive(data);
@@ -73,7 +74,7 @@ export class Connection extends EventTarget {
       else this.tell("error", message.text);
     } else if (message.is === "answer") {
       answer?.take(message.value);
-    } else {
+    } else if (message.is !== "document" || message.change >= this.changed) { // else the last change is not in it yet
       this.tell(message.is, message);
     }
   }
@@ -98,6 +99,7 @@ export class Connection extends EventTarget {
 
   /** Change the document; changes of one gesture are one step of undo. */
   change(patches, gesture = "") {
-    this.send("change", { patches, gesture });
+    this.changed = ++this.number;
+    this.send("change", { patches, gesture, id: this.changed });
   }
 }

@@ -6,9 +6,9 @@ import { decode, photoOf } from "./socket.js";
 import { View } from "./view.js";
 
 class Channel {
-  constructor(model) { this.model = model; }
+  constructor(model) { Object.assign(this, { model, changed: 0 }); }
   send(command, values = {}) { this.model.send({ text: JSON.stringify({ do: command, ...values }) }); }
-  change(patches, gesture = "") { this.send("change", { patches, gesture }); }
+  change(patches, gesture = "") { this.send("change", { patches, gesture, id: ++this.changed }); }
 }
 
 function render({ model, el }) {
@@ -31,7 +31,8 @@ function render({ model, el }) {
   const told = {
     welcome(welcome) { sliders.build(welcome); takeFace(welcome, false); },
     face(face) { takeFace(face, face.faces.shown !== app.face); app.face = face.faces.shown; },
-    document({ data, history }) {
+    document({ change, data, history }) {
+      if (change < connection.changed) return; // the last change is not in it yet
       app.data = data;
       sliders.update(data);
       [undo.disabled, redo.disabled] = history.map((count) => !count);
