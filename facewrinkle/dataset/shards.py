@@ -132,11 +132,21 @@ def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> li
 
 
 def stored(archive: Path) -> Iterator[tuple[str, list[tuple[str, bytes]]]]:
-    """Yield the key of each picture in a shard, with the endings and contents of its files."""
-    with tarfile.open(archive) as tar:
+    """Yield the key of each picture in a shard, with the endings and contents of its files.
+
+    Raises
+    ------
+    TarError
+        If the shard is damaged, or does not end as it was written: after its last file are zeros, to a whole record.
+    """
+    with archive.open("rb") as whole, tarfile.open(fileobj=whole, mode="r:") as tar:
         for key, members in groupby(tar, key=lambda member: member.name.partition(".")[0]):
             files = [(member.name.partition(".")[2], tar.extractfile(member)) for member in members]
             yield key, [(ending, b"" if file is None else file.read()) for ending, file in files]
+        end = tar.offset + 2 * tarfile.BLOCKSIZE
+        whole.seek(tar.offset)
+        if whole.read() != bytes(2 * tarfile.BLOCKSIZE + -end % tarfile.RECORDSIZE):
+            raise tarfile.TarError("bytes were appended or are missing")
 
 
 def sha256_of(files: Iterable[tuple[str, bytes]]) -> str:
@@ -303,17 +313,19 @@ def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
     except OutputError as problem:
         return [str(problem)]
     frames = range(spec.clip.frames) if spec.clip.frames > 1 else [None]
-    wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in failed for frame in frames]
+    there = sorted(failed & {row.get("index") for row in rows})
+    problems = [f"{archive.with_suffix(FAILED).name} lists {key_of(i)}, which its table has" for i in there]
+    absent = failed - {*there}
+    wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in absent for frame in frames]
     by_key = {str(row.get("key")): row for row in rows}
     found: list[str] = []
-    problems = []
     try:
         for key, files in stored(archive):
             found.append(key)
             if key in by_key and (fault := _fault(files, by_key[key], archive.name, digest)):
                 problems.append(f"{key} {fault}")
     except (OSError, EOFError, ValueError, tarfile.TarError) as problem:
-        problems.append(f"cannot be read after {found[-1] if found else 'its start'} ({type(problem).__name__})")
+        problems.append(f"is damaged after {found[-1] if found else 'its start'}: {problem}")
     for where, keys in (("the shard", found), ("its table", [str(row.get("key")) for row in rows])):
         lines = unified_diff(wanted, keys, n=0, lineterm="")
         changes = [line for line in lines if not line.startswith(("---", "+++", "@@"))]

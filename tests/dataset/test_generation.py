@@ -275,6 +275,20 @@ def distributed_client(address):
     return Client(address, timeout=20.0)
 
 
+def test_two_runs_in_one_folder_are_refused(small, tmp_path, remembered):
+    """The second begins when the first has made a sample; the first goes on, and makes the same set."""
+    other = tmp_path / "other"
+
+    def progress(samples, what, total):
+        for sample in samples:
+            with pytest.raises(OutputError, match=f"another run, process {os.getpid()} on .* One at a time may"):
+                generate(SPEC, other, count=3)
+            yield sample
+
+    generate(SPEC, other, count=3, progress=progress)
+    assert hashes(other) == hashes(small)
+
+
 def test_a_sample_that_fails_is_listed_and_left_out(tmp_path, backwards, monkeypatch):
     class Stubborn(SampleMaker):
         def pictures(self, index):

@@ -59,6 +59,12 @@ def test_persons_take_turns(shard, per_person):
     assert all(people.index(person) == first_sample_of(spec, person) for person in set(people))
 
 
+def test_24_pictures_show_more_than_three_persons():
+    spec = Spec.of()
+    for first in range(0, 200, 24):
+        assert len({plan_of(spec, k).person for k in range(first, first + 24)}) > 3
+
+
 def test_a_person_is_always_the_same():
     spec = Spec.of()
     assert person_of(spec, 2) == person_of(spec, 2) != person_of(spec, 3)

@@ -171,6 +171,10 @@ TAMPERING = {
     ),
     "a file is added": (rewritten(lambda members: [*members, (f"{THIRD}.txt", b"dear")]), SHARD, THIRD),
     "a shard is cut off": (file(SHARD, lambda content: content[: len(content) // 2]), SHARD, SECOND),
+    "a shard is cut off after its last file": (file(SHARD, lambda content: content[:-512]), SHARD, SECOND),
+    "bytes are appended to a shard": (file(SHARD, lambda content: content + b"dear"), SHARD, SECOND),
+    "zeros are appended to a shard": (file(SHARD, lambda content: content + bytes(10240)), SHARD, SECOND),
+    "a shard is appended to a shard": (file(SHARD, lambda content: 2 * content), SHARD, SECOND),
     "a shard is no tar": (file(SHARD, lambda content: b"nothing" * 200), SHARD, SECOND),
     "a shard is that of other samples": (moved(OTHER, SHARD), SHARD, THIRD),
     "a shard is gone": (removed(SHARD), SHARD, SHARD),
@@ -194,6 +198,7 @@ TAMPERING = {
     "a table is that of other samples": (moved("index/shard-000001.parquet", INDEX), SHARD, SECOND),
     "a table is gone": (removed(INDEX), SHARD, "shard-000000.parquet"),
     "a table is cut off": (file(INDEX, lambda content: content[: len(content) // 2]), SHARD, "shard-000000.parquet"),
+    "bytes are appended to a table": (file(INDEX, lambda content: content + b"dear"), SHARD, "shard-000000.parquet"),
     "a table is empty": (file(INDEX, lambda content: b""), SHARD, "shard-000000.parquet"),
     "a table has other bytes": (
         file(INDEX, lambda content: content[:4] + bytes(100) + content[104:]),
@@ -250,6 +255,37 @@ def test_a_sample_of_another_set_is_found(small, tmp_path):
     whole = b"".join(f"{ending} {len(content)}\n".encode() + content for ending, content in files.items())
     cell("sha256", lambda value: hashlib.sha256(whole).hexdigest())(folder)
     assert dict(check(folder, remade=0))[SHARD] == [f"{SECOND} is of another set"]
+
+
+@pytest.mark.parametrize(
+    ("tamper", "sentence"),
+    [
+        (
+            file(SHARD, lambda content: content + b"dear"),
+            f"is damaged after {SECOND}: bytes were appended or are missing",
+        ),
+        (
+            lambda folder: (folder / "shard-000000.failed.json").write_text('[{"index": 1, "error": "no"}]'),
+            f"shard-000000.failed.json lists {SECOND}, which its table has",
+        ),
+    ],
+    ids=["bytes are appended to a shard", "a list of failures that are none"],
+)
+def test_one_sentence_tells_what_is_wrong(small, tmp_path, tamper, sentence):
+    folder = tmp_path / "set"
+    shutil.copytree(small, folder)
+    tamper(folder)
+    assert dict(check(folder, remade=0))[SHARD] == [sentence]
+
+
+def test_shards_of_two_sets_are_not_mixed(small, tmp_path):
+    """A whole shard with its table, as another version or another seed makes it."""
+    folder = tmp_path / "set"
+    shutil.copytree(small, folder)
+    other = generate({**SPEC, "seed": 1}, tmp_path / "other", count=2)
+    for name in (SHARD, INDEX):
+        shutil.copy(other / name, folder / name)
+    assert dict(check(folder, remade=0))[SHARD] == [f"{key} is of another set" for key in (FIRST, SECOND)]
 
 
 def test_a_damaged_table_is_told_in_a_line(small, tmp_path, capsys):
