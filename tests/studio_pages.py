@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import struct
 from contextlib import asynccontextmanager, suppress
+from urllib.parse import urlsplit
 
 import aiohttp
 import numpy as np
@@ -83,15 +85,24 @@ class Page:
     async def settled(self, studio):
         """Receive until the newest frame of a studio at rest has come."""
         while True:
-            while not studio._settled() or self.head is None:
+            while not studio.stage.settled or self.head is None:
                 await self.receive()
-            if self.head["step"] == studio._stage.shown.step:
+            if self.head["step"] == studio.stage.shown.step:
                 return
             await self.receive()
 
 
 def root(studio):
     return studio.url.partition("/#")[0]
+
+
+def port(studio):
+    return urlsplit(studio.url).port
+
+
+def pages(studio):
+    """How many are connected, as the studio says."""
+    return int(re.search(r"(\d+) pages", repr(studio))[1])
 
 
 @asynccontextmanager
@@ -103,3 +114,22 @@ async def page(studio, key=None, origin=None):
         async with session.ws_connect(f"{address}/socket", headers=headers, max_msg_size=0) as socket:
             await socket.send_str(json.dumps({"do": "hello", "key": own if key is None else key}))
             yield Page(socket)
+
+
+def sent(studio, files, key=None, origin=None):
+    """Send files as a form, with other keys and origins than it should have on request; return status and text."""
+
+    async def answered():
+        form = aiohttp.FormData()
+        for name, content in files.items():
+            form.add_field("file", content, filename=name, content_type="application/octet-stream")
+        headers = {"X-Key": studio.url.partition("#")[2] if key is None else key}
+        if origin != "":
+            headers["Origin"] = origin or root(studio)
+        async with (
+            aiohttp.ClientSession() as session,
+            session.post(f"{root(studio)}/open", data=form, headers=headers) as answer,
+        ):
+            return answer.status, await answer.text()
+
+    return asyncio.run(answered())

@@ -177,6 +177,11 @@ class Stage(threading.Thread):
         return self._awake or bool(self._jobs) or self._seen != self.document.version
 
     @property
+    def settled(self) -> bool:
+        """True if the face is at rest with all that was asked for; under the condition."""
+        return self.shown is not None and self.shown.still and not self.busy
+
+    @property
     def shown_face(self) -> str:
         """Name of the face that is shown."""
         return str(self._applied.get("face", ""))

@@ -38,6 +38,8 @@ class Studio:
     url : str
         Address of the page, with the key of this studio.
     face : Face
+    stage : Stage
+        The thread that simulates. It plays the timeline, and goes to a time of it.
 
     Examples
     --------
@@ -70,17 +72,17 @@ class Studio:
         folder = Folder(save_to)
         self._kept = Kept(folder, self._document, self._complain)
         stage = Stage if frame is None else partial(Look, frame)
-        self._stage = stage(self._library, self._document)
+        self.stage = stage(self._library, self._document)
         self._answers = answers = Answers(
-            self._library, self._document, self._stage, folder, self._kept, source, self._changed
+            self._library, self._document, self.stage, folder, self._kept, source, self._changed
         )
         self._server = Server(answers.handle, answers.state, answers.greeting, answers.opened, host, port)
         answers.server = self._server
         self._server.start()
-        self._stage.listeners += [self._server.wake, self._kept.changed]
-        self._stage.faces.append(lambda: self._server.tell_all({"is": "face", **answers.face()}))
-        self._stage.complaints.append(self._tell)
-        self._stage.start()
+        self.stage.listeners += [self._server.wake, self._kept.changed]
+        self.stage.faces.append(lambda: self._server.tell_all({"is": "face", **answers.face()}))
+        self.stage.complaints.append(self._tell)
+        self.stage.start()
         atexit.register(self.end)
         try:
             self._first()
@@ -93,10 +95,10 @@ class Studio:
 
     def _first(self) -> None:
         deadline = time.monotonic() + READY
-        with self._stage.condition:
-            while self._stage.shown is None and self._stage.is_alive() and time.monotonic() < deadline:
-                self._stage.condition.wait(0.2)
-        if self._stage.shown is None:
+        with self.stage.condition:
+            while self.stage.shown is None and self.stage.is_alive() and time.monotonic() < deadline:
+                self.stage.condition.wait(0.2)
+        if self.stage.shown is None:
             raise FaceWrinkleError("the face could not be simulated; make a Simulation of it to see why.")
 
     def __repr__(self) -> str:
@@ -112,7 +114,7 @@ class Studio:
     @property
     def face(self) -> Face:
         """The face that is shown."""
-        return self._stage.face
+        return self.stage.face
 
     @property
     def rates(self) -> dict[str, float]:
@@ -163,17 +165,13 @@ class Studio:
             If the face still moves then, as it does while the timeline plays.
         """
         deadline = time.monotonic() + timeout
-        with self._stage.condition:
-            while settled and not self._settled():
-                if time.monotonic() > deadline or not self._stage.is_alive():
+        with self.stage.condition:
+            while settled and not self.stage.settled:
+                if time.monotonic() > deadline or not self.stage.is_alive():
                     raise FaceWrinkleError(f"the face still moves after {timeout:g} s. Take settled=False.")
-                self._stage.condition.wait(0.1)
-            assert self._stage.shown is not None
-            return self._stage.shown.frame.copy()
-
-    def _settled(self) -> bool:
-        shown = self._stage.shown
-        return shown is not None and shown.still and not self._stage.busy
+                self.stage.condition.wait(0.1)
+            assert self.stage.shown is not None
+            return self.stage.shown.frame.copy()
 
     def widget(self, height: int = 520) -> StudioWidget:
         """Return the view and the sliders as a widget, to be shown in a notebook; what changes there changes here.
@@ -201,12 +199,12 @@ class Studio:
 
     def wait(self) -> None:
         """Wait until the studio is closed, or Ctrl-C."""
-        while self._stage.is_alive():
-            self._stage.join(0.5)
+        while self.stage.is_alive():
+            self.stage.join(0.5)
 
     def close(self) -> None:
         """Disconnect all pages, save the session, and stop."""
-        self._stage.close()
+        self.stage.close()
         self._server.close()
         self.end()
         atexit.unregister(self.end)
@@ -223,13 +221,13 @@ class Studio:
         self.close()
 
     def _edited(self, act: Callable[[], object]) -> bool:
-        with self._stage.condition:
+        with self.stage.condition:
             done = bool(act())
         self._changed()
         return done
 
     def _changed(self) -> None:
-        self._stage.wake()
+        self.stage.wake()
         self._server.wake()
         self._kept.changed()
 

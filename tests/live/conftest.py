@@ -34,7 +34,7 @@ def studio(studio_of_package):
     """A studio in which nothing is set."""
     from facewrinkle.live.document import START
 
-    stage = studio_of_package._stage
+    stage = studio_of_package.stage
     stage.live({})
     stage.play(False)
     stage.go_to(0.0)

@@ -18,7 +18,6 @@ a lost connection, a new server   | the page goes on, or says what to do
 
 from __future__ import annotations
 
-import asyncio
 import io
 import json
 import os
@@ -30,6 +29,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image
+from studio_pages import port
 
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
@@ -52,8 +52,8 @@ def until(right, seconds=30.0):
 
 def shown(page, studio):
     """Wait until the page shows the studio at rest, in full resolution."""
-    until(studio._settled)
-    until(lambda: int(page.evaluate("document.body.dataset.step")) == studio._stage.shown.step)
+    until(lambda: studio.stage.settled)
+    until(lambda: int(page.evaluate("document.body.dataset.step")) == studio.stage.shown.step)
     ready = "(v) => !v.asked && !v.coarse && !v.pending && performance.now() > v.busyUntil"
     until(lambda: page.evaluate(f"({ready})(app.view)"))
 
@@ -194,7 +194,7 @@ def test_what_python_sets_shows_on_the_page(page, studio):
 def test_a_session_that_was_answered_elsewhere_is_offered_no_more(page, studio):
     page.evaluate("app.offer('2026-01-01 12:00')")
     assert "2026-01-01 12:00" in page.locator("#offer").inner_text()
-    studio._server.tell_all({"is": "earlier", "when": ""})
+    page.evaluate("app.connection.send('continue', { on: false })")  # all pages are told that it was
     until(lambda: page.locator("#offer").is_hidden())
 
 
@@ -238,7 +238,7 @@ def test_picks_are_those_of_vtk(page, studio):
             hits += 1
             points = hit[np.argmin(np.linalg.norm(hit - start, axis=1))]
             assert np.linalg.norm(np.array(found["place"]) - points) < 0.05
-            origin = studio._stage.parts.origin[found["vertex"]]
+            origin = studio.stage.parts.origin[found["vertex"]]
             assert np.linalg.norm(np.asarray(frame.points)[origin] - points) < 12.0
     assert hits >= 4
 
@@ -260,7 +260,7 @@ def test_fields_have_a_legend(page, studio):
     page.locator("#field").select_option("epsilon")
     page.wait_for_selector("#legend:visible")
     until(lambda: "compression" in page.inner_text("#legend"))
-    until(lambda: studio._stage.wanted_fields == {"epsilon"})
+    until(lambda: studio.stage.wanted_fields == {"epsilon"})
 
 
 def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
@@ -403,12 +403,13 @@ def test_an_eye_is_dragged(page, studio):
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
     wanted = np.degrees(np.arctan2([6 * pixel, 3 * pixel], eye.radius))
     until(lambda: np.allclose(studio.document["gaze"], wanted, atol=0.1))
-    before = studio._document.history[0]
+    before = studio.document["gaze"]
     page.locator(SLIDER.format("Look up")).focus()
     page.keyboard.press("ArrowUp")
     page.keyboard.press("ArrowUp")
     until(lambda: studio.document["gaze"][1] > wanted[1] + 0.5)
-    assert studio._document.history[0] == before + 1  # keys that follow each other are one step
+    studio.undo()
+    assert studio.document["gaze"] == before  # keys that follow each other are one step
 
 
 def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
@@ -471,13 +472,15 @@ def test_a_key_keeps_what_is_shown(page, studio):
 def test_a_muscle_is_pulled_along_its_fibres(page, studio):
     shown(page, studio)
     page.keyboard.press("h")
-    handle, steps = "[data-handle=zygomaticus_major_l]", studio._document.history[0]
+    handle = "[data-handle=zygomaticus_major_l]"
     way = page.evaluate("app.overlay.handles.find((each) => each.name === 'zygomaticus_major_l').way()")
     drag(page, centre(page, handle), (0.5 * way["x"], 0.5 * way["y"]))
     both = {"zygomaticus_major_l": 0.5, "zygomaticus_major_r": 0.5}
     until(lambda: studio.rates == pytest.approx(both, abs=0.02))
-    assert studio._document.history[0] == steps + 1  # of undo
     before = studio.rates["zygomaticus_major_l"]
+    studio.undo()
+    assert studio.rates == {}  # it was one step
+    studio.redo()
     page.keyboard.press("m")
     page.locator(handle).focus()
     page.keyboard.press("ArrowUp")
@@ -518,7 +521,7 @@ def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
     x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.24 * box["height"]
     told = until(lambda: page.evaluate("([x, y]) => app.view.valueAt(app.view.pick(x, y))", [x, y]))
     hit = page.evaluate("([x, y]) => app.view.pick(x, y)", [x, y])
-    values = np.asarray(studio.frame()["W"])[studio._stage.parts.origin[hit["corners"]]]
+    values = np.asarray(studio.frame()["W"])[studio.stage.parts.origin[hit["corners"]]]
     assert told == pytest.approx(values @ hit["shares"], abs=1e-3)
     free = picture(page)
     page.get_by_label("Greatest of the colours").fill("9")
@@ -532,14 +535,14 @@ def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
     until(lambda: page.locator("#legend .ends span").last.inner_text() != "9")
 
 
-def test_landmarks_and_patterns_are_dragged(page, studio):
+def test_landmarks_and_patterns_are_dragged(page, studio, face):
     page.locator("#tab-face").click()
     page.get_by_label("Show, and drag them on the face").check()
     page.wait_for_selector("[data-handle=mouth_l]")
     shown(page, studio)
     drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
-    found = studio._library[""].face.landmarks
+    found = face.landmarks
 
     def moved():
         return np.array(studio.document["landmarks"].get("mouth_l", found["mouth_l"])) - found["mouth_l"]
@@ -612,19 +615,24 @@ def test_axe_finds_nothing_serious(page, studio):
 
 
 def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, face):
+    routed = []
+
+    def route(socket):
+        routed.append(socket)
+        socket.connect_to_server()
+
     with Studio(face, browser=False) as first:
-        port = first._server.port
         page = browser.new_page(viewport={"width": 800, "height": 400})
+        page.route_web_socket("**/socket", route)
         page.goto(first.url)
         page.wait_for_selector("body[data-step]", timeout=60_000)
-        for client in list(first._server.clients):
-            asyncio.run_coroutine_threadsafe(client.socket.close(code=1001), first._server._loop).result(5.0)
-        until(lambda: first._server.clients and "trying again" not in page.inner_text("#state"))
+        routed[0].close(code=1001)
+        until(lambda: "trying again" not in page.inner_text("#state") and len(routed) == 2)
         first.rates = {"AU26": 1.0}
         until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "1")
         first.frame()
     until(lambda: "trying again" in page.inner_text("#state"))
-    with Studio(face, browser=False, port=port) as second:
+    with Studio(face, browser=False, port=port(first)) as second:
         page.wait_for_selector("#message:visible", timeout=20_000)
         assert "not of a studio that is open" in page.inner_text("#message")
         page.goto(second.url)

@@ -14,18 +14,18 @@ from __future__ import annotations
 import asyncio
 import random
 import socket
-import time
 from contextlib import suppress
 
 import aiohttp
 import numpy as np
 import pytest
-from studio_pages import page, restored, root
+from studio_pages import page, pages, port, restored, root
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
 from facewrinkle.live import Studio
 from facewrinkle.live.protocol import LARGEST_MESSAGE
+from facewrinkle.live.server import page_files
 
 
 def positions(seen):
@@ -44,7 +44,7 @@ def test_a_frame_is_that_of_the_simulation(studio):
     seen = asyncio.run(visit())
     frame = studio.frame()
     shown, step = positions(seen)
-    origin, triangles = studio._stage.parts.origin, np.vstack([seen.arrays["skin"][n] for n in ("index", "lined")])
+    origin, triangles = studio.stage.parts.origin, np.vstack([seen.arrays["skin"][n] for n in ("index", "lined")])
     used = np.unique(triangles)
     assert np.abs(shown - np.asarray(frame.points)[origin])[used].max() <= 0.5001 * step
     normals = seen.arrays["skin"]["normal"][:, :3] / 127.0
@@ -95,7 +95,7 @@ def test_without_the_key_nothing_is_told(studio, key):
 
 def test_requests_that_make_no_sense_are_refused_in_silence(studio, capfd, caplog):
     async def asked(request):
-        reader, writer = await asyncio.open_connection("127.0.0.1", studio._server.port)
+        reader, writer = await asyncio.open_connection("127.0.0.1", port(studio))
         host = root(studio).removeprefix("http://").encode()
         writer.write(request + b" HTTP/1.1\r\nHost: %b\r\nOrigin: http://%b\r\nX-Key: \xff\r\n\r\n" % (host, host))
         status = (await reader.readline()).split()[1]
@@ -142,7 +142,7 @@ def test_the_page_has_a_strict_content_policy(studio):
     async def visit():
         async with aiohttp.ClientSession() as session:
             found = {}
-            for name in ("", "materials.js", *(name for name in studio._server._files if name != "index.html")):
+            for name in ("", "materials.js", *(page_files().keys() - {"index.html"})):
                 async with session.get(f"{root(studio)}/{name}") as response:
                     found[name] = response.status, dict(response.headers), await response.text()
             return found
@@ -298,11 +298,11 @@ def test_a_page_that_vanishes_is_forgotten(studio):
         async with page(studio) as other:
             async with page(studio) as gone:
                 await gone.until(lambda got: "step" in got)
-                gone.socket._response.close()  # without a word
+                gone.socket.get_extra_info("socket").shutdown(socket.SHUT_RDWR)  # without a word
             await other.send({"do": "change", "patches": [[["mixture", "AU12"], 1.0]], "gesture": ""})
             await other.until(lambda got: got.get("is") == "document" and got["data"]["mixture"])
             await other.settled(studio)
-            return len(studio._server.clients)
+            return pages(studio)
 
     assert asyncio.run(visit()) == 1
 
@@ -317,18 +317,17 @@ def test_wishes_do_not_queue(studio):
                 patch = [[["mixture", "AU26"], (k % 60) / 60.0 if k < 299 else 0.25]]
                 await seen.send({"do": "change", "patches": patch, "gesture": "drag"})
                 await asyncio.sleep(2.0 / 300)
-            begin = time.monotonic()
-            while not studio._settled():
+            begin = studio.stage.shown.step
+            while not studio.stage.settled:
                 await asyncio.sleep(0.01)
-            waited = time.monotonic() - begin
             reader.cancel()
-            return waited, studio._document.history[0]
+            return studio.stage.shown.step - begin
 
-    before = studio._document.history[0]
-    waited, steps = asyncio.run(visit())
+    steps = asyncio.run(visit())
     assert studio.rates == {"AU26": 0.25}
-    assert steps == before + 1  # one drag is one step of undo
-    assert waited < 6.0  # the jaw comes to rest; a queue of 300 steps would take longer on any machine
+    studio.undo()
+    assert studio.rates == {}  # one drag is one step of undo
+    assert steps < 150  # the jaw comes to rest; a queue would take 300
 
 
 def test_two_pages_see_the_same_and_a_new_one_gets_everything(studio):

@@ -9,37 +9,19 @@ undo                   | the face before
 
 from __future__ import annotations
 
-import asyncio
 import json
 import socket
 import tempfile
 import time
+from http.client import HTTPResponse
 from pathlib import Path
 
-import aiohttp
 import pytest
-from studio_pages import root
+from studio_pages import port, sent
 
 from facewrinkle.errors import ParameterError
 from facewrinkle.live import library
 from facewrinkle.live.protocol import LARGEST_MESSAGE
-
-
-def send(studio, files, key=None, origin=None):
-    async def sent():
-        form = aiohttp.FormData()
-        for name, content in files.items():
-            form.add_field("file", content, filename=name, content_type="application/octet-stream")
-        headers = {"X-Key": studio.url.partition("#")[2] if key is None else key}
-        if origin != "":
-            headers["Origin"] = origin or root(studio)
-        async with (
-            aiohttp.ClientSession() as session,
-            session.post(f"{root(studio)}/open", data=form, headers=headers) as answer,
-        ):
-            return answer.status, await answer.text()
-
-    return asyncio.run(sent())
 
 
 @pytest.fixture
@@ -54,7 +36,7 @@ def scan(face, tmp_path):
 @pytest.mark.slow
 def test_a_scan_is_shown_and_undone(studio, scan):
     before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
-    status, text = send(studio, scan)
+    status, text = sent(studio, scan)
     assert status == 200
     studio.frame()
     assert studio.document["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
@@ -74,10 +56,10 @@ def test_a_session_is_opened_however_long_it_is(studio):
     text = json.dumps({"facewrinkle session": 1, **studio.document})
     assert len(text) > 2 * LARGEST_MESSAGE
     studio.change(mixtures={}, intensity=1.0)
-    assert send(studio, {"session.json": text.encode()})[0] == 200
+    assert sent(studio, {"session.json": text.encode()})[0] == 200
     assert studio.document["mixtures"] == long
     assert studio.document["intensity"] == 0.5
-    status, answer = send(studio, {"session.json": b"[]"})
+    status, answer = sent(studio, {"session.json": b"[]"})
     assert status == 400
     assert "not a session of the studio" in answer
     assert studio.document["mixtures"] == long
@@ -85,16 +67,16 @@ def test_a_session_is_opened_however_long_it_is(studio):
 
 @pytest.mark.parametrize("how", [{"key": ""}, {"key": "wrong"}, {"origin": "http://evil.example"}, {"origin": ""}])
 def test_others_may_not_send_files(studio, how):
-    assert send(studio, {"head.ply": b""}, **how)[0] == 403
+    assert sent(studio, {"head.ply": b""}, **how)[0] == 403
     assert studio.document["face"] == ""
 
 
 def test_bad_files_are_sentences(studio, monkeypatch):
-    status, text = send(studio, {"head.ply": b"nonsense"})
+    status, text = sent(studio, {"head.ply": b"nonsense"})
     assert status == 400
     assert tempfile.gettempdir() not in text
     monkeypatch.setattr(library, "LARGEST_UPLOAD", 100)
-    status, text = send(studio, {"head.ply": b"x" * 101})
+    status, text = sent(studio, {"head.ply": b"x" * 101})
     assert (status, "too large" in text) == (400, True)
     assert studio.document["face"] == ""
 
@@ -115,10 +97,11 @@ def request(studio, body, kind=FORM, length=None):
 
 def answer(studio, *form, **more):
     """The status and the text that a form is answered with."""
-    with socket.create_connection(("127.0.0.1", studio._server.port), timeout=20.0) as page:
+    with socket.create_connection(("127.0.0.1", port(studio)), timeout=20.0) as page:
         page.sendall(request(studio, *form, **more))
-        head, _, text = page.makefile("rb").read().partition(b"\r\n\r\n")
-    return int(head.split()[1]), text.decode()
+        told = HTTPResponse(page)
+        told.begin()
+        return told.status, told.read().decode()
 
 
 @pytest.mark.parametrize(
@@ -151,7 +134,7 @@ def test_a_page_that_leaves_while_it_sends_is_no_error(studio, caplog):
         return set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
 
     before, end = folders(), time.monotonic() + 20.0
-    with socket.create_connection(("127.0.0.1", studio._server.port)) as page:
+    with socket.create_connection(("127.0.0.1", port(studio))) as page:
         page.sendall(request(studio, FILE + b"abc", length=100_000))
         while folders() == before:
             assert time.monotonic() < end
@@ -181,7 +164,7 @@ def test_a_file_cannot_fetch_others(studio, scan, tmp_path):
         "head.mtl": f"newmtl skin\nmap_Kd {secret}\n".encode(),
         "head.json": scan["head.json"],
     }
-    status, text = send(studio, files)
+    status, text = sent(studio, files)
     assert status in (200, 400)
     studio.frame()
     shown = studio.face.texture

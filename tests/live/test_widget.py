@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip("anywidget", reason="the widget needs anywidget")
 
-from studio_pages import decoded
+from studio_pages import decoded, pages
 
 from facewrinkle.live.server import page_files
 from facewrinkle.live.widget import bundled, style
@@ -56,9 +56,9 @@ def test_a_widget_shows_and_changes_the_studio(studio, monkeypatch):
     finally:
         widget.close()
     end = time.monotonic() + 5.0
-    while studio._server.clients and time.monotonic() < end:
+    while pages(studio) and time.monotonic() < end:
         time.sleep(0.02)
-    assert not studio._server.clients
+    assert not pages(studio)
 
 
 def test_its_style_stays_in_the_widget():
@@ -93,7 +93,8 @@ def test_its_module_draws_in_a_browser(studio, browser, monkeypatch):
         for (const text of texts) hears["msg:custom"]({ text }, []);
         const bytes = Uint8Array.from(atob(frame), (c) => c.charCodeAt(0));
         hears["msg:custom"]({}, [new DataView(bytes.buffer)]);
-        await new Promise((done) => setTimeout(done, 1500));
+        for (let k = 0; k < 600 && !sent.some((what) => what.do === "shown"); k++)
+          await new Promise((done) => setTimeout(done, 50));
         const slider = el.querySelector("input[aria-label='Jaw drop']");
         slider.value = 0.5;
         slider.dispatchEvent(new Event("input"));

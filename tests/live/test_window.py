@@ -18,13 +18,12 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image
-from studio_pages import page
+from studio_pages import page, sent
 
 import facewrinkle as fw
 from facewrinkle.errors import (
@@ -37,8 +36,8 @@ from facewrinkle.errors import (
 )
 from facewrinkle.live.answers import mixture_of_live
 from facewrinkle.live.document import Document
-from facewrinkle.live.protocol import Probe
 from facewrinkle.live.saving import Folder, atlas_with
+from facewrinkle.live.stage import Stage
 from facewrinkle.live.window import Studio
 from facewrinkle.processes import environment
 
@@ -95,7 +94,7 @@ def test_copied_python_gives_what_is_shown_and_its_picture(studio, tmp_path, mon
         tears={"t": {"start": studio.face.points[np.linalg.norm(studio.face.points - tear, axis=1).argmin()].tolist()}},
         timeline={"length": 2.0, "loop": True, "keys": {"k": key}},
     )
-    studio._stage.go_to(0.5)
+    studio.stage.go_to(0.5)
     frame = studio.frame()
 
     async def visit():
@@ -145,23 +144,20 @@ def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
         assert atlas.resolve(name) == face.atlas.resolve(name)
 
 
-def test_folds_that_changed_since_are_not_told(studio):
-    stage, document, answers = studio._stage, studio._document, studio._answers
+def test_folds_that_changed_since_are_not_told(studio, monkeypatch):
+    click = {"corners": [0, 1, 2], "shares": [1.0, 0.0, 0.0], "version": studio.stage.parts.version}
 
-    def clicked():
-        return answers.probed(Probe(corners=(0, 1, 2), shares=(1.0, 0.0, 0.0), version=stage.parts.version))
+    async def visit():
+        async with page(studio) as seen:
+            await seen.settled(studio)
+            with monkeypatch.context() as patch:
+                patch.setattr(Stage, "layers", ())  # others than those that made the frame
+                refused = await seen.ask("probe", **click)
+            return refused["text"], (await seen.ask("probe", **click))["value"]
 
-    def changed():
-        document.change([(("folds", "depth"), 2.0)])
-        stage._apply(document.data, document.version)  # as before the next step
-        return clicked()
-
-    stage.ask(clicked).result(30.0)
-    with pytest.raises(ParameterError, match="the face has changed since. Click again"):
-        stage.ask(changed).result(30.0)
-    studio._changed()
-    studio.frame()
-    stage.ask(clicked).result(30.0)
+    refused, told = asyncio.run(visit())
+    assert "the face has changed since. Click again" in refused
+    assert told["values"]
 
 
 @pytest.mark.slow
@@ -207,7 +203,7 @@ def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
             entry = {"start": [5000.0, 0.0, 0.0]}
             await seen.send({"do": "change", "patches": [[["tears", "far"], entry]], "gesture": ""})
             error = await seen.until(lambda got: got.get("is") == "error")
-            while studio._document.data["tears"]:
+            while studio.document["tears"]:
                 await asyncio.sleep(0.01)
             await seen.settled(studio)
             return error["text"], [got for got in seen.texts if got["is"] == "document"][-1]["data"]["tears"]
@@ -237,8 +233,7 @@ def test_pictures_meshes_and_sessions_are_saved_in_one_folder(studio, saved):
 
 def test_no_picture_is_drawn_while_a_file_is_read(studio, monkeypatch):
     """VTK in two threads at once may wait for ever: here reading ends only once the picture was asked for."""
-    answers, events = studio._answers, []
-    reading, asked, drawing = threading.Event(), threading.Event(), threading.Event()
+    events, reading, asked, drawing = [], threading.Event(), threading.Event(), threading.Event()
 
     def opened(*_):
         reading.set()
@@ -250,18 +245,23 @@ def test_no_picture_is_drawn_while_a_file_is_read(studio, monkeypatch):
     def save(*_):
         drawing.set()
         events.append("drawn")
-        return "a.png", b""
+        return "drawn.png", b""
+
+    async def visit():
+        async with page(studio) as seen:
+            await seen.send({"do": "save", "id": 1, "what": "picture", "camera": CAMERA})
+            await seen.until(lambda got: got.get("text") == "Saving")
+            asked.set()
+            return await seen.until(lambda got: got.get("id") == 1)
 
     monkeypatch.setattr("facewrinkle.live.answers.opened", opened)
     monkeypatch.setattr("facewrinkle.live.answers.save", save)
     with ThreadPoolExecutor() as pool:
-        read = pool.submit(answers.opened, Path(), [])
+        read = pool.submit(sent, studio, {"head.ply": b""})
         assert reading.wait(20.0)
-        drawn = studio._stage.ask(lambda: answers._saved_by_stage("picture", CAMERA))
-        asked.set()
-        assert drawn.result(20.0) == ("a.png", b"")
-        with pytest.raises(ParameterError, match="no face"):
-            read.result(20.0)
+        assert asyncio.run(visit())["value"]["name"] == "drawn.png"
+        status, text = read.result(20.0)
+    assert (status, "no face" in text) == (400, True)
     assert events == ["read", "drawn"]
 
 
@@ -290,7 +290,7 @@ def test_live_weights_move_the_face_and_leave_the_document(studio):
     asyncio.run(visit())
     moved = studio.frame()
     assert studio.rates == {}
-    studio._stage.live({})
+    studio.stage.live({})
     rest = studio.frame()
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(moved.points)[:n] - np.asarray(rest.points)[:n]).max() > 5.0
@@ -301,13 +301,13 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     studio.change(timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
     n = studio.face.mesh.n_points
     closed = np.asarray(studio.frame().points)[:n]
-    studio._stage.go_to(0.7)
+    studio.stage.go_to(0.7)
     opened = np.asarray(studio.frame().points)[:n]
     assert np.abs(opened - closed).max() > 5.0
-    studio._stage.play(True)
+    studio.stage.play(True)
     with pytest.raises(FaceWrinkleError, match="still moves after 0.3 s"):
         studio.frame(timeout=0.3)
-    studio._stage.play(False)
+    studio.stage.play(False)
 
 
 @pytest.mark.slow
@@ -315,7 +315,7 @@ def test_the_session_is_saved_while_the_timeline_plays_and_at_the_end(face, tmp_
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.4, "offset": 1.0, "end": 2.0}
     path = tmp_path / "session.json"
     with Studio(face, browser=False, save_to=tmp_path) as window:
-        window._stage.play(True)
+        window.stage.play(True)
         window.change(timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
         end = time.monotonic() + 20.0
         while not path.exists():
@@ -341,9 +341,10 @@ def test_all_that_was_acknowledged_before_the_end_is_saved(face, tmp_path):
     with ThreadPoolExecutor() as pool:
         with Studio(face, browser=False, save_to=tmp_path) as window:
             visitor = pool.submit(asyncio.run, visit(window))
-            time.sleep(2.0)
+            while len(acknowledged) < 100:
+                assert not visitor.done()
+                time.sleep(0.01)
         visitor.result(20.0)
-    assert len(acknowledged) > 10
     assert json.loads((tmp_path / "session.json").read_text())["intensity"] >= acknowledged[-1]
 
 
@@ -365,6 +366,13 @@ def test_a_frame_is_looked_at_as_it_is(face):
     sim.express("surprise")
     frame = sim.settle()
     before = frame.copy()
+
+    async def visit(**click):
+        async with page(window) as seen:
+            told = await seen.until(lambda got: got.get("is") == "welcome")
+            await seen.settled(window)
+            return told, (await seen.ask("probe", version=window.stage.parts.version, **click))["value"]
+
     with fw.studio(frame, browser=False) as window:
         assert np.array_equal(window.frame().points, frame.points)
         window.rates = {"AU26": 1.0}  # nothing moves
@@ -372,10 +380,9 @@ def test_a_frame_is_looked_at_as_it_is(face):
         deepest = int(np.argmin(frame["W"]))
         corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
         shares = [float(corner == deepest) for corner in corners]
-        drawn = [int(np.flatnonzero(window._stage.parts.origin == corner)[0]) for corner in corners]
-        told = window._answers.probed(Probe(corners=drawn, shares=shares, version=window._stage.parts.version))
-        assert told["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
-        told = window._answers.face()
+        drawn = [int(np.flatnonzero(window.stage.parts.origin == corner)[0]) for corner in corners]
+        told, clicked = asyncio.run(visit(corners=drawn, shares=shares))
+        assert clicked["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
         assert set(told["off"].values()) == {"this surface has no muscles"}
         assert set(told["closed"]) == {"Folds", "Patterns", "Tears"}
         assert told["pulls"] == {}
