@@ -35,7 +35,7 @@ def clock_of(thread: threading.Thread) -> Callable[[], float]:
 async def pulled(studio: Studio, name: str, frames: int, pace: float = 0.0) -> dict[str, list[float]]:
     """Return what each frame cost while a slider goes to and fro."""
     address, _, key = studio.url.partition("/#")
-    stage = studio._stage
+    stage = studio.stage
     clocks = {"stage": clock_of(stage), "server": clock_of(studio._server._thread)}
     made: dict[int, float] = {}
     costs: dict[str, list[float]] = {"stage": [], "server": [], "kB": [], "age": []}
