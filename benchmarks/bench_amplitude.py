@@ -32,7 +32,7 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import Change, RedGreenForest
 from facewrinkle.layers.base import SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
-from facewrinkle.layers.folds import Folds
+from facewrinkle.layers.muscle_wrinkles import Folds
 from facewrinkle.mesh import to_polydata
 
 ROUNDS = {"8k": 100, "1M": 10, "1M dense": 10}

@@ -15,7 +15,7 @@ from .compression import StrainField, orthonormal_tangents, per_length, principa
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
 
-SLACK, TAUT = 0.015, 0.05
+SLACK, FULL = 0.015, 0.05
 """Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
 local compression makes them.
 """
@@ -36,7 +36,7 @@ class Activation:
     """Compression of the skin over each muscle, along it, as a number in [0, 1] like a contraction rate.
 
     It is the mean of the compression (0 where the skin is stretched) over the muscle's wrinkling region, by a smooth
-    step from 0 at `SLACK` to 1 at `TAUT`. Where the skin is compressed far more in another direction, it folds in that
+    step from 0 at `SLACK` to 1 at `FULL`. Where the skin is compressed far more in another direction, it folds in that
     one instead: a second smooth step falls to 0 from `ACROSS` to `ASLANT`. The compression is measured at fixed points
     of the base mesh, so that refinement does not change it. Where several muscles fold the same skin in the same
     direction, only the one with the deepest wrinkles acts.
@@ -101,7 +101,7 @@ class Activation:
             for each in (np.maximum(epsilon, 0.0), _lost(epsilon), most)
         )
         aligned = np.divide(ours, largest, out=np.zeros(self._count), where=largest > 0.0)
-        return smoothstep((mean - SLACK) / (TAUT - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
+        return smoothstep((mean - SLACK) / (FULL - SLACK)) * smoothstep((aligned - ASLANT) / (ACROSS - ASLANT))
 
 
 def _lost(compression: Array) -> Array:

@@ -3,6 +3,7 @@
 It measures the deformed but unwrinkled surface; otherwise the wrinkles would feed back on themselves.
 """
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from typing import Self
@@ -11,12 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import Crease, Muscle
-from ..array_types import Array, BoolArray
-from ..geometry import closest_point as closest
-from ..geometry.interpolation import interpolated
-from ..geometry.normals import tangent_axes, vertex_normals
-from . import _kernels as kernels
+from ..array_types import Array
+from ..geometry.compilation import compiled
+from ..geometry.normals import tangent_axes
 
 
 class StrainField:
@@ -58,9 +56,7 @@ class StrainField:
         total = np.bincount(t.ravel(), np.repeat(area, 3))
         self._share = np.ascontiguousarray(area[:, None] / total[t])
         self.metric = np.zeros((len(p), 6))
-        kernels.change_of_metric(
-            p, t, np.zeros_like(self._products), self._dual_a, self._dual_b, self._share, self.metric
-        )
+        change_of_metric(p, t, np.zeros_like(self._products), self._dual_a, self._dual_b, self._share, self.metric)
 
     @classmethod
     def of(cls, face: Face) -> Self:
@@ -70,9 +66,7 @@ class StrainField:
     def strain(self, deformed: Array) -> Array:
         """Return the change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""
         out = np.zeros_like(self.metric)
-        kernels.change_of_metric(
-            deformed, self._triangles, self._products, self._dual_a, self._dual_b, self._share, out
-        )
+        change_of_metric(deformed, self._triangles, self._products, self._dual_a, self._dual_b, self._share, out)
         return out
 
 
@@ -264,82 +258,31 @@ def mixed(tensors: Array, left: Array, right: Array) -> Array:
     return np.asarray((tensors * both).sum(axis=-1))
 
 
-PLACES = 17
-"""Number of places along a crease at which its compression is measured."""
+@compiled
+def change_of_metric(points, triangles, products, dual_a, dual_b, share, out):
+    """Add the change of the metric (n, 6) of each triangle to its vertices, by their shares in the area.
 
-ACROSS = (-0.125, 0.0, 0.125, 0.25)
-"""Distances from the furrow, in widths, of the points whose compression is averaged there: over furrow and crest."""
-
-
-EVEN = 0.2
-"""Skin of a crease is compressed as one over this share of its length to either side (a standard deviation)."""
-
-
-class Gathered:
-    """The compression across the creases of a face, by the place along them.
-
-    A crease is one fold. Its furrow and its crest are the same skin, so that both get the same compression, and no
-    volume is made where the strain changes across the fold. Along it the compression is averaged with Gaussian weights:
-    where skin folds deeply, it takes the skin beside it along.
-
-    Parameters
-    ----------
-    face : Face
-    muscles : list of Muscle
-        Fold patterns of the face's muscles.
-    zones : ndarray of bool, shape (k, m0)
-        Base triangles that each muscle may touch.
-    metric : ndarray, shape (n0, 6)
-        Rest metric at the base vertices.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> from facewrinkle.layers.compression import StrainField
-    >>> face = fw.default_face()
-    >>> field = StrainField(face.points, face.triangles)
-    >>> patterns = [muscle.fold_pattern for muscle in face.muscles.values()]
-    >>> found = Gathered(face, patterns, face.zones, field.metric)
-    >>> bool(found.epsilon(field.strain(0.9 * face.points)).round(9).min() == 0.1)
-    True
+    The two sides a and b of a triangle had the `products` a.a, b.b and a.b at rest, and the dual vectors given.
     """
-
-    def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, metric: Array) -> None:
-        points, triangles = face.points, face.triangles
-        upright = vertex_normals(points, triangles)
-        own = [k for k, muscle in enumerate(muscles) if isinstance(muscle, Crease) and zones[k].any()]
-        self._row = np.full(len(muscles), -1)
-        self._row[own] = np.arange(len(own))
-        self._spans = np.array([getattr(muscle, "span", (0.0, 1.0)) for muscle in muscles]).reshape(-1, 2)
-        corners, weights, tensors = [np.empty((0, 3), np.int32)], [np.empty((0, 3))], [np.empty((0, 6))]
-        for k in own:
-            crease, inside = muscles[k], triangles[zones[k]]
-            assert isinstance(crease, Crease)
-            places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            found = [closest.closest(points, inside, place) for place in places]
-            at = inside[[triangle for triangle, _, _ in found]]
-            share = np.array([barycentric for _, barycentric, _ in found])
-            normal, rest = (interpolated(values, at, share) for values in (upright, metric))
-            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-            corners.append(at)
-            weights.append(share)
-            tensors.append(per_length(rest, tangents_of(crease.fold_direction(places), normal)))
-        self._corners, self._weights = np.concatenate(corners), np.concatenate(weights)
-        self._products = np.concatenate(tensors)
-        places = np.linspace(0.0, 1.0, PLACES)
-        even = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
-        self._even = even / even.sum(axis=1, keepdims=True)
-
-    def epsilon(self, strain: Array) -> Array:
-        """Return the compression (creases, places) at a strain (n0, 6) of the base mesh."""
-        here = interpolated(strain, self._corners, self._weights)
-        found = shortening(np.einsum("pk,pk->p", here, self._products))
-        return np.asarray(found.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
-
-    def at(self, strain: Array, muscle: npt.NDArray[np.integer], along: Array) -> Array:
-        """Return the compression (p,) at places on creases, each given by its muscle (p,) and its lambda (p,) there."""
-        values, row, (begin, end) = self.epsilon(strain), self._row[muscle], self._spans[muscle].T
-        step = np.clip((along - begin) / (end - begin), 0.0, 1.0) * (PLACES - 1)
-        lower = np.minimum(step.astype(int), PLACES - 2)
-        low, high = values[row, lower], values[row, lower + 1]
-        return np.asarray(low + (step - lower) * (high - low))
+    for f in range(triangles.shape[0]):
+        i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        ax, ay, az = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+        bx, by, bz = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1], points[k, 2] - points[i, 2]
+        aa = ax * ax + ay * ay + az * az - products[f, 0]
+        bb = bx * bx + by * by + bz * bz - products[f, 1]
+        ab = ax * bx + ay * by + az * bz - products[f, 2]
+        u, v = dual_a[f], dual_b[f]
+        xx = aa * u[0] * u[0] + bb * v[0] * v[0] + 2.0 * ab * u[0] * v[0]
+        yy = aa * u[1] * u[1] + bb * v[1] * v[1] + 2.0 * ab * u[1] * v[1]
+        zz = aa * u[2] * u[2] + bb * v[2] * v[2] + 2.0 * ab * u[2] * v[2]
+        yz = aa * u[1] * u[2] + bb * v[1] * v[2] + ab * (u[1] * v[2] + u[2] * v[1])
+        xz = aa * u[0] * u[2] + bb * v[0] * v[2] + ab * (u[0] * v[2] + u[2] * v[0])
+        xy = aa * u[0] * u[1] + bb * v[0] * v[1] + ab * (u[0] * v[1] + u[1] * v[0])
+        for c in range(3):
+            s, n = share[f, c], np.uint32(triangles[f, c])
+            out[n, 0] += s * xx
+            out[n, 1] += s * yy
+            out[n, 2] += s * zz
+            out[n, 3] += s * yz
+            out[n, 4] += s * xz
+            out[n, 5] += s * xy

@@ -101,6 +101,9 @@ def scattered(where: BoolArray, values: Column, none: float) -> Column:
     return out
 
 
+TAUT = 0.15
+"""Stretch that smooths out the lines of old skin."""
+
 DEEP_ENOUGH = 0.05
 """Folds of this depth, or wrinkles of this height, mm, count among those that are limited, or not."""
 

@@ -1,26 +1,37 @@
 """Wrinkles that contracting muscles fold into the skin over them: W = H A At, summed over the muscles (Eq. 3)."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any, Self
+
 import numpy as np
+import numpy.typing as npt
 
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
-from ..array_types import Array
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_flag, check_range
-from ..geometry.equations import anisotropy
+from ..geometry.compilation import compiled
+from ..geometry.equations import anisotropy, deepest
+from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import Change
-from . import _kernels as kernels
 from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
-from .compression import StrainField, shortening
-from .entries import DEEP_ENOUGH, Relief, scattered
-from .folds import Folds
+from .compression import StrainField, per_length, tangents_of
+from .entries import DEEP_ENOUGH, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
 SMALLEST = 0.4
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
+
+BLUNT = 0.18
+"""Half the width over which heights are averaged for the shading normals, in half cycles: about the distance of the
+vertices. Some vertices lie at the very bottom of a sharp furrow and others beside it; normals of the heights themselves
+would vary along the furrow, and its line would look serrated.
+"""
 
 
 class MuscleWrinkles(Layer):
@@ -103,7 +114,7 @@ class MuscleWrinkles(Layer):
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
-        kernels.amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, SMALLEST, tuple(relief))
+        amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, SMALLEST, tuple(relief))
         self._ask(k0 + kept, state.vertices, relief)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
@@ -119,8 +130,8 @@ class MuscleWrinkles(Layer):
 
     def _compressed(self, state: SurfaceState) -> Array:
         """Epsilon of all entries."""
-        strain = state.strain_at_vertices[self._folds.vertices]
-        return shortening(np.einsum("pk,pk->p", strain, self._folds.products))
+        folds, vertices = self._folds, state.vertices
+        return compressions(folds.starts, folds.products, state.strain, vertices.corners, vertices.barycentric)
 
     def _activated(self, strain: Array) -> Array:
         """Activation (k,) at a strain of the base mesh, in place of contraction rates, where the motion has none."""
@@ -209,3 +220,174 @@ def outer_skin(face: Face) -> Array:
             near = np.linalg.norm(offset, axis=1) < SHELL * eye.radius
             lined |= near & ((offset * normals).sum(axis=1) < 0.0)
     return np.where(lined, 0.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Folds(Entries):
+    """Folds of all muscles, with one entry per vertex and muscle whose wrinkling region it lies in.
+
+    The last one of a vertex is that of the dominant muscle: the entries rise by abs(H At), and where H is 0 by `swing`.
+
+    Attributes
+    ----------
+    muscle : ndarray of int32, shape (p,)
+    height : ndarray, shape (p,)
+        H At at k0 = 1.
+    blunt : ndarray, shape (p,)
+        The same with H averaged for the shading normals, see `BLUNT`.
+    swing : ndarray, shape (p,)
+        2^alpha At: from bulge to furrow at k0 = 1.
+    steep : ndarray, shape (p,)
+        `swing` relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
+    cycle : ndarray, shape (p,)
+        Half cycle u as a length.
+    coordinates : ndarray, shape (p, 2)
+        lambda and gamma (sphincter: r and psi).
+    direction : ndarray, shape (p, 3)
+        Unit tangent across the folds.
+    products : ndarray, shape (p, 6)
+        Products of the direction's components over its squared length in the rest metric.
+
+    Examples
+    --------
+    One muscle, a point in its middle, and one beside it that has no entry:
+
+    >>> from facewrinkle.anatomy.muscles import LinearMuscle
+    >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
+    >>> points, up = np.array([[0.0, 20, 0], [30, 20, 0]]), np.tile([0.0, 0, 1], (2, 1))
+    >>> vertices = SurfacePoints(points, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
+    >>> flat = np.array([[1.0, 1, 0, 0, 0, 0]])
+    >>> folds = Folds.at(vertices, [muscle], np.array([[True]]), flat, unit=1.0)
+    >>> folds.starts.tolist(), folds.coordinates.tolist(), folds.cycle.round(2).tolist()
+    ([0, 1, 1], [[0.5, 0.0]], [5.33])
+    """
+
+    muscle: IntArray
+    height: Array
+    blunt: Array
+    swing: Array
+    steep: Array
+    cycle: Array
+    coordinates: Array
+    direction: Array
+    products: Array
+
+    @classmethod
+    def at(
+        cls,
+        vertices: SurfacePoints,
+        muscles: list[Muscle],
+        zones: BoolArray,
+        metric: Array,
+        unit: float,
+        shares: Array | None = None,
+    ) -> Self:
+        """Evaluate the muscles at vertices.
+
+        Parameters
+        ----------
+        vertices : SurfacePoints
+        muscles : list of Muscle
+            Fold patterns of the face's muscles.
+        zones : ndarray of bool, shape (k, m0)
+            Base triangles that each muscle may touch.
+        metric : ndarray, shape (n0, 6)
+            Rest metric at the base vertices.
+        unit : float
+            Millimetres per unit of the vertices.
+        shares : ndarray, shape (n0,), optional
+            Share of their depth that folds have at the base vertices; without them, all of it.
+        """
+        touched, near = np.nonzero(zones[:, vertices.host])
+        found = [_of_muscle(k, muscles[k], near[touched == k], vertices.points) for k in np.unique(touched).tolist()]
+        parts = [part for part in found if len(part[0])]
+        if not parts:
+            return cls.none(len(vertices.points))
+        where, muscle_of, height, blunt, swing, cycle, coordinates, direction = map(
+            np.concatenate, zip(*parts, strict=True)
+        )
+        at = vertices.corners[where], vertices.barycentric[where]
+        if shares is not None:
+            part = interpolated(shares[:, None], *at)[:, 0]
+            height, blunt, swing = part * height, part * blunt, part * swing
+        direction = tangents_of(direction, vertices.normals[where])
+        squares = per_length(interpolated(metric, *at), direction)
+        steep = swing / deepest(2.0 * unit * cycle, 1.0)
+        columns = muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction, squares
+        rising = np.lexsort((swing, np.abs(height)))
+        of_vertices = sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points))
+        return cls(*of_vertices)
+
+    @classmethod
+    def none(cls, n: int) -> Self:
+        """Return no entries for n vertices."""
+        e, i = np.empty(0), np.empty(0, np.int32)
+        coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
+        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, coordinates, direction, squares)
+
+
+def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
+    """Columns of one muscle's entries among the points `near`: their numbers, then those of Folds."""
+    envelope = muscle.envelope(points[near])
+    inside = envelope > 0.0
+    near, envelope = near[inside], envelope[inside]
+    x, swing = points[near], 2.0**muscle.wrinkles.alpha * envelope
+    return (
+        near,
+        np.full(len(near), k),
+        muscle.height(x) * envelope,
+        muscle.height(x, BLUNT) * envelope,
+        swing,
+        muscle.half_cycles(x),
+        np.stack(muscle.coordinates(x), axis=1),
+        muscle.fold_direction(x),
+    )
+
+
+@compiled
+def compressions(starts, products, strain, corners, barycentric):
+    """Return the compression (p,) of all entries at a strain (n0, 6) of the base mesh."""
+    epsilon = np.empty(len(products))
+    for i in range(len(starts) - 1):
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+        for p in range(starts[i], starts[i + 1]):
+            change = 0.0
+            for k in range(6):
+                here = barycentric[i, 0] * strain[a, k] + barycentric[i, 1] * strain[b, k]
+                change += (here + barycentric[i, 2] * strain[c, k]) * products[p, k]
+            epsilon[p] = 1.0 - np.sqrt(max(1.0 + change, 0.0))
+    return epsilon
+
+
+@compiled
+def amplitudes(folds, epsilon, k0, kept, smallest, relief):
+    """Sum of (k0 A + kept) H At over the entries of each vertex, the same with blunt H (`shown`), and the half cycle of
+    the finest fold that matters.
+
+    What is `kept` (k,) of each muscle's folds stays at rest, and goes as the skin is stretched across them. From bulge
+    to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the entries
+    together ask for more than that, each gets the `share` for which the skin suffices.
+    """
+    starts, muscle, unit, blunt, swing, steep, cycle, _, direction, _ = folds
+    height, shown, spacing, across, active, share = relief
+    for i in range(len(starts) - 1):
+        total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False
+        for p in range(starts[i], starts[i + 1]):
+            depth, old = k0[muscle[p]], kept[muscle[p]]
+            if depth > 0.0 or old > 0.0:
+                on = True
+                deep = old * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+                if epsilon[p] > 0.0 and depth > 0.0:
+                    new = depth * np.sin(0.5 * np.pi * min(epsilon[p], 1.0))
+                    asked += new * steep[p] / np.sqrt(epsilon[p])
+                    deep += new
+                if deep > 0.0:
+                    total += deep * unit[p]
+                    mild += deep * blunt[p]
+                    if cycle[p] < finest and deep * swing[p] > smallest:
+                        finest, lead = cycle[p], p
+        share[i] = 1.0 / max(asked, 1.0)
+        height[i], shown[i], spacing[i], active[i] = total * share[i], mild * share[i], finest, on
+        if lead >= 0:
+            for c in range(3):
+                across[i, c] = direction[lead, c]

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import zones
-from facewrinkle.layers.activation import SLACK, TAUT, Activation
+from facewrinkle.layers.activation import FULL, SLACK, Activation
 from facewrinkle.layers.compression import StrainField
 
 
@@ -38,7 +38,7 @@ def named(face, values):
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9, 1.0, 2.0])
 def test_uniform_compression_activates_all_muscles_alike(face, activation, share):
-    c = SLACK + share * (TAUT - SLACK)
+    c = SLACK + share * (FULL - SLACK)
     found = named(face, activation((1.0 - c) * face.points))
     t = min(share, 1.0)
     folding = {name for name, rate in found.items() if rate > 0.0}

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.layers.compression import PLACES, Gathered, StrainField
+from facewrinkle.layers.compression import StrainField
+from facewrinkle.layers.creases import PLACES, Gathered
 
 
 @pytest.fixture(scope="module")

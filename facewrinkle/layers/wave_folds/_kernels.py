@@ -6,7 +6,7 @@ import numpy as np
 
 from ...geometry.compilation import compiled
 from ...geometry.equations import fall, fall_integral
-from .._kernels import TAUT
+from ..entries import TAUT
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""

@@ -17,7 +17,7 @@ from ...checks import finite
 from ...errors import ParameterError
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.smoothstep import smoothstep
-from ..compression import StrainField, dyads, principal_compression
+from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -81,8 +81,8 @@ class FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
         strain = StrainField(face.points * face.unit, face.triangles)
         area = vertex_areas(face.points, face.triangles)
-        normals = vertex_normals(face.points, face.triangles)
-        found = [_compressions(strain, normals, shape) for shape in shapes]
+        basis = orthonormal_tangents(strain.metric, vertex_normals(face.points, face.triangles))
+        found = [_compressions(strain, basis, shape) for shape in shapes]
         power = [float((area * squared).sum()) for squared, _ in found]
         families: list[list[int]] = []
         for k in sorted(range(len(shapes)), key=lambda k: -power[k]):
@@ -96,11 +96,11 @@ class FoldShapes:
         return cls({f"motion {i + 1}": [shapes[k] for k in family] for i, family in enumerate(families)})
 
 
-def _compressions(strain: StrainField, normals: Array, positions: Array) -> tuple[Array, Array]:
-    """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3)."""
-    moved = strain.strain(np.ascontiguousarray(positions))
-    most, where = principal_compression(moved, strain.metric, normals)
-    return np.maximum(most - FIRST, 0.0) ** 2, where
+def _compressions(strain: StrainField, basis: tuple[Array, Array], positions: Array) -> tuple[Array, Array]:
+    """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3), by an orthonormal basis."""
+    values, where, _ = principal(strain.strain(np.ascontiguousarray(positions)), *basis)
+    where /= np.linalg.norm(where, axis=1, keepdims=True)
+    return np.maximum(shortening(values[:, 0]) - FIRST, 0.0) ** 2, where
 
 
 def _askew(area: Array, one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
@@ -124,7 +124,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
         If a shape does not have the vertices of the face.
     """
     strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
-    normals = vertex_normals(face.points, face.triangles)
+    basis = orthonormal_tangents(strain.metric, vertex_normals(face.points, face.triangles))
     found = {}
     for name, positions in shapes.families.items():
         total = np.zeros_like(strain.metric)
@@ -135,7 +135,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
                     f"a motion of the family {name!r} must be positions of the {len(face.points)} vertices of "
                     f"face.mesh, received an array of the shape {array.shape}."
                 )
-            squared, where = _compressions(strain, normals, array)
+            squared, where = _compressions(strain, basis, array)
             some = np.flatnonzero(squared)
             total[some] += squared[some, None] * dyads(where[some])
         total = _evened(total, around)
