@@ -101,6 +101,11 @@ class Player:
     skin : Skinned, optional
         Default: a :class:`facewrinkle.Skin` of the face.
 
+    Attributes
+    ----------
+    settling : Skinned or None
+        The skin that tells where held rates lead; None for a skin that is given.
+
     Examples
     --------
     >>> face = fw.default_face()
@@ -112,8 +117,7 @@ class Player:
 
     def __init__(self, face: fw.Face, skin: Skinned | None = None) -> None:
         self.face, self.skin = face, fw.Skin(face) if skin is None else skin
-        self._settles = skin is None
-        self._settling: fw.Skin | None = None
+        self.settling = fw.Skin(face, SETTLING_STEP) if skin is None else None
         self.oracle = Oracle(face)
         self.positions = self.oracle.rest
 
@@ -172,27 +176,26 @@ class Player:
 
     def _resting(self, rates: Array) -> Callable[[int], Array | None] | None:
         """Return what tells where the skin comes to rest at held rates (f, k); or None for a skin that is given."""
-        if not self._settles:
+        if self.settling is None:
             return None
         found: dict[bytes, Array | None] = {}
 
         def resting(frame: int) -> Array | None:
             key = rates[frame].tobytes()
             if key not in found:
-                found[key] = self._settled(rates[frame])
+                found[key] = self.settled(rates[frame])
             return found[key]
 
         return resting
 
-    def _settled(self, rates: Array) -> Array | None:
+    def settled(self, rates: Array) -> Array | None:
         """Return where skin at rest goes (n, 3) as muscles contract to rates (k,) that are then held; or None.
 
         None means that it did not settle. No shape of the sequence has a part in it: skin that hangs where it should
         not be must not be its own excuse.
         """
-        if self._settling is None:
-            self._settling = fw.Skin(self.face, SETTLING_STEP)
-        skin = self._settling
+        skin = self.settling
+        assert skin is not None
         skin.reset()
         for step in range(1, RAMPED_IN + 1):
             skin.set_rates(rates * (step / RAMPED_IN))

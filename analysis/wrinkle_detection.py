@@ -119,24 +119,24 @@ class Network:
         self._mean, self._spread = samples.mean(axis=0), samples.std(axis=0) + 1e-9
         inputs, targets = (samples - self._mean) / self._spread, truth.astype(np.float64)
         f = inputs.shape[1]
-        self._w: list[Array] = [
+        self.weights: list[Array] = [
             random.normal(size=(f, HIDDEN)) * np.sqrt(2.0 / f), np.zeros(HIDDEN),
             random.normal(size=HIDDEN) / np.sqrt(HIDDEN), np.zeros(1),
         ]  # fmt: skip
-        first, second, step = [np.zeros_like(w) for w in self._w], [np.zeros_like(w) for w in self._w], 0
+        first, second, step = [np.zeros_like(w) for w in self.weights], [np.zeros_like(w) for w in self.weights], 0
         for epoch in range(EPOCHS):
             order = random.permutation(len(inputs))
             for start in range(0, len(order), BATCH):
                 some, step = order[start : start + BATCH], step + 1
                 rate = RATE * 0.5 * (1.0 + np.cos(np.pi * epoch / EPOCHS))
-                for k, gradient in enumerate(self._gradients(inputs[some], targets[some])):
+                for k, gradient in enumerate(self.gradients(inputs[some], targets[some])):
                     first[k] += 0.1 * (gradient - first[k])
                     second[k] += 0.001 * (gradient**2 - second[k])
                     mean, square = first[k] / (1.0 - 0.9**step), second[k] / (1.0 - 0.999**step)
-                    self._w[k] -= rate * mean / (np.sqrt(square) + 1e-8)
+                    self.weights[k] -= rate * mean / (np.sqrt(square) + 1e-8)
 
-    def _gradients(self, inputs: Array, targets: Array) -> list[Array]:
-        w, b, v, c = self._w
+    def gradients(self, inputs: Array, targets: Array) -> list[Array]:
+        w, b, v, c = self.weights
         hidden = np.maximum(inputs @ w + b, 0.0)
         off = (1.0 / (1.0 + np.exp(-(hidden @ v + c))) - targets) / len(inputs)
         back = off[:, None] * v * (hidden > 0.0)
@@ -144,7 +144,7 @@ class Network:
 
     def __call__(self, samples: Array) -> Array:
         """Return the logarithms of the odds (n,)."""
-        w, b, v, c = self._w
+        w, b, v, c = self.weights
         return np.asarray(np.maximum((samples - self._mean) / self._spread @ w + b, 0.0) @ v + c)
 
 

@@ -9,6 +9,7 @@ runs                       | a file that is torn, and code that has changed
 
 from __future__ import annotations
 
+import copy
 import json
 
 import numpy as np
@@ -35,8 +36,7 @@ def oracle(face):
 
 def found(oracle, points):
     """The findings of a shape that nothing was checked before."""
-    oracle._before = None
-    return oracle.findings(points)
+    return copy.copy(oracle).findings(points)
 
 
 # --- triangles that turn over -------------------------------------------------------------------
@@ -245,8 +245,8 @@ def test_depths_in_teeth_are_those_of_a_naive_search(face, oracle):
     some = np.flatnonzero(deep > 0.3)[::40]
     assert len(some) > 20
     places = crowns.samples.places(points)[some]
-    triangles = crowns._triangles
-    cloud = Samples.of(crowns._points, triangles, 0.15).places(crowns._points)
+    teeth, _ = teeth_of(face.landmarks, face.frame)
+    cloud = Samples.of(teeth.points, teeth.triangles, 0.15).places(teeth.points)
     naive = cKDTree(cloud).query(places)[0]
     assert (naive < deep[some] + 0.1).all()  # the nearest place may lie on a neighbouring crown
     assert np.mean(naive > deep[some] - 0.1) > 0.9
@@ -308,10 +308,10 @@ def test_a_state_of_rest_that_is_not_known_explains_nothing():
 def test_skin_settles_where_it_comes_to_rest_by_itself(face):
     player = Player(face)
     rates = np.array([0.7 * (name in ("zygomaticus_major_l", "jaw")) for name in face.muscles])
-    settled = player._settled(rates)
+    settled = player.settled(rates)
     assert np.abs(settled).max() > 5.0
-    player._settling.displacement = 2.0 * settled
-    np.testing.assert_array_equal(player._settled(rates), settled)  # nothing of what was before is left
+    player.settling.displacement = 2.0 * settled
+    np.testing.assert_array_equal(player.settled(rates), settled)  # nothing of what was before is left
     player.skin.set_rates(rates)
     for _ in range(60):
         player.skin.step()
@@ -416,7 +416,7 @@ def test_skin_that_hangs_where_no_rest_leads_is_not_its_own_excuse(face, restles
     for shape in shapes[2:4]:
         shape[50, 1] = 27.0
     player = Player(face, Made(face, shapes))
-    player._settles, player._settling = True, Hanging(face, restless)
+    player.settling = Hanging(face, restless)
     trial = player.play(rates)
     to_the_end = [0.0, 5.0 - 2.9, 27.0 - 2.9, 27.0 - 2.9, 0.0, 0.0]
     judged = to_the_end if restless else [0.0, 0.0, 27.0 - 6.5, 27.0 - 6.5, 0.0, 0.0]

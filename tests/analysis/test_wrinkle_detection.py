@@ -35,11 +35,11 @@ def test_gradients_are_those_of_the_loss():
     network = Network(inputs, targets > 0.0)
 
     def loss():
-        w, b, v, c = network._w
+        w, b, v, c = network.weights
         odds = np.maximum(inputs @ w + b, 0.0) @ v + c
         return np.mean(np.logaddexp(0.0, odds) - targets * odds)
 
-    for weights, gradient in zip(network._w, network._gradients(inputs, targets), strict=True):
+    for weights, gradient in zip(network.weights, network.gradients(inputs, targets), strict=True):
         for k in random.integers(0, weights.size, 3):
             kept = weights.flat[k]
             weights.flat[k] = kept + 1e-6
