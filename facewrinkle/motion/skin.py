@@ -81,6 +81,8 @@ class Skin:
         Their contraction rates.
     contacts : Contacts
         Contacts of the vertices of this mesh with the eyeballs, the other lip and the teeth.
+    joints : Joints
+        The mandible and the lids, which carry the vertices of this mesh along.
 
     Examples
     --------
@@ -119,7 +121,7 @@ class Skin:
         self._build_tethers(face)
         self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face, whole))
         self._bent = self._bending.indices.astype(np.uint32)
-        self.contacts = Contacts(face, self._area, resistance, self._joints.mandible)
+        self.contacts = Contacts(face, self._area, resistance, self.joints.mandible)
         self._shares, flats = np.empty(len(self._corners)), self.contacts.flats
         self._shares_at_rest = np.empty_like(self._shares)
         shares_of_area(self._rest_points, self._corners, flats.facing, flats.double_area, self._shares_at_rest)
@@ -174,7 +176,7 @@ class Skin:
         lips, directions = lip_tethers(face)
         self._normals = np.ascontiguousarray(directions)
         tethers, of_lids = self._held(face)
-        self._joints = Joints(face, self.names, tethers, of_lids)
+        self.joints = Joints(face, self.names, tethers, of_lids)
         plates = (1.0 + m.lid_stiffness) ** face.shut_lids - 1.0
         for name, joint in face.joint_weights.items():
             plates[joint.vertices] = np.maximum(plates[joint.vertices], of_lids[name])
@@ -237,7 +239,7 @@ class Skin:
             tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * (shares[k] @ knots)
             pull[k] = (force - tied[:, None] * self._normals) * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):
-            if (free := self._joints.free_share(name)) is not None:
+            if (free := self.joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
             elif name in face.eyes_without_lids:
                 closes = isinstance(face.muscles[name], SphincterMuscle)  # and has nothing left to do
@@ -339,10 +341,10 @@ class Skin:
         self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
         self._shift, self._facing_now = (
-            self._joints.shift(rates),
-            self._joints.facing(self.contacts.flats.facing, rates),
+            self.joints.shift(rates),
+            self.joints.facing(self.contacts.flats.facing, rates),
         )
-        self.contacts.place(self._joints.mandible_rate(rates), self._facing_now)
+        self.contacts.place(self.joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:
         """Advance by one time step and return the positions (n, 3) in mm."""
@@ -359,12 +361,12 @@ class Skin:
         if np.array_equal(before, after):
             self._advance(self.time_step)
         else:
-            parts = self._joints.parts(before, after)
+            parts = self.joints.parts(before, after)
             for part in range(1, parts + 1):
                 riding = self._placed
                 self._place(after if part == parts else before + (after - before) * (part / parts))
                 x = self._rest_points + self._displacement
-                self._displacement = self._joints.carried(x, riding, self._placed) - self._rest_points
+                self._displacement = self.joints.carried(x, riding, self._placed) - self._rest_points
                 self._advance(self.time_step)
         self._come_to_rest()
 

@@ -24,7 +24,7 @@ RATES = st.floats(0.0, 1.0)
 
 @pytest.fixture(scope="module")
 def joints(face):
-    return Skin(face)._joints
+    return Skin(face).joints
 
 
 def rates_of(face, **rates):
@@ -75,7 +75,7 @@ def test_tethers_go_where_points_ride(face, joints, rate):
     still = rates_of(face)
     for name, joint in face.joint_weights.items():
         now = rates_of(face, **{name: rate})
-        shift, share = joints.shift(now), joints._joints[name][1]
+        shift, share = joints.shift(now), 1.0 - joints.free_share(name)[1]
         np.testing.assert_allclose(shift, joints.carried(face.points, still, now) - face.points, atol=1e-10)
         turns = Rotation.from_rotvec(np.outer(rate * share * joint.angles, joint.axis))
         ride = joint.centre + turns.apply(face.points[joint.vertices] - joint.centre) - face.points[joint.vertices]
