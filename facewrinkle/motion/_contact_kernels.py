@@ -26,80 +26,98 @@ def at_sample(x, corners, shares, s, out):
 
 
 @compiled
-def solid_gap(p, origin, axes, half, normal):
-    """Return the distance of p (3,) from a ball, or from half of an elliptic cylinder; write its gradient (3,).
+def solid_gap(p, origins, axes, halves, s, normal):
+    """Return the distance of p (3,) from solid s, a ball or half of an elliptic cylinder; write its gradient (3,).
 
     The half cylinder ends at its origin, towards its third axis: there its flank rounds off as a parabola, so slowly
     that nothing has two places of rest at its end. Its distance is that from the flank, scaled by the depth of the
     ellipse, plus what the flank has receded. A negative first half axis stands for a ball, the second one is then its
     radius. Both distances are convex.
     """
-    if half[0] < 0.0:
+    if halves[s, 0] < 0.0:
         square = 0.0
         for k in range(3):
-            normal[k] = p[k] - origin[k]
+            normal[k] = p[k] - origins[s, k]
             square += normal[k] * normal[k]
         d = np.sqrt(square)
         for k in range(3):
             normal[k] = normal[k] / d if d > 0.0 else 0.0
-        return d - half[1]
+        return d - halves[s, 1]
     a, b, beyond = 0.0, 0.0, 0.0
     for k in range(3):
-        offset = p[k] - origin[k]
-        a += axes[0, k] * offset
-        b += axes[1, k] * offset
-        beyond += axes[2, k] * offset
-    a /= half[0]
-    b /= half[1]
+        offset = p[k] - origins[s, k]
+        a += axes[s, 0, k] * offset
+        b += axes[s, 1, k] * offset
+        beyond += axes[s, 2, k] * offset
+    a /= halves[s, 0]
+    b /= halves[s, 1]
     r = np.sqrt(a * a + b * b)
     beyond = max(beyond, 0.0)
     for k in range(3):
-        normal[k] = half[1] * (a / half[0] * axes[0, k] + b / half[1] * axes[1, k]) / r if r > 0.0 else 0.0
-        normal[k] += beyond / END_RADIUS * axes[2, k]
-    return half[1] * (r - 1.0) + 0.5 * beyond * beyond / END_RADIUS
+        aside = a / halves[s, 0] * axes[s, 0, k] + b / halves[s, 1] * axes[s, 1, k]
+        normal[k] = halves[s, 1] * aside / r if r > 0.0 else 0.0
+        normal[k] += beyond / END_RADIUS * axes[s, 2, k]
+    return halves[s, 1] * (r - 1.0) + 0.5 * beyond * beyond / END_RADIUS
 
 
 @compiled
-def near_solids(x, corners, shares, allowed, origins, axes, halves, reach):
-    """Return the samples that are nearer to their solids than `allowed` (k,) and `reach` together."""
-    p, normal = np.empty(3), np.empty(3)
-    found = np.empty(corners.shape[0], np.int64)
-    count = 0
-    for s in range(corners.shape[0]):
+def gaps_of(x, samples, solids):
+    """Return the distances (k,) of all samples from what they meet."""
+    (corners, shares, partners, allowed, _), (origins, axes, halves, _) = samples, solids
+    p, normal, out = np.empty(3), np.empty(3), np.empty_like(allowed)
+    for s in range(len(out)):
         at_sample(x, corners, shares, s, p)
-        if solid_gap(p, origins[s], axes[s], halves[s], normal) < allowed[s] + reach:
-            found[count] = s
-            count += 1
-    return found[:count]
+        if partners[s, 0] < 0:
+            out[s] = solid_gap(p, origins, axes, halves, -1 - partners[s, 0], normal)
+        else:
+            out[s] = plane_gap(p, x, partners, s, normal)
+    return out
 
 
 @compiled
-def solid_rows(x, ahead, still, near, corners, shares, allowed, origins, axes, halves, stiffness, rows, first):
+def sample_rows(x, ahead, still, near, samples, solids, full, rows):
     """Write rows of the `near` samples that are too deep now, or would be after the displacement `ahead` (n, 3).
 
-    It is `still` if it is 0 everywhere. `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,) after `ahead` and
-    stiffness (m,); they are filled from row `first` on. Returns the number of rows that are then filled.
+    It is `still` if it is 0 everywhere. Depths are those below the planes of triangles times the `firmness` of these,
+    whose `full` areas are given (k,), or those in solids. `rows` are vertices (m, 6), slopes (m, 6, 3), depths (m,)
+    after `ahead` and stiffness (m,). Returns the number of rows that are filled.
     """
+    (corners, shares, partners, allowed, stiffness), (origins, axes, halves, _) = samples, solids
     vertices, slopes, depths, stiff = rows
-    p, normal = np.empty(3), np.empty(3)
+    p, normal, bary, turn = np.empty(3), np.empty(3), np.zeros(3), np.zeros((3, 3))
+    count = 0
     for s in near:
         at_sample(x, corners, shares, s, p)
-        after = depth = allowed[s] - solid_gap(p, origins[s], axes[s], halves[s], normal)
-        if still and depth <= 0.0:
+        of_skin, firm = partners[s, 0] >= 0, 1.0
+        if of_skin:
+            gap = plane_gap(p, x, partners, s, normal)
+        else:
+            gap = solid_gap(p, origins, axes, halves, -1 - partners[s, 0], normal)
+        after = depth = allowed[s] - gap
+        if depth == -np.inf or (still and depth <= 0.0):
             continue
+        if of_skin:
+            foot(p, x, partners, s, bary)
         for c in range(3):
             for k in range(3):
-                after -= shares[s, c] * normal[k] * ahead[corners[s, c], k]
+                after -= normal[k] * shares[s, c] * ahead[corners[s, c], k]
+                if of_skin and partners[s, c] < ahead.shape[0]:
+                    after += normal[k] * bary[c] * ahead[partners[s, c], k]
         if depth <= 0.0 and after <= 0.0:
             continue
+        if of_skin:
+            firm = firmness(x, partners, s, full[s], turn)
+        after *= firm
         for c in range(3):
-            vertices[first, c] = vertices[first, c + 3] = corners[s, c]
+            moves = of_skin and partners[s, c] < ahead.shape[0]
+            vertices[count, c], vertices[count, c + 3] = corners[s, c], partners[s, c] if moves else corners[s, c]
             for k in range(3):
-                slopes[first, c, k] = shares[s, c] * normal[k]
-                slopes[first, c + 3, k] = 0.0
-        depths[first], stiff[first] = after, stiffness[s]
-        first += 1
-    return first
+                slopes[count, c, k] = firm * shares[s, c] * normal[k]
+                slopes[count, c + 3, k] = -firm * bary[c] * normal[k] - depth * turn[c, k] if moves else 0.0
+                after += depth * turn[c, k] * ahead[partners[s, c], k] if moves else 0.0
+        depths[count], stiff[count] = after, stiffness[s]
+        count += 1
+    return count
 
 
 @compiled
@@ -127,7 +145,9 @@ def slopes_of_area(x, i, j, k, normal, scale, out):
 
 @compiled
 def flat_rows(x, ahead, shares, after, least, triangles, normals, double_area, heights, stiffness, rows, first):
-    """Write rows of triangles below the share `least` of their area now or after `ahead`; see `solid_rows`."""
+    """Write rows of triangles below the share `least` of their area now or after `ahead`, from row `first` on; see
+    `sample_rows`.
+    """
     vertices, slopes, depths, stiff = rows
     slope = np.empty((3, 3))
     for f in range(triangles.shape[0]):
@@ -320,44 +340,43 @@ def farthest_moved(x, y, vertices):
 
 
 @compiled
-def plane_gap(x, corners, shares, triangle, bary, normal):
-    """Return the height of a sample above the plane of its triangle, inf if this has no area.
-
-    Writes the normal (3,), and the barycentric coordinates (3,) of the point of the plane below the sample.
-    """
-    i, j, l = triangle[0], triangle[1], triangle[2]
-    normal[0], normal[1], normal[2] = area_vector(x, i, j, l)
-    square = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
-    if square == 0.0:
+def plane_gap(p, x, triangles, s, normal):
+    """Return the height of p (3,) above the plane of triangle s, inf if this has no area; write its normal (3,)."""
+    normal[0], normal[1], normal[2] = area_vector(x, triangles[s, 0], triangles[s, 1], triangles[s, 2])
+    length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+    if length == 0.0:
         return np.inf
     gap = 0.0
     for k in range(3):
-        p = shares[0] * x[corners[0], k] + shares[1] * x[corners[1], k] + shares[2] * x[corners[2], k]
-        gap += normal[k] * (p - x[i, k])
-    b = c = 0.0
-    for k in range(3):  # areas of the triangles that the point below the sample makes with the sides
-        e, f = (k + 1) % 3, (k + 2) % 3
-        pe = shares[0] * x[corners[0], e] + shares[1] * x[corners[1], e] + shares[2] * x[corners[2], e] - x[i, e]
-        pf = shares[0] * x[corners[0], f] + shares[1] * x[corners[1], f] + shares[2] * x[corners[2], f] - x[i, f]
-        b += normal[k] * (pe * (x[l, f] - x[i, f]) - pf * (x[l, e] - x[i, e]))
-        c += normal[k] * ((x[j, e] - x[i, e]) * pf - (x[j, f] - x[i, f]) * pe)
-    bary[1], bary[2] = b / square, c / square
-    bary[0] = 1.0 - bary[1] - bary[2]
-    length = np.sqrt(square)
-    for k in range(3):
+        gap += normal[k] * (p[k] - x[triangles[s, 0], k])
         normal[k] /= length
     return gap / length
 
 
 @compiled
-def firmness(x, triangle, full, slopes):
-    """Return the share to which a triangle holds what it faces; write its slopes (3, 3) by the corners' places.
+def foot(p, x, triangles, s, bary):
+    """Write the barycentric coordinates (3,) of the point of the plane of triangle s below p (3,)."""
+    i, j, l = triangles[s, 0], triangles[s, 1], triangles[s, 2]
+    normal = area_vector(x, i, j, l)
+    square = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
+    b = c = 0.0
+    for k in range(3):  # areas of the triangles that the point below p makes with the sides
+        e, f = (k + 1) % 3, (k + 2) % 3
+        b += normal[k] * ((p[e] - x[i, e]) * (x[l, f] - x[i, f]) - (p[f] - x[i, f]) * (x[l, e] - x[i, e]))
+        c += normal[k] * ((x[j, e] - x[i, e]) * (p[f] - x[i, f]) - (x[j, f] - x[i, f]) * (p[e] - x[i, e]))
+    bary[1], bary[2] = b / square, c / square
+    bary[0] = 1.0 - bary[1] - bary[2]
+
+
+@compiled
+def firmness(x, triangles, s, full, slopes):
+    """Return the share to which triangle s holds what it faces; write its slopes (3, 3) by the corners' places.
 
     It is 1 from a `full` area on, and q (2 - q) at a share q of it; areas are doubled, as cross products are long. The
     plane of a triangle that collapses turns with the least motion of its corners: without this, forces on them have no
     bound.
     """
-    normal = area_vector(x, triangle[0], triangle[1], triangle[2])
+    normal = area_vector(x, triangles[s, 0], triangles[s, 1], triangles[s, 2])
     slopes[:] = 0.0
     length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
     if length >= full or length == 0.0:
@@ -365,41 +384,8 @@ def firmness(x, triangle, full, slopes):
     share = length / full
     steep = (2.0 - 2.0 * share) / (full * length)
     for c in range(3):
-        p, q = triangle[(c + 1) % 3], triangle[(c + 2) % 3]
+        p, q = triangles[s, (c + 1) % 3], triangles[s, (c + 2) % 3]
         for k in range(3):
             e, f = (k + 1) % 3, (k + 2) % 3
             slopes[c, k] = steep * ((x[p, e] - x[q, e]) * normal[f] - (x[p, f] - x[q, f]) * normal[e])
     return share * (2.0 - share)
-
-
-@compiled
-def plane_rows(x, ahead, still, corners, shares, allowed, stiffness, triangles, full, rows, first):
-    """Write rows of samples that are too near now or after `ahead`; see `solid_rows`.
-
-    Depths are those below the planes times the `firmness` of the triangles, whose `full` areas are given (k,).
-    """
-    vertices, slopes, depths, stiff = rows
-    bary, normal, turn = np.empty(3), np.empty(3), np.empty((3, 3))
-    for s in range(corners.shape[0]):
-        after = depth = allowed[s] - plane_gap(x, corners[s], shares[s], triangles[s], bary, normal)
-        if depth == -np.inf or (still and depth <= 0.0):
-            continue
-        for c in range(3):
-            for k in range(3):
-                after -= normal[k] * shares[s, c] * ahead[corners[s, c], k]
-                if triangles[s, c] < ahead.shape[0]:
-                    after += normal[k] * bary[c] * ahead[triangles[s, c], k]
-        if depth <= 0.0 and after <= 0.0:
-            continue
-        firm = firmness(x, triangles[s], full[s], turn)
-        after *= firm
-        for c in range(3):
-            stays = triangles[s, c] >= ahead.shape[0]
-            vertices[first, c], vertices[first, c + 3] = corners[s, c], corners[s, c] if stays else triangles[s, c]
-            for k in range(3):
-                slopes[first, c, k] = firm * shares[s, c] * normal[k]
-                slopes[first, c + 3, k] = 0.0 if stays else -firm * bary[c] * normal[k] - depth * turn[c, k]
-                after += 0.0 if stays else depth * turn[c, k] * ahead[triangles[s, c], k]
-        depths[first], stiff[first] = after, stiffness[s]
-        first += 1
-    return first

@@ -20,18 +20,14 @@ from ..array_types import Array, IntArray
 from ..mesh.repair.topology_repair import areas_doubled
 from . import _contact_kernels as kernels
 from .lid_surfaces import facing_lids
-from .lip_surfaces import FacingSkin, behind_lips, facing_lips
-from .solids import Solids, dental_arches, eyeballs
+from .lip_surfaces import behind_lips, facing_lips
+from .solids import SLACK, Samples, Solids, met_solids
 
-LEAST_AREA = 0.2
-"""Triangles are kept from falling below this share of their area, seen along the normal that joints have turned."""
-
-FIRMER = 100.0
-"""Stiffness of this contact, relative to the resistance of the skin when one vertex alone is moved."""
-
-LAST_AREA, FIRMEST = 0.1, 1000.0
-"""Share of their area below which as much stiffness comes on top: muscles that jump press many times as hard as they
-hold. Poses that are held hardly get there, and settle as fast as without.
+FLAT = {0.2: 100.0, 0.1: 1000.0}
+"""Shares of the area, seen along the normal that joints have turned, below which triangles are held back, and the
+stiffness that comes on top from there, relative to the resistance of the skin when one vertex alone is moved: muscles
+that jump press many times as hard as they hold. Poses that are held hardly get to the second, and settle as fast as
+without.
 """
 
 
@@ -45,7 +41,7 @@ class FlatTriangles:
     facing : ndarray, shape (m, 3)
         Unit normals.
     double_area, heights, stiffness : ndarray, shape (m,)
-        Twice the area, the least height, and the stiffness against the loss of height.
+        Twice the area, the least height, and the stiffness against the loss of height: `FLAT` times it.
     """
 
     triangles: IntArray
@@ -71,8 +67,9 @@ def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
     cross = np.cross(b - a, c - a)
     double = np.linalg.norm(cross, axis=1)
     longest = np.sqrt(np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
-    stiffness = FIRMER * resistance[triangles].mean(axis=1)
-    return FlatTriangles(triangles, cross / double[:, None], double, double / longest, stiffness)
+    return FlatTriangles(
+        triangles, cross / double[:, None], double, double / longest, resistance[triangles].mean(axis=1)
+    )
 
 
 Responses = npt.NDArray[np.float32]
@@ -80,18 +77,25 @@ Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 
 REACH, STALE = 3.0, 1.0
-"""Contacts are looked for within the first distance, and anew when the skin has moved by the second, mm."""
-
-FAR_AWAY = 1e9
-"""Coordinates at which contacts have never been looked for, mm."""
+"""Solids are looked for within the first distance, and anew when the skin has moved by the second, mm."""
 
 
-def _surfaces(face: Face, area: Array, angles: Array) -> tuple[Solids, FacingSkin, FacingSkin, FacingSkin]:
-    """Return the solids, lips, lids and flesh of a face whose skin turns by these angles (n,) with the mandible."""
+def _surfaces(face: Face, x: Array, area: Array, angles: Array) -> tuple[Solids, Samples, npt.NDArray[np.str_]]:
+    """Return the solids and samples of a face whose skin turns by these angles (n,) with the mandible, and what kind
+    (k,) of contact each sample makes. At rest, x (m, 3), none is pushed.
+    """
     widest = float(angles.max(initial=0.0))
-    solids = Solids.joined([eyeballs(face, area), dental_arches(face, area, widest)])
-    lips = facing_lips(face, area, angles / max(widest, 1e-12))
-    return solids, lips, facing_lids(face, area), behind_lips(face, area)
+    solids, on_solids = met_solids(face, area, widest)
+    parts = {
+        "solids": on_solids,
+        "lips": facing_lips(face, area, angles / max(widest, 1e-12)),
+        "lids": facing_lids(face, area),
+        "flesh": behind_lips(face, area),
+    }
+    samples = Samples.joined(parts.values())
+    room = kernels.gaps_of(x, samples, solids) - SLACK
+    kinds = np.repeat(list(parts), [len(part.allowed) for part in parts.values()])
+    return solids, Samples(*samples[:3], np.minimum(room, samples.allowed), samples.stiffness), kinds
 
 
 class Contacts:
@@ -111,8 +115,12 @@ class Contacts:
     ----------
     solids : Solids
         Eyeballs and dental arches.
-    lips, lids, flesh : FacingSkin
-        Lips that meet each other, lids that do, and lips that are pressed flat.
+    samples : Samples
+        All samples of the skin that can meet something.
+    kinds : ndarray of str, shape (k,)
+        What they meet: "solids"; "lips" and "lids", the other one; "flesh", the other side of the lip.
+    flats : FlatTriangles
+        Triangles that can turn over.
 
     Examples
     --------
@@ -136,51 +144,41 @@ class Contacts:
         angles = np.zeros(len(area))
         if mandible is not None:
             angles[mandible.vertices] = mandible.angles
-        self.solids, self.lips, self.lids, self.flesh = per_face(
-            face, "surfaces", (area.tobytes(), angles.tobytes()), lambda: _surfaces(face, area, angles)
+        eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
+        self._eyes, rest = eyes, np.concatenate([self._points, eyes])
+        self.solids, self.samples, self.kinds = per_face(
+            face, "surfaces", (area.tobytes(), angles.tobytes()), lambda: _surfaces(face, rest, area, angles)
         )
-        self._eyes = np.array([eye.centre * face.unit for eye in face.eyes]).reshape(-1, 3)
+        self._full = max(FLAT) * areas_doubled(rest, self.samples.partners)
+        self._meeting_solids = np.unique(self.samples.corners[self.kinds == "solids"])
         self.flats = flat_triangles(face, resistance)
-        firmest = self.flats.stiffness * (FIRMEST / FIRMER)
-        self._flat_levels = [(LEAST_AREA, self.flats.stiffness), (LAST_AREA, firmest)]
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))
-        rest = np.concatenate([self._points, self._eyes])
-        self._full = [LEAST_AREA * areas_doubled(rest, skin.triangles) for skin in (self.lips, self.lids, self.flesh)]
-        most = sum(len(each.corners) for each in (self.solids, self.lips, self.lids, self.flesh))
-        most += len(self._flat_levels) * len(face.triangles)
+        most = len(self.kinds) + len(FLAT) * len(face.triangles)
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
         self._known: tuple[Array, float, Array] | None = None
-        self._rate = np.nan
-        self._meeting_solids = np.unique(self.solids.corners)
-        self._facing: Array = self.flats.facing
+        self._rate, self._facing = np.nan, self.flats.facing
         self.place(0.0, self._facing)
 
     def reset(self) -> None:
-        """Forget where contacts were looked for."""
-        self._known = None
-        self._looked_at = np.full_like(self._points, FAR_AWAY)
+        """Forget where solids were looked for."""
+        self._known, self._looked_at = None, np.full_like(self._points, np.inf)
 
     def place(self, rate: float, facing: Array) -> None:
         """Let teeth go along with the mandible at its contraction rate, and triangles face (m, 3)."""
-        if rate == self._rate and np.array_equal(facing, self._facing):
-            return
-        self._facing, self._known, same = facing, None, rate == self._rate
-        if same:
-            return
-        self._rate = rate
-        s = self.solids
-        origins, axes = s.turned(self._mandible, rate)
-        self._placed = s.corners, s.shares, s.allowed, origins, axes, s.halves
-        self._looked_at = np.full_like(self._points, FAR_AWAY)
+        if rate != self._rate:
+            self._rate, self._placed = rate, self.solids.turned(self._mandible, rate)
+            self.reset()
+        if not np.array_equal(facing, self._facing):
+            self._facing, self._known = facing, None
 
     def _look(self, u: Array) -> Array:
-        """Return positions of vertices and eyes; look for contacts near them unless they were looked for close by."""
+        """Return positions of vertices and eyes; look for solids near them unless they were looked for close by."""
         x = np.concatenate([self._points + u, self._eyes])
         if not kernels.farthest_moved(x, self._looked_at, self._meeting_solids) <= STALE:
-            self._looked_at = x
-            self._near_solids = kernels.near_solids(x, *self._placed, REACH)
+            gaps, of_skin = kernels.gaps_of(x, self.samples, self._placed), self.samples.partners[:, 0] >= 0
+            self._looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + REACH))
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:
@@ -210,18 +208,14 @@ class Contacts:
         """Write the rows of all contacts that press, or would after a displacement `ahead` (n, 3), which leaves these
         `shares` (m,) of the areas of triangles; return their number.
         """
-        x, rows, f, s, still = self._x, self._rows, self.flats, self.solids, ahead is self._still
-        m = kernels.solid_rows(x, ahead, still, self._near_solids, *self._placed, s.stiffness, rows, 0)
-        for skin, full in zip((self.lips, self.lids, self.flesh), self._full, strict=True):
-            m = kernels.plane_rows(
-                x, ahead, still, skin.corners, skin.shares, skin.allowed, skin.stiffness, skin.triangles, full, rows, m
-            )
+        x, rows, f, still = self._x, self._rows, self.flats, ahead is self._still
+        m = kernels.sample_rows(x, ahead, still, self._near, self.samples, self._placed, self._full, rows)
         lowest = min(self._shares.min(initial=1.0), shares.min(initial=1.0))
-        for least, stiffness in self._flat_levels:
+        for least, firmness in FLAT.items():
             if not lowest >= least:
                 m = kernels.flat_rows(
                     x, ahead, self._shares, shares, least, f.triangles, self._facing, f.double_area, f.heights,
-                    stiffness, rows, m,
+                    firmness * f.stiffness, rows, m,
                 )  # fmt: skip
         return int(m)
 

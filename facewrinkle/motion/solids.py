@@ -1,4 +1,4 @@
-"""Solids that the skin meets: eyeballs and the dental arches.
+"""Samples of the skin, and the solids that they meet: eyeballs and the dental arches.
 
 Every solid is a ball or half of an upright elliptic cylinder, so its distance is a convex function of the place, known
 in closed form. What a point of the skin meets depends on nothing but where it is: the lower teeth go along with the
@@ -7,20 +7,17 @@ mandible.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Self
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy.eyelid_opening import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
-from ..array_types import Array, IntArray
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import unique_edges
-from . import _contact_kernels as kernels
 from ._skin_kernels import add_turns
 from .constraints import from_lips
 
@@ -40,9 +37,8 @@ AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
 
 
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Samples of the skin, each with what it meets; mm.
+class Samples(NamedTuple):
+    """Samples of the skin, each with the triangle or the solid that it meets; mm.
 
     Attributes
     ----------
@@ -50,79 +46,68 @@ class Samples:
         Vertices of each sample.
     shares : ndarray, shape (k, 3)
         Its barycentric coordinates.
+    partners : ndarray of int, shape (k, 3)
+        Corners of the triangle that it meets, counter-clockwise seen from its own side. Numbers beyond the vertices are
+        points that stay. For the solid number s, three times -1 - s.
     allowed : ndarray, shape (k,)
         Distance from what it meets below which a sample is pushed off it.
     stiffness : ndarray, shape (k,)
 
     Examples
     --------
-    Samples of the built-in head that the eyeballs keep away, each with weights that add up to 1:
+    Samples of the built-in head that eyes and teeth keep away, each with weights that add up to 1:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> samples = eyeballs(face, np.ones(len(face.points)))
+    >>> _, samples = met_solids(face, np.ones(len(face.points)))
     >>> isinstance(samples, Samples), bool(np.allclose(samples.shares.sum(axis=1), 1.0))
     (True, True)
     """
 
     corners: IntArray
     shares: Array
+    partners: IntArray
     allowed: Array
     stiffness: Array
 
     @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
+    def joined(cls, parts: Iterable[Samples]) -> Samples:
         """Return all samples of several.
 
         Examples
         --------
         >>> import facewrinkle as fw
-        >>> face, each = fw.default_face(), np.ones(len(fw.default_face().points))
-        >>> eyes = eyeballs(face, each)
-        >>> len(Solids.joined([eyes, eyes]).allowed) == 2 * len(eyes.allowed)
+        >>> face = fw.default_face()
+        >>> _, samples = met_solids(face, np.ones(len(face.points)))
+        >>> len(Samples.joined([samples, samples]).allowed) == 2 * len(samples.allowed)
         True
         """
-        return cls(*(np.concatenate(column) for column in zip(*(vars(each).values() for each in parts), strict=True)))
-
-    def gap(self, s: int, x: Array) -> float:
-        """Return the distance of sample s from what it meets, for positions (n, 3)."""
-        raise NotImplementedError
-
-    def gaps(self, x: Array) -> Array:
-        """Return the distances (k,) of all samples from what they meet, for positions (n, 3)."""
-        return np.array([self.gap(s, x) for s in range(len(self.corners))])
-
-    def pushed_within(self, x: Array, distance: float | Array) -> Self:
-        """Return the same samples, which are pushed off from a distance on, or as far as their places (n, 3) at rest
-        allow.
-        """
-        return replace(self, allowed=np.minimum(self.gaps(x) - SLACK, distance))
+        return cls(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-@dataclass(frozen=True, eq=False)
-class Solids(Samples):
-    """Samples of the skin, each with the solid that it meets, at rest; mm.
+class Solids(NamedTuple):
+    """Balls and half cylinders, at rest; mm.
 
     Attributes
     ----------
-    origins : ndarray, shape (k, 3)
+    origins : ndarray, shape (s, 3)
         Centres of balls, or points on the axes of cylinders.
-    axes : ndarray, shape (k, 3, 3)
+    axes : ndarray, shape (s, 3, 3)
         Directions in which cylinders have their half axes, and in which they end; unused for balls.
-    halves : ndarray, shape (k, 2)
+    halves : ndarray, shape (s, 2)
         Half axes; of balls, -1 and the radius.
-    angles : ndarray, shape (k,)
+    angles : ndarray, shape (s,)
         Turn of each solid with the mandible at full contraction, radians.
 
     Examples
     --------
-    Skin around the eyes is pushed before it reaches the eyeballs:
+    Two eyeballs, and the dental arches:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> eyes = eyeballs(face, np.ones(len(face.points)))
-    >>> round(float(eyes.allowed.max()), 2), bool((eyes.gaps(face.points) > eyes.allowed).all())
-    (0.31, True)
+    >>> solids, _ = met_solids(face, np.ones(len(face.points)))
+    >>> (solids.halves[:, 0] < 0.0).tolist()
+    [True, True, False, False]
     """
 
     origins: Array
@@ -130,47 +115,64 @@ class Solids(Samples):
     halves: Array
     angles: Array
 
-    def gap(self, s: int, x: Array) -> float:
-        """See :meth:`Samples.gap`."""
-        place = self.shares[s] @ x[self.corners[s]]
-        return float(kernels.solid_gap(place, self.origins[s], self.axes[s], self.halves[s], np.empty(3)))
-
-    def turned(self, joint: JointWeights | None, rate: float) -> tuple[Array, Array]:
-        """Return `origins` and `axes` as a mandible places them at its contraction rate."""
+    def turned(self, joint: JointWeights | None, rate: float) -> Solids:
+        """Return the solids as a mandible places them at its contraction rate."""
         if joint is None or rate == 0.0:
-            return self.origins, self.axes
+            return self
         origins, axes, angles = self.origins.copy(), self.axes.copy(), rate * self.angles
         add_turns(origins, np.arange(len(origins)), joint.centre, joint.axis, angles, 1.0, origins)
         flat = axes.reshape(-1, 3)
         add_turns(flat, np.arange(len(flat)), np.zeros(3), joint.axis, np.repeat(angles, 3), 1.0, flat)
-        return origins, axes
+        return Solids(origins, axes, self.halves, self.angles)
 
 
-def eyeballs(face: Face, area: Array) -> Solids:
-    """Return the contacts with the eyeballs: of vertices, and of the middles of edges, whose chords cut the balls most.
+def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Samples]:
+    """Return the eyeballs and the dental arches, and the samples that meet them.
 
-    Skin is pushed off as far as there is room at rest between the margins of the lids and the ball.
+    Eyeballs push off skin as far as there is room at rest between the margins of the lids and the ball; the middles of
+    edges are samples, too, as chords cut the balls most. The dental arches are half cylinders that end at the edges of
+    the incisors: the upper one is part of the skull, the lower one goes with the mandible.
+
+    Parameters
+    ----------
+    face : Face
+    area : ndarray, shape (n,)
+        Area of the skin around each vertex, mm^2.
+    angle : float
+        Turn of the mandible at full contraction, radians.
+
+    Examples
+    --------
+    Skin is pushed before it reaches the eyeballs:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> _, samples = met_solids(face, np.ones(len(face.points)))
+    >>> round(float(samples.allowed.max()), 2)
+    0.31
     """
     points = face.points * face.unit
-    found = []
+    solids: list[tuple[Array, Array, Array, float]] = []
+    found: list[Samples] = []
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
         near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
         room = (1.0 / LID_ROOM - 1.0) * radius
-        corners, shares, stiffness = samples_of(face, near, area, radius)
-        stiffness *= EYE_STIFFNESS / STIFFNESS
-        found.append(_balls(face, corners, shares, stiffness, centre, np.array(radius), room))
-    return Solids.joined(found) if found else _none()
+        found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
+        solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))
+    for jaw, own in (("upper", 0.0), ("lower", angle)):
+        origin, axes, half, near, edges = _arch(face, jaw)
+        bulge = CROWN_BULGE * face.frame.scale * face.unit
+        radius = half[0] ** 2 / half[1]
+        found.append(samples_of(face, near, TEETH_STIFFNESS * area, radius, -1 - len(solids), bulge, edges))
+        solids.append((origin, axes, half, own))
+    return Solids(*(np.array(column) for column in zip(*solids, strict=True))), Samples.joined(found)
 
 
-def dental_arches(face: Face, area: Array, angle: float) -> Solids:
-    """Return the contacts with the dental arches, half cylinders that end at the edges of the incisors: the upper one
-    is part of the skull, the lower one goes with the mandible, which turns by `angle` at full contraction.
+def _arch(face: Face, jaw: str) -> tuple[Array, Array, Array, BoolArray, IntArray]:
+    """Return the origin (3,), axes (3, 3) and half axes (2,) of a dental arch, True (n,) for vertices in front of it,
+    and the edges (m, 2) there, also those that end in the lining of the mouth.
     """
-    return Solids.joined([_arch(face, area, "upper", 0.0), _arch(face, area, "lower", angle)])
-
-
-def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
     scale = face.frame.scale * face.unit
     half = scale * np.array(ELLIPSE[jaw])
     local, side = from_lips(face) * face.unit, 1.0 if jaw == "upper" else -1.0
@@ -179,38 +181,51 @@ def _arch(face: Face, area: Array, jaw: str, angle: float) -> Solids:
         down, back = down - OVERBITE, back + OVERJET
     middle = np.array([0.0, -down * scale, -half[1] - back * scale])
 
-    def before(places: Array) -> npt.NDArray[np.bool_]:
+    def before(places: Array) -> BoolArray:
         flat = (places - middle)[:, [0, 2]]
         outside = half[1] * (np.hypot(*(flat / half).T) - 1.0) > -BEHIND_TEETH * scale
         close = (np.linalg.norm(places, axis=1) < 50.0 * scale) & (np.abs(places[:, 1]) < 25.0 * scale)
         return np.asarray(close & outside & (flat[:, 1] > 0.3 * half[1]))
 
     edges, _ = unique_edges(face.triangles)
-    edges = edges[before(local[edges].mean(axis=1))]  # also of those that end in the lining of the mouth
-    corners, shares, stiffness = samples_of(face, before(local), area, half[0] ** 2 / half[1], edges)
-    stiffness *= TEETH_STIFFNESS / STIFFNESS
-    k = len(corners)
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
-    axes = np.broadcast_to(face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]], (k, 3, 3)).copy()
-    origins = np.tile(lips + middle @ face.frame.axes, (k, 1))
-    arches = Solids(corners, shares, np.zeros(k), stiffness, origins, axes, np.tile(half, (k, 1)), np.full(k, angle))
-    return arches.pushed_within(face.points * face.unit, CROWN_BULGE * scale)
+    axes = face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]]
+    return lips + middle @ face.frame.axes, axes, half, before(local), edges[before(local[edges].mean(axis=1))]
 
 
 def samples_of(
-    face: Face, near: npt.NDArray[np.bool_], area: Array, radius: float, edges: npt.NDArray[np.integer] | None = None
-) -> tuple[IntArray, Array, Array]:
-    """Return corners (k, 3), shares (k, 3) and stiffness (k,) of samples: the `near` vertices, and the middles of edges
-    (m, 2) that are so long that they would cut a surface of a given radius, mm, by more than `CUT`. Default: of those
-    between two near vertices.
+    face: Face,
+    near: BoolArray,
+    stiffness: Array,
+    radius: float,
+    partner: int = 0,
+    allowed: float = 0.0,
+    edges: IntArray | None = None,
+) -> Samples:
+    """Return samples: the `near` vertices, and the middles of edges that are so long that they would cut a surface of a
+    given radius, mm, by more than `CUT`.
+
+    Parameters
+    ----------
+    face : Face
+    near : ndarray of bool, shape (n,)
+    stiffness : ndarray, shape (n,)
+        Of the skin around each vertex.
+    radius : float
+    partner : int
+        Three times that is what all meet; see :class:`Samples`.
+    allowed : float
+        See :class:`Samples`.
+    edges : ndarray of int, shape (m, 2), optional
+        Default: those between two near vertices.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> near = np.ones(len(face.points), bool)
-    >>> corners, shares, _ = samples_of(face, near, np.ones(len(face.points)), radius=1e9)
-    >>> len(corners) == len(face.points)
+    >>> samples = samples_of(face, near, np.ones(len(face.points)), radius=1e9)
+    >>> len(samples.corners) == len(face.points)
     True
     """
     vertices = np.flatnonzero(near)
@@ -222,22 +237,17 @@ def samples_of(
     edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
     corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
     shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
-    return corners, shares, STIFFNESS * (shares * area[corners]).sum(axis=1)
+    own, met = (shares * stiffness[corners]).sum(axis=1), np.full_like(corners, partner)
+    return Samples(corners, shares, met, np.full(len(corners), allowed), own)
 
 
-def _balls(
-    face: Face, corners: IntArray, shares: Array, stiffness: Array, centres: Array, radii: Array, room: float
-) -> Solids:
-    k = len(corners)
-    halves = np.stack([np.full(k, -1.0), np.broadcast_to(radii, k)], axis=1)
-    centres = np.broadcast_to(centres, (k, 3)).copy()
-    balls = Solids(corners, shares, np.zeros(k), stiffness, centres, np.zeros((k, 3, 3)), halves, np.zeros(k))
-    return balls.pushed_within(face.points * face.unit, room)
+def of_vertices(vertices: IntArray, partners: IntArray, allowed: float | Array, stiffness: Array) -> Samples:
+    """Return samples at vertices (k,), which meet the triangles `partners` (k, 3), given the stiffness (n,) of all.
 
-
-def _none() -> Solids:
-    none = np.zeros(0)
-    return Solids(
-        np.zeros((0, 3), np.int64), np.zeros((0, 3)), none, none,
-        np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros((0, 2)), none,
-    )  # fmt: skip
+    Examples
+    --------
+    >>> of_vertices(np.array([7]), np.array([[1, 2, 3]]), 0.5, np.ones(9)).corners
+    array([[7, 7, 7]])
+    """
+    corners, shares = np.repeat(vertices[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(vertices), 1))
+    return Samples(corners, shares, partners, np.broadcast_to(allowed, len(vertices)), stiffness[vertices])

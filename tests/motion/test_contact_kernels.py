@@ -20,6 +20,7 @@ from scipy.spatial.transform import Rotation
 from facewrinkle.motion import _contact_kernels as kernels
 from facewrinkle.motion._skin_kernels import add_turns
 from facewrinkle.motion.contacts import compacted
+from facewrinkle.motion.solids import Samples, Solids
 
 NUMBERS = st.floats(-10.0, 10.0).map(lambda x: round(x, 3))
 POINTS = arrays(float, 3, elements=NUMBERS)
@@ -27,7 +28,7 @@ POINTS = arrays(float, 3, elements=NUMBERS)
 
 def of_solid(point, origin, axes, half):
     normal = np.empty(3)
-    return kernels.solid_gap(point, origin, axes, np.asarray(half, float), normal), normal
+    return kernels.solid_gap(point, origin[None], axes[None], np.array([half], float), 0, normal), normal
 
 
 def differences(function, point, h=1e-6):
@@ -85,36 +86,37 @@ def test_normals_of_solids_are_slopes_of_the_distance(half):
 
 
 def balls(rng, k=200, n=90):
-    """Samples of random points, balls near them, and what the loops over solids want of them."""
+    """Samples of random points, a ball near each, and their distances."""
     x = rng.uniform(-5.0, 5.0, (n, 3))
     corners, shares = rng.integers(0, n, (k, 3)), rng.dirichlet(np.ones(3), k)
-    samples = np.einsum("kc,kci->ki", shares, x[corners])
+    points = np.einsum("kc,kci->ki", shares, x[corners])
     halves = np.stack([np.full(k, -1.0), rng.uniform(1.0, 3.0, k)], axis=1)
-    origins = samples + rng.normal(size=(k, 3)) * rng.uniform(0.2, 6.0, (k, 1))
-    placed = corners, shares, rng.uniform(0.0, 0.5, k), origins, np.zeros((k, 3, 3)), halves
-    return x, placed, np.linalg.norm(samples - origins, axis=1) - halves[:, 1]
+    origins = points + rng.normal(size=(k, 3)) * rng.uniform(0.2, 6.0, (k, 1))
+    met = np.repeat(-1 - np.arange(k)[:, None], 3, axis=1)
+    samples = Samples(corners, shares, met, rng.uniform(0.0, 0.5, k), rng.uniform(1.0, 9.0, k))
+    solids = Solids(origins, np.zeros((k, 3, 3)), halves, np.zeros(k))
+    return x, samples, solids, np.linalg.norm(points - origins, axis=1) - halves[:, 1]
 
 
-def test_the_samples_near_solids_are_all_that_are_near():
-    x, placed, gaps = balls(np.random.default_rng(1))
-    near = kernels.near_solids(x, *placed, 0.7)
-    assert near.tolist() == np.flatnonzero(gaps < placed[2] + 0.7).tolist()
-    assert 20 < len(near) < len(gaps) - 20
+def test_the_gaps_of_samples_are_their_distances():
+    x, samples, solids, gaps = balls(np.random.default_rng(1))
+    np.testing.assert_allclose(kernels.gaps_of(x, samples, solids), gaps, atol=1e-12)
 
 
 def test_the_energy_of_solids_is_half_stiffness_times_depth_squared():
     rng = np.random.default_rng(1)
-    x, placed, gaps = balls(rng)
-    stiffness, gradient = rng.uniform(1.0, 9.0, len(gaps)), np.zeros_like(x)
-    rows = np.zeros((len(gaps), 6), int), np.zeros((len(gaps), 6, 3)), np.zeros(len(gaps)), np.zeros(len(gaps))
+    x, samples, solids, gaps = balls(rng)
+    k, gradient = len(gaps), np.zeros_like(x)
+    rows = np.zeros((k, 6), int), np.zeros((k, 6, 3)), np.zeros(k), np.zeros(k)
 
     def energy_at(x, gradient):
-        count = kernels.solid_rows(x, np.zeros_like(x), True, np.arange(len(gaps)), *placed, stiffness, rows, 0)
+        count = kernels.sample_rows(x, np.zeros_like(x), True, np.arange(k), samples, solids, np.zeros(k), rows)
         return kernels.energy_of(rows, count, gradient)
 
-    depths = np.maximum(placed[2] - gaps, 0.0)
+    depths = np.maximum(samples.allowed - gaps, 0.0)
+    assert 20 < (depths > 0.0).sum() < k - 20
     energy = energy_at(x, gradient)
-    assert energy == pytest.approx(0.5 * (stiffness * depths**2).sum())
+    assert energy == pytest.approx(0.5 * (samples.stiffness * depths**2).sum())
     for way in rng.normal(size=(5, *x.shape)):
         ends = [energy_at(x + h * way, np.zeros_like(x)) for h in (1e-6, -1e-6)]
         assert (ends[0] - ends[1]) / 2e-6 == pytest.approx((gradient * way).sum(), rel=1e-6)

@@ -26,13 +26,11 @@ import facewrinkle as fw
 from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
-from facewrinkle.geometry.normals import vertex_areas
-from facewrinkle.motion import contacts as contacts_module
-from facewrinkle.motion._contact_kernels import solid_gap
+from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import REACH, Compliance, Contacts
 from facewrinkle.motion.lip_surfaces import LIP_DISTANCE, _facing
 from facewrinkle.motion.skin import Skin
-from facewrinkle.motion.solids import SLACK, dental_arches, eyeballs, samples_of
+from facewrinkle.motion.solids import SLACK, met_solids, samples_of
 
 
 @pytest.fixture(scope="module")
@@ -46,15 +44,23 @@ KINDS = ("solids", "lips", "lids", "flats")
 def contacts_of(face, *kinds):
     """Contacts of some kinds alone."""
     contacts = Skin(face).contacts
-    if "solids" not in kinds:
-        contacts.solids = replace(contacts.solids, stiffness=1e-30 * contacts.solids.stiffness)
-    if "lips" not in kinds:
-        contacts.lips = replace(contacts.lips, stiffness=1e-30 * contacts.lips.stiffness)
-    if "lids" not in kinds:
-        contacts.lids = replace(contacts.lids, stiffness=1e-30 * contacts.lids.stiffness)
-    if "flats" not in kinds:
-        contacts.flats = replace(contacts.flats, stiffness=1e-30 * contacts.flats.stiffness)
+    weaken(contacts, *(kind for kind in KINDS if kind not in kinds))
     return contacts
+
+
+def weaken(contacts, *kinds):
+    """Leave contacts of some kinds next to no force."""
+    weak = np.where(np.isin(contacts.kinds, kinds), 1e-30, 1.0)
+    contacts.samples = contacts.samples._replace(stiffness=weak * contacts.samples.stiffness)
+    if "flats" in kinds:
+        contacts.flats = replace(contacts.flats, stiffness=1e-30 * contacts.flats.stiffness)
+
+
+def room_of(skin, kind):
+    """How much farther than they may be samples of a kind are from what they meet, where the jaw is shut, mm."""
+    face, contacts, x = skin.mesh.face, skin.contacts, (skin.points + skin.displacement)[skin.mesh.vertices]
+    places = np.vstack([x, [face.unit * eye.centre for eye in face.eyes]])
+    return (gaps_of(places, contacts.samples, contacts.solids) - contacts.samples.allowed)[contacts.kinds == kind]
 
 
 def smooth(points, rng, size, wave=25.0):
@@ -177,38 +183,39 @@ def test_at_rest_nothing_touches(face, real_face, stem):
 # --- solids -------------------------------------------------------------------------------------
 
 
-def test_rest_is_off_every_solid_by_its_slack(face):
-    area = vertex_areas(face.points, face.triangles)
-    for solids in (eyeballs(face, area), dental_arches(face, area, face.joint_weights["jaw"].angles.max())):
-        assert len(solids.allowed) > 30
-        assert (solids.gaps(face.points) - solids.allowed).min() >= SLACK - 1e-12
-        np.testing.assert_allclose(solids.shares.sum(axis=1), 1.0)
-        assert (solids.stiffness > 0.0).all()
+def test_rest_is_off_everything_by_its_slack(skin):
+    skin.reset()
+    for kind in ("solids", "lips", "lids", "flesh"):
+        room = room_of(skin, kind)
+        assert len(room) > 100
+        assert room.min() >= SLACK - 1e-12
+    np.testing.assert_allclose(skin.contacts.samples.shares.sum(axis=1), 1.0)
+    assert (skin.contacts.samples.stiffness > 0.0).all()
 
 
 def test_solids_go_with_the_mandible(face, skin):
     """Skin that turns as far as the teeth before it is as far from them as at rest."""
-    solids, jaw = skin.contacts.solids, skin.joints.mandible
-    samples = np.einsum("kc,kci->ki", solids.shares, face.points[solids.corners])
-    origins, axes = solids.turned(jaw, 0.7)
-    moved = jaw.centre + Rotation.from_rotvec(np.outer(0.7 * solids.angles, jaw.axis)).apply(samples - jaw.centre)
-    assert np.linalg.norm(moved - samples, axis=1).max() > 10.0
-    normal = np.empty(3)
-    gaps = [solid_gap(*of, normal) for of in zip(moved, origins, axes, solids.halves, strict=True)]
-    np.testing.assert_allclose(gaps, solids.gaps(face.points), atol=1e-9)
+    solids, samples = met_solids(face, np.ones(len(face.points)), face.joint_weights["jaw"].angles.max())
+    jaw, turned = skin.joints.mandible, solids.turned(skin.joints.mandible, 0.7)
+    points = np.einsum("kc,kci->ki", samples.shares, face.points[samples.corners])
+    angles = solids.angles[-1 - samples.partners[:, 0]]
+    moved = jaw.centre + Rotation.from_rotvec(np.outer(0.7 * angles, jaw.axis)).apply(points - jaw.centre)
+    assert np.linalg.norm(moved - points, axis=1).max() > 10.0
+    alone = samples._replace(corners=np.arange(len(points))[:, None].repeat(3, axis=1))
+    np.testing.assert_allclose(gaps_of(moved, alone, turned), gaps_of(points, alone, solids), atol=1e-9)
     fixed = solids.angles == 0.0
-    assert 30 < fixed.sum() < len(fixed) - 30
-    assert np.array_equal(origins[fixed], solids.origins[fixed])
-    assert np.array_equal(axes[fixed], solids.axes[fixed])
-    assert solids.turned(None, 1.0)[0] is solids.turned(jaw, 0.0)[0] is solids.origins
+    assert 30 < fixed[-1 - samples.partners[:, 0]].sum() < len(points) - 30
+    assert np.array_equal(turned.origins[fixed], solids.origins[fixed])
+    assert np.array_equal(turned.axes[fixed], solids.axes[fixed])
+    assert solids.turned(None, 1.0) is solids.turned(jaw, 0.0) is solids
 
 
 def test_long_edges_are_sampled_in_the_middle(face):
     near, area = np.ones(len(face.points), bool), np.ones(len(face.points))
-    counts = [len(samples_of(face, near, area, radius)[0]) for radius in (1e9, 100.0, 5.0, 1.0)]
+    counts = [len(samples_of(face, near, area, radius).corners) for radius in (1e9, 100.0, 5.0, 1.0)]
     assert counts[0] == len(face.points)
     assert counts == sorted(set(counts))
-    corners, shares, _ = samples_of(face, near, area, 5.0)
+    corners, shares, *_ = samples_of(face, near, area, 5.0)
     middles = shares[:, 0] == 0.5
     lengths = np.linalg.norm(face.points[corners[middles, 0]] - face.points[corners[middles, 1]], axis=1)
     assert (lengths**2 / (8.0 * 5.0) > 0.05).all(), "only chords that cut a ball of 5 mm by more than .05 mm"
@@ -217,8 +224,8 @@ def test_long_edges_are_sampled_in_the_middle(face):
 def test_the_wall_of_the_teeth_is_their_outer_border(face, skin):
     """The arch that is drawn lies within the wall, but for the bulge of its crowns."""
     upper, _ = teeth_of(face.landmarks, face.frame)
-    arches = dental_arches(face, np.ones(len(face.points)), 0.0)
-    radius = np.hypot(*(((upper.points - arches.origins[0]) @ arches.axes[0, :2].T) / arches.halves[0]).T)
+    solids, arch = skin.contacts.solids, len(face.eyes)
+    radius = np.hypot(*(((upper.points - solids.origins[arch]) @ solids.axes[arch, :2].T) / solids.halves[arch]).T)
     assert 0.95 < radius.max() < 1.05
 
 
@@ -232,13 +239,11 @@ PRESSED = dict.fromkeys(("mentalis_l", "mentalis_r", "depressor_anguli_oris_l", 
 def test_lips_that_are_pressed_together_stop_each_other(face):
     """The chin pushes the lower lip up: free, it would pass far through the upper one."""
     free, stopped = Skin(face), Skin(face)
-    lips, oracle = free.contacts.lips, Oracle(face)
-    free.contacts.lips = replace(lips, stiffness=1e-30 * lips.stiffness)
+    oracle = Oracle(face)
+    weaken(free.contacts, "lips")
     assert oracle.findings(held(free, PRESSED)).lips > 1.0
-    x = held(stopped, PRESSED)
-    assert oracle.findings(x).lips < DEEPEST
-    gaps = stopped.contacts.lips.gaps(x)
-    assert -0.02 < gaps.min() < 1.1 * LIP_DISTANCE  # they do touch
+    assert oracle.findings(held(stopped, PRESSED)).lips < DEEPEST
+    assert -0.02 < room_of(stopped, "lips").min() + LIP_DISTANCE < 1.1 * LIP_DISTANCE  # they do touch
 
 
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
@@ -266,21 +271,20 @@ def test_a_lower_lip_that_lies_high_stays_below_the_other(real_face, what):
 
 
 @pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
-def test_lips_stay_before_the_teeth(face, real_face, stem, monkeypatch):
+def test_lips_stay_before_the_teeth(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face, time_step=0.1), Oracle(face)
     wide = {"risorius_l": 1.0, "risorius_r": 1.0}
     for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
         assert oracle.findings(held(skin, rates, 6)).teeth < DEEPEST
-    monkeypatch.setattr(contacts_module, "REACH", -100.0)
+    weaken(skin.contacts, "solids")
     assert oracle.findings(held(skin, fw.ACTION_UNITS["AU28"], 6)).teeth > 1.0, "without contacts they do not"
 
 
 def test_parted_lips_do_not_feel_each_other(face):
     skin = Skin(face)
-    x = held(skin, fw.ACTION_UNITS["AU27"])
-    lips = skin.contacts.lips
-    assert (lips.gaps(x) < lips.allowed).mean() < 0.05
+    held(skin, fw.ACTION_UNITS["AU27"])
+    assert (room_of(skin, "lips") < 0.0).mean() < 0.05
 
 
 @pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
@@ -308,12 +312,6 @@ CLOSED = dict.fromkeys(("orbicularis_oculi_l", "orbicularis_oculi_r"), 1.0)
 TIGHT = {f"{name}_{s}": 1.0 for name in ("orbicularis_oculi_palpebral", "orbicularis_oculi_orbital") for s in "lr"}
 
 
-def beyond(skin, lids):
-    """How much farther than allowed the lids are from each other and from the eyeballs, mm."""
-    face, x = skin.mesh.face, (skin.points + skin.displacement)[skin.mesh.vertices]
-    return lids.gaps(np.vstack([x, [face.unit * eye.centre for eye in face.eyes]])) - lids.allowed
-
-
 @pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
 def test_lids_meet_and_do_not_pass_each_other(face, real_face, stem, time_step):
@@ -323,9 +321,8 @@ def test_lids_meet_and_do_not_pass_each_other(face, real_face, stem, time_step):
         skin.contract(rates)
         for _ in range(5):
             assert oracle.findings(skin.step()).lids < DEEPEST
-    lids = skin.contacts.lids
-    assert -0.02 < beyond(skin, lids).min() < 0.0, "they press"
-    skin.contacts.lids = replace(lids, stiffness=1e-30 * lids.stiffness)
+    assert -0.02 < room_of(skin, "lids").min() < 0.0, "they press"
+    weaken(skin.contacts, "lids")
     assert oracle.findings(held(skin, CLOSED, 10)).lids > 2.0 * DEEPEST, "without contacts they do not stop"
 
 
@@ -333,9 +330,8 @@ def test_lids_meet_along_their_margins(face):
     """Between the corners, every vertex of either margin comes to touch the other, but for a turned chord."""
     skin = Skin(face, time_step=1.0)
     held(skin, CLOSED, 10)
-    lids = skin.contacts.lids
-    gaps: dict[int, float] = {}
-    for v, gap in zip(lids.corners[:, 0].tolist(), beyond(skin, lids), strict=True):
+    vertices, gaps = skin.contacts.samples.corners[skin.contacts.kinds == "lids", 0], {}
+    for v, gap in zip(vertices.tolist(), room_of(skin, "lids"), strict=True):
         gaps[v] = min(gap, gaps.get(v, np.inf))  # to what it is nearest of what it meets
     for opening in face.eyelid_openings.values():
         margins = [v for v in (*opening.upper[2:-2], *opening.lower[2:-2]) if v in gaps]
@@ -347,9 +343,7 @@ def test_open_lids_do_not_feel_each_other(face):
     skin = Skin(face)
     for rates in ({}, TIGHT, fw.ACTION_UNITS["AU5"], fw.ACTION_UNITS["AU27"]):
         held(skin, rates)
-        over = beyond(skin, skin.contacts.lids)
-        assert len(over) > 50
-        assert (over < 0.0).mean() < 0.05  # beside the corners
+        assert (room_of(skin, "lids") < 0.0).mean() < 0.05  # beside the corners
 
 
 # --- forces -------------------------------------------------------------------------------------
@@ -396,5 +390,5 @@ def test_compliance_is_that_of_direct_solves():
 def test_contacts_of_a_face_without_a_mandible_have_no_lips(face):
     each = np.ones(len(face.points))
     contacts = Contacts(face, each, each)
-    assert len(contacts.lips.corners) == 0
+    assert set(contacts.kinds) == {"solids", "lids", "flesh"}
     assert contacts.energy(-2.0 * face.frame.axes[2] + np.zeros_like(face.points), np.zeros_like(face.points)) > 0.0
