@@ -12,9 +12,9 @@ import numpy as np
 import pyvista as pv
 from scipy.interpolate import RegularGridInterpolator
 
+from facewrinkle.geometry.rings import ring_triangles
 from facewrinkle.geometry.topology import euler_characteristic
 from facewrinkle.tears.shape import Shape, extruded, outline, raised, rough_film, smoothed_head, solid, thickness
-from facewrinkle.tears.strip import grid_triangles
 
 LENGTH, HALF = 12.0, 1.5
 shape = Shape(half=HALF, height=0.9, trail=1.15, film=0.063)
@@ -25,7 +25,7 @@ shape = Shape(half=HALF, height=0.9, trail=1.15, film=0.063)
 rows, columns = 73, 19
 s = np.repeat(np.linspace(0.0, LENGTH, rows)[:, None], columns, axis=1)
 w = np.linspace(1.0, -1.0, columns) * outline(s, LENGTH, shape)
-base, faces = np.stack([s, -w, 0.0 * s], axis=-1).reshape(-1, 3), grid_triangles(rows, columns)
+base, faces = np.stack([s, -w, 0.0 * s], axis=-1).reshape(-1, 3), ring_triangles(columns, rows, closed=False)
 
 
 def lifted(height):

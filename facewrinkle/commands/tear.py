@@ -21,8 +21,7 @@ from ..plotting import side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
 from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation
-from ..tears.drop import DrippingTear, Fall
-from ..tears.drop_shape import DropShape
+from ..tears.drop import DrippingTear, DropShape, Fall
 from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
 from ..tears.stream import Film, Flow, Route, SheddingTear
 from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers

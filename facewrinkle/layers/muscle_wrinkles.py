@@ -148,15 +148,7 @@ class MuscleWrinkles(Layer):
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
-        folds, some = self._folds, np.diff(self._folds.starts) > 0
-        lead = folds.starts[1:][some] - 1
-        columns = {
-            "lambda": (folds.coordinates[lead, 0], 0.0),
-            "gamma": (folds.coordinates[lead, 1], 0.0),
-            "epsilon": (self._epsilon[lead], 0.0),
-            "muscle": (folds.muscle[lead], -1),
-        }
-        return {**{name: scattered(some, *column) for name, column in columns.items()}, "W": self._relief.height.copy()}
+        return {**self._folds.leading(self._epsilon), "W": self._relief.height.copy()}
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
@@ -317,6 +309,21 @@ class Folds(Entries):
         rising = np.lexsort((swing, np.abs(height)))
         of_vertices = sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points))
         return cls(*of_vertices)
+
+    def leading(self, epsilon: Array) -> dict[str, np.ndarray]:
+        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index.
+
+        They are 0, and the index -1, where there is none.
+        """
+        some = np.diff(self.starts) > 0
+        lead = self.starts[1:][some] - 1
+        columns = {
+            "lambda": (self.coordinates[lead, 0], 0.0),
+            "gamma": (self.coordinates[lead, 1], 0.0),
+            "epsilon": (epsilon[lead], 0.0),
+            "muscle": (self.muscle[lead], -1),
+        }
+        return {name: scattered(some, *column) for name, column in columns.items()}
 
     @classmethod
     def none(cls, n: int) -> Self:

@@ -1,7 +1,6 @@
 """Tears that drip (`drop`) and tears that flow down the skin (`stream`), after Lin and Cheng, Section 4."""
 
-from .drop import DrippingTear, Fall
-from .drop_shape import DropShape
+from .drop import DrippingTear, DropShape, Fall
 from .presets import PRESETS, Preset, preset, surfaces
 from .stream import Film, Flow, Route, SheddingTear
 from .support_surface import lid_point

@@ -12,8 +12,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_whole, type_of, unknown_name
-from .drop import DrippingTear, Fall
-from .drop_shape import DropShape
+from .drop import DrippingTear, DropShape, Fall
 from .stream import Film, Flow, Route, SheddingTear
 from .support_surface import lid_point
 

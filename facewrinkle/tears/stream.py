@@ -22,13 +22,14 @@ from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import detail_normals
+from ..geometry.rings import ring_triangles
 from ..mesh import MeshLike, to_polydata
 from . import path as paths
 from .clearance import kept_off
 from .drop import Sampled
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .shape import Shape, extruded, outline, raised, smoothed_head, solid, thickness
-from .strip import Binding, Strip, bind, bulge, grid_triangles, strip_along
+from .strip import Binding, Strip, bind, bulge, strip_along
 from .support_surface import SupportSurface, support_surface
 
 EDGE = 0.002
@@ -277,7 +278,8 @@ class SheddingTear:
         self._rest = np.concatenate([strip.rest.reshape(-1, 3) for strip in self.strips])
         sheets, first = [], 0
         for strip in self.strips:
-            sheets.append(first + grid_triangles(*strip.noise.shape))
+            rows, columns = strip.noise.shape
+            sheets.append(ring_triangles(columns, rows, closed=False, start=first))
             first += strip.noise.size
         self._sheet = np.concatenate(sheets)
         self._closed = solid(self._rest, self._rest, self._sheet)[1]

@@ -208,19 +208,6 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
     return Binding(corners, hosts, BoundPoints(near[hosts], weights[order[first]]))
 
 
-def grid_triangles(rows: int, columns: int) -> IntArray:
-    """Return the triangles (m, 3) of a grid, which face up if rows lead ahead and columns to the right.
-
-    Examples
-    --------
-    >>> grid_triangles(2, 2).tolist()
-    [[0, 1, 2], [1, 3, 2]]
-    """
-    number = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
-    a, b, c, d = (part.ravel() for part in (number[:-1, :-1], number[:-1, 1:], number[1:, :-1], number[1:, 1:]))
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([b, d, c], axis=1)])
-
-
 def bulge(points: Array, up: Array) -> Array:
     """Return how far (r, c) the surface between points of a grid (r, c, 3) may rise above the facets between them.
 

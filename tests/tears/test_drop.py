@@ -16,7 +16,7 @@ import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import DropShape, Fall
-from facewrinkle.tears.drop_shape import moments
+from facewrinkle.tears.drop import moments
 
 
 def assert_ball(mesh):

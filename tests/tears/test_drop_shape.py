@@ -11,7 +11,7 @@ import pyvista as pv
 from scipy.integrate import quad
 
 from facewrinkle.errors import ParameterError
-from facewrinkle.tears.drop_shape import SHARPEST, DropLattice, moments, profile
+from facewrinkle.tears.drop import SHARPEST, DropLattice, moments, profile
 
 
 def test_profile_is_the_printed_surface_of_revolution():
