@@ -51,3 +51,11 @@ def same_triangles(one: np.ndarray, other: np.ndarray) -> bool:
         return {tuple(np.roll(t, -int(np.argmin(t))).tolist()) for t in np.asarray(triangles)}
 
     return len(one) == len(other) and turned(one) == turned(other)
+
+
+def smallest_angles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The smallest angle of each triangle, degrees."""
+    p = points[triangles]
+    u, v = np.roll(p, -1, axis=-2) - p, np.roll(p, 1, axis=-2) - p
+    sine = np.linalg.norm(np.cross(u, v), axis=-1)
+    return np.degrees(np.arctan2(sine, (u * v).sum(axis=-1)).min(axis=-1))

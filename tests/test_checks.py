@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.checks import finite, picture, vector, vectors
@@ -94,8 +93,3 @@ WRONG = {
 def test_wrong_values_that_python_would_let_pass(face, call, message):
     with pytest.raises(fw.FaceWrinkleError, match=message):
         call(face)
-
-
-def test_misspelt_words_are_python_s_own_business():
-    with pytest.raises(TypeError, match="colour"):
-        pv.Sphere().facewrinkle.tear(start=(0, 0.5, 0), units="mm", colour="red")

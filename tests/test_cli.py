@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 import warnings
 from pathlib import Path
 from unittest.mock import Mock
@@ -20,38 +19,22 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (["suprise"], "Did you mean 'surprise'"),
-        (["AU1=0.5,frontalis_iner"], "unknown expression, action unit or muscle 'frontalis_iner'. Did you mean"),
-        (["AU1=strong"], "names with numbers are needed, such as jaw=0.5,age=1; received 'AU1=strong'"),
-        (["AU1=1.5"], "AU1 must lie in [0, 1], received 1.5"),
-        (["AU1", "--intensity", "nan"], "intensity must lie in [0, 1]"),
-        (["AU1", "--frames", "0"], "the number of frames must lie in [1, 1e+09], received 0"),
-        (["AU1", "--size", "big"], "the size must be pixels such as 800 or 800x600, received 'big'"),
-        (["AU1", "--size", "8"], "width and height in pixels must lie in [16, 8192]"),
-        (["AU1", "--view", "forhead"], "unknown view 'forhead'. Did you mean 'forehead'"),
-        (["AU1", "--fps", "0"], "fps must lie in"),
-        (["AU1", "--depth=-1"], "depth must lie in"),
-        (["AU1", "--max-level", "99"], "max_level must lie in [0, 8]"),
-        (["AU1", "--landmarks", "a.json"], "--landmarks belongs to a mesh"),
-        (["AU1", "--units", "mm"], "--units belongs to a mesh"),
-        (["AU1", "--atlas", "no.toml"], "cannot read the atlas 'no.toml'"),
-        (["AU1", "--face", "no.obj", "--landmarks", "no.json"], "no."),
-    ],
-)
-def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(["express", *arguments, "--out", "folder"]) == 1
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("facewrinkle: ")
-    assert message in err
-    assert err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize(
-    "arguments, message",
-    [
+        ("express suprise", "Did you mean 'surprise'"),
+        ("express AU1=0.5,frontalis_iner", "unknown expression, action unit or muscle 'frontalis_iner'. Did you mean"),
+        ("express AU1=strong", "names with numbers are needed, such as jaw=0.5,age=1; received 'AU1=strong'"),
+        ("express AU1=1.5", "AU1 must lie in [0, 1], received 1.5"),
+        ("express AU1 --intensity nan", "intensity must lie in [0, 1]"),
+        ("express AU1 --frames 0", "the number of frames must lie in [1, 1e+09], received 0"),
+        ("express AU1 --size big", "the size must be pixels such as 800 or 800x600, received 'big'"),
+        ("express AU1 --size 8", "width and height in pixels must lie in [16, 8192]"),
+        ("express AU1 --view forhead", "unknown view 'forhead'. Did you mean 'forehead'"),
+        ("express AU1 --fps 0", "fps must lie in"),
+        ("express AU1 --depth=-1", "depth must lie in"),
+        ("express AU1 --max-level 99", "max_level must lie in [0, 8]"),
+        ("express AU1 --landmarks a.json", "--landmarks belongs to a mesh"),
+        ("express AU1 --units mm", "--units belongs to a mesh"),
+        ("express AU1 --atlas no.toml", "cannot read the atlas 'no.toml'"),
+        ("express AU1 --face no.obj --landmarks no.json", "no."),
         ("play no.glb", "there is no file 'no.glb'"),
         ("play folder.glb", "'folder.glb' cannot be opened: it is a folder, and a file is needed"),
         ("play empty.glb", "empty.glb is empty (0 bytes)"),
@@ -97,6 +80,58 @@ def test_bad_input_is_one_line_and_nothing_is_written(arguments, message, tmp_pa
         ("express xyzzy", "All of them: facewrinkle info."),
         ("express AU1 --face nan.obj --landmarks nan.json", "must be three finite numbers"),
         ("express AU1 --atlas folder.glb", "cannot read the atlas"),
+        ("tear shedding --view behind", "view"),
+        ("tear shedding --expression sadnes", "sadness"),
+        ("tear dripping --roughness 0.5", "--reveal belong to tears that run down"),
+        ("tear dripping --head extruded", "--reveal belong to tears that run down"),
+        ("tear shedding --start 1,2,3", "name it with --face"),
+        ("tear shedding --roughness 2", "roughness must lie in"),
+        ("tear shedding --seconds 0", "seconds must lie in"),
+        ("tear shedding --landmarks x.json", "--landmarks belongs to a mesh"),
+        ("tear shedding --seed -1", "seed must lie in"),
+        ("pattern dimpel", "'dimple'"),
+        ("pattern dimple --centre 0,0", "--centre must be 3 numbers"),
+        ("pattern dimple --centre 0,0,0", "name it with --face"),
+        ("pattern dimple --cycle 2", "t of dimple_l follows from its strength"),
+        ("pattern frown --cycle 2 --t 3", "exclude each other"),
+        ("pattern frown --valid-share 2", "valid_share must lie"),
+        ("pattern dimple --strength 2", "strength must lie"),
+        ("pattern dimple --frames 0", "number of frames"),
+        ("pattern dimple --number 3", "number"),
+        ("pattern forehead --extent 9,9", "larger than the mesh"),
+        ("pattern forehead --number 40 --max-level 1", "too coarse to carry the pattern forehead"),
+        ("rig --map-size 1000 --wrinkles maps", "power of two"),
+        ("rig --map-size 4096 --wrinkles maps", "size of a map must lie in [64, 2048]"),
+        ("rig --map-size 512", "add --wrinkles maps, or leave it out"),
+        ("rig --level 4 --wrinkles maps", "leave out --level"),
+        ("rig --correctives 1000", "correctives must lie in"),
+        ("rig --shapes arkitt", "Did you mean 'arkit'"),
+        ("rig --level 9", "level must lie in [0, 5]"),
+        ("rig --same-mesh", "name that, and give --landmarks"),
+        ("rig --same-mesh nobody.face", "name that, and give --landmarks"),
+        ("rig --same-mesh nobody.obj --level 1", "leave out one of them"),
+        ("rig nobody.obj --face somebody.obj", "named twice"),
+        ("express AU4 --count=3", "--count belongs to the papers' folds: add --folds paper, or leave it out."),
+        ("express AU4 --folds=printed --depth=2", "wrinkles as printed have no --depth and no limit: leave them out."),
+        (
+            "express AU4 --folds=printed --age=1",
+            "--age belongs to folds that are waves: add --folds wave",
+        ),
+        (
+            "express AU4 --folds=paper --seed=3",
+            "--seed belongs to folds that are waves: add --folds wave",
+        ),
+        ("express AU4 --seed=1.5", "seed must be a whole number, received 1.5."),
+        ("express AU4 --age=2", "age must lie in [0, 1], received 2. 0 has no lines at rest."),
+        ("express AU4 --density=9", "density must lie in [0.25, 4], received 9. 1 is as on people."),
+        ("play take.csv --mesh head", "leave out --mesh"),
+        ("play clip.glb --take-fps 30", "leave out --take-fps"),
+        ("play clip.glb --identity age=1", "leave out --identity"),
+        ("play take.csv", "no file"),
+        ("studio --no-browser a.obj --face b.obj", "the face is named twice: leave out --face"),
+        ("studio --no-browser --port 70000", "port must lie in [0, 65535], received 70000"),
+        ("studio --no-browser nowhere.obj", "nowhere.obj"),
+        ("express AU1 --view=", "view"),
     ],
 )
 def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_path, monkeypatch, capsys):
@@ -120,14 +155,6 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
     assert set(tmp_path.rglob("*")) == before
 
 
-def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, capsys):
-    (tmp_path / "file").write_text("in the way")
-    begin = time.perf_counter()
-    assert main(["express", "surprise", "--frames", "100000", "--out", str(tmp_path / "file" / "folder")]) == 1
-    assert time.perf_counter() - begin < 30.0
-    assert "a file stands there" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     "arguments, message",
     [
@@ -135,6 +162,10 @@ def test_a_folder_that_cannot_be_written_is_found_before_the_work(tmp_path, caps
         (["express"], "NAME"),
         (["express", "surprise", "--framez", "3"], "--framez"),
         (["express", "surprise", "--frames", "many"], "many"),
+        (["tear", "weepin"], "weeping"),
+        (["tear", "shedding", "--reveal", "depth"], "reveal"),
+        (["express", "AU1", "--frames", "2.5"], "2.5"),
+        (["table1", "--iterations", "1.5"], "1.5"),
         (["express", "surprise", "--folds", "none"], '"wave", "paper", "printed"'),
         (["express", "--", "surprise", "--frames", "3"], "What follows -- is no option: put options before it."),
     ],
@@ -267,12 +298,6 @@ def test_vectors_may_begin_with_a_minus(tmp_path, capsys):
     arguments += ["--face", str(tmp_path / "ball.ply"), "--out", str(tmp_path / "out")]
     assert main(["pattern", "dimple", *arguments]) == 0, capsys.readouterr().err
     assert (tmp_path / "out" / "pattern_dimple.png").is_file()
-
-
-@pytest.mark.parametrize("options", [["express", "AU1", "--frames", "2.5"], ["table1", "--iterations", "1.5"]])
-def test_fractions_of_whole_numbers_are_refused(options, capsys):
-    assert main(options) == 2
-    assert "2.5" in (err := capsys.readouterr().err) or "1.5" in err
 
 
 def test_errors_of_our_own_are_one_line(monkeypatch, capsys):

@@ -12,7 +12,6 @@ files of one's own              what is wrong with them, in the message
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import re
 
 import numpy as np
@@ -158,13 +157,6 @@ def test_units_are_those_of_an_expression_as_it_is_now():
     assert without.units_of({"happiness": 1.0})["AU6"] == 1.0
 
 
-def test_intensity_multiplies():
-    atlas = load_atlas()
-    frowning = atlas.expressions["frowning"]
-    assert atlas.contractions("frowning", 0.25) == {name: 0.25 * rate for name, rate in frowning.items()}
-    assert atlas.contractions("AU12", 0.0) == both("zygomaticus_major", rate=0.0)
-
-
 def test_mixtures_take_the_strongest_rate_of_each_muscle():
     atlas = load_atlas()
     mixture = {"AU12": 0.7, "corrugator_l": 0.2, "frowning": 0.5, "AU1": 0.5, "zygomaticus_major_l": 0.9}
@@ -174,13 +166,6 @@ def test_mixtures_take_the_strongest_rate_of_each_muscle():
         **both("frontalis_inner", "corrugator", rate=0.25),
     }  # fmt: skip
     assert got == pytest.approx(expected)
-
-
-def test_order_of_a_mixture_does_not_matter():
-    atlas = load_atlas()
-    parts = {"AU1": 0.4, "fear": 0.3, "corrugator": 0.8}
-    results = [atlas.contractions(dict(order)) for order in itertools.permutations(parts.items())]
-    assert all(result == results[0] for result in results)
 
 
 def test_a_muscle_without_a_side_is_both():
@@ -210,11 +195,6 @@ def test_answers_are_copies():
 def test_unknown_names_are_met_with_suggestions(what, suggestion):
     with pytest.raises(UnknownNameError, match=f"Did you mean .*{suggestion}"):
         load_atlas().contractions(what)
-
-
-def test_names_like_nothing_are_met_with_a_list():
-    with pytest.raises(UnknownNameError, match="Known are: surprise, frowning"):
-        load_atlas().contractions("xyzzy")
 
 
 @pytest.mark.parametrize("value", [-1e-9, 1.0 + 1e-9, 70.0, float("nan"), float("inf"), "much", None])
@@ -353,11 +333,14 @@ def test_an_atlas_of_ones_own(tmp_path):
         ("[muscles.m\n", "not valid TOML"),
         ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown muscle 'm'"),
         (MUSCLE + "[expressions]\nodd = { m = 2.0 }\n", "must lie in"),
+        (bytes(range(256)), "is not valid TOML"),
+        (None, "cannot read the atlas"),
     ],
 )
 def test_faulty_files_are_refused(tmp_path, text, message):
     path = tmp_path / "atlas.toml"
-    path.write_text(text, encoding="utf-8")
+    if text is not None:
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(FaceWrinkleError, match=message):
         read_atlas(path)
 
@@ -380,23 +363,12 @@ def test_faulty_entries_are_refused_when_placed(tmp_path, face, old, new, messag
         read_atlas(path).place(face.landmarks, face.frame)
 
 
-def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(FaceWrinkleError, match="cannot read the atlas"):
-        read_atlas(tmp_path / "none.toml")
-
-
 @pytest.mark.parametrize("text", ["", "tissue = 5", "[[tissue]]\ndepth = 1.0"])
 def test_tissue_has_to_be_there(face, tmp_path, text):
     path = tmp_path / "atlas.toml"
     path.write_text(text)
     with pytest.raises(FaceWrinkleError, match="in the atlas: .*tissue"):
         fw.fit_face(face.mesh, face.landmarks, atlas=read_atlas(path))
-
-
-def test_an_atlas_that_is_no_text(tmp_path):
-    (tmp_path / "atlas.toml").write_bytes(bytes(range(256)))
-    with pytest.raises(FaceWrinkleError, match="is not valid TOML"):
-        read_atlas(tmp_path / "atlas.toml")
 
 
 @pytest.mark.parametrize("what", [5, ["AU1"], None])

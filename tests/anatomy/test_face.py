@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.eyelid_opening import place_eyeballs
 from facewrinkle.anatomy.face import per_face
 from facewrinkle.anatomy.jaw import jaw_weights
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
@@ -117,20 +117,6 @@ def test_muscles_lie_where_anatomy_has_them(face, real_face, stem):
     assert mouth[1] < -0.7
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_both_sides_are_mirrored(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    off = 2.0 * abs(local(face, face.landmarks["trichion"])[0])  # the hairline may be drawn off the middle
-    for name, muscle in face.muscles.items():
-        if not name.endswith("_l"):
-            continue
-        other = face.muscles[name[:-1] + "r"]
-        for part in ("attachment", "insertion", "centre"):
-            if hasattr(muscle, part):
-                left, right = local(face, middle(muscle, part)), local(face, middle(other, part))
-                np.testing.assert_allclose(left * [-1, 1, 1], right, atol=2e-3 + off)
-
-
 def test_all_wrinkling_regions_cover_skin(face):
     for name, muscle in face.muscles.items():
         if not muscle.fold_pattern.half_wavelength < np.inf:
@@ -183,15 +169,10 @@ def test_lids_turn_about_the_eyeball_until_they_meet(face, side):
 
 
 def test_joint_weights_are_rotations(face):
-    """Turned points keep their distance from the centre and their place along the axis."""
     for weights in face.joint_weights.values():
         start = face.points[weights.vertices] - weights.centre
-        end = start + weights.turned(face.points, 0.6)
-        np.testing.assert_allclose(np.linalg.norm(end, axis=1), np.linalg.norm(start, axis=1), atol=1e-10)
-        np.testing.assert_allclose(end @ weights.axis, start @ weights.axis, atol=1e-10)
-        flat = [v - np.outer(v @ weights.axis, weights.axis) for v in (start, end)]
-        cosine = (flat[0] * flat[1]).sum(1) / (np.linalg.norm(flat[0], axis=1) * np.linalg.norm(flat[1], axis=1))
-        np.testing.assert_allclose(cosine, np.cos(0.6 * weights.angles), atol=1e-10)
+        turned = Rotation.from_rotvec(np.outer(0.6 * weights.angles, weights.axis)).apply(start)
+        np.testing.assert_allclose(weights.turned(face.points, 0.6), turned - start, atol=1e-10)
         assert not weights.turned(face.points, 0.0).any()
 
 
@@ -248,17 +229,6 @@ def test_no_jaw_where_the_mouth_is_closed_by_skin(face):
         fw.fit_face(mesh, face.landmarks, "mm")
 
 
-def test_eyes_turn_with_the_face(face):
-    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-    from facewrinkle.anatomy.landmarks import frame_of
-
-    marks = {name: turn @ point for name, point in face.landmarks.items()}
-    eyes = place_eyeballs(marks, frame_of(marks), face.points @ turn.T, face.triangles)
-    for eye, other in zip(face.eyes, eyes, strict=True):
-        np.testing.assert_allclose(other.centre, turn @ eye.centre, atol=1e-10)
-        assert other.radius == pytest.approx(eye.radius, rel=1e-12)
-
-
 # --- skull --------------------------------------------------------------------------------------
 
 
@@ -302,10 +272,6 @@ def test_tissue_is_thick_in_the_cheek_and_thin_on_the_forehead(face):
         of_samples = samples[:, k]
         assert of_samples.min() - 1e-9 <= values.min()
         assert values.max() <= of_samples.max() + 1e-9
-
-
-def test_a_face_is_named_in_one_line(face):
-    assert repr(face) == f"Face(4517 triangles, {len(face.landmarks)} landmarks, {len(face.muscles)} muscles)"
 
 
 def test_landmarks_move_with_the_skin(face):

@@ -25,11 +25,10 @@ from facewrinkle.anatomy.landmarks import (
     frame_of,
     mirrored,
     mirrored_name,
-    of_side,
     read_landmarks,
     write_landmarks,
 )
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, LandmarkError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, LandmarkError
 
 TURN, SHIFT = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix(), np.array([300.0, -50.0, 8.0])
 
@@ -53,19 +52,6 @@ def test_mirroring_names_is_its_own_inverse():
         assert mirrored_name(mirrored_name(name)) == name
         assert (mirrored_name(name) == name) == (name in MIDLINE)
     assert mirrored_name("lower_lip_mid") == "lower_lip_mid"
-
-
-def test_of_side():
-    for name in NAMES:
-        if name in MIDLINE:
-            assert of_side(name, "r") == name
-        else:
-            side = "l" if "l" in name.split("_")[1:] else "r"
-            parts = name.split("_")
-            parts.remove(side)
-            assert of_side("_".join(parts), side) == name
-    with pytest.raises(UnknownNameError, match="Did you mean 'mouth'"):
-        of_side("mouht", "l")
 
 
 # --- frame --------------------------------------------------------------------------------------

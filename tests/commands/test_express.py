@@ -99,24 +99,6 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
             assert dataclasses.astuple(wrinkles) == dataclasses.astuple(original)
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--count=3"], "--count belongs to the papers' folds: add --folds paper, or leave it out."),
-        (["--folds=printed", "--depth=2"], "wrinkles as printed have no --depth and no limit: leave them out."),
-        (["--folds=printed", "--age=1"], "--age belongs to folds that are waves: add --folds wave, or leave it out."),
-        (["--folds=paper", "--seed=3"], "--seed belongs to folds that are waves: add --folds wave, or leave it out."),
-        (["--seed=1.5"], "seed must be a whole number, received 1.5."),
-        (["--age=2"], "age must lie in [0, 1], received 2. 0 has no lines at rest."),
-        (["--density=9"], "density must lie in [0.25, 4], received 9. 1 is as on people."),
-    ],
-)
-def test_express_refuses_options_of_other_folds(options, message, tmp_path, capsys):
-    assert main(["express", "AU4", *options, "--out", str(tmp_path)]) == 1
-    assert message in " ".join(capsys.readouterr().err.split())
-    assert not list(tmp_path.iterdir())
-
-
 def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
     seen: list[Performance] = []
     monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append(given[0]))
@@ -143,12 +125,6 @@ def test_long_mixtures_have_short_file_names(tmp_path, capsys):
     few = ["--frames", "1", "--size", "40", "--max-level", "1", "--depth", "0.1", "--no-movie"]
     assert main(["express", name, *few, "--out", str(tmp_path)]) == 0
     assert list(tmp_path.glob("*_closeup.png"))
-
-
-def test_a_view_without_a_name_is_refused_before_anything_is_written(tmp_path, capsys):
-    assert main(["express", "AU1", *FEW, "--view=", "--out", str(tmp_path / "new")]) == 1
-    assert capsys.readouterr().err.count("\n") == 1
-    assert not (tmp_path / "new").exists()
 
 
 def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(face):

@@ -25,8 +25,5 @@ def test_a_face_of_somebody(tmp_path):
     expected = fw.default_face(fw.Identity(jaw=0.5, age=1.0))
     assert np.array_equal(face.points, expected.points)
     assert not np.array_equal(face.points, fw.default_face().points)
-    for text, message in (("jaw", "such as jaw=0.5"), ("jaw=2", "jaw must lie"), ("yaw=1", "unknown parameter")):
-        with pytest.raises(fw.FaceWrinkleError, match=message):
-            FaceOptions(identity=text).load()
     with pytest.raises(fw.FaceWrinkleError, match="built-in head"):
         FaceOptions(identity="jaw=1", face=tmp_path / "mesh.obj").load()

@@ -125,27 +125,3 @@ def test_a_movie(tmp_path):
     assert main([*arguments, "--quiet"]) == 0
     assert (tmp_path / "pattern_eye_pouch.mp4").stat().st_size > 0
     assert not (tmp_path / "pattern_eye_pouch.vtkhdf").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["dimpel"], "'dimple'"),
-        (["dimple", "--centre", "0,0"], "--centre must be 3 numbers"),
-        (["dimple", "--centre", "0,0,0"], "name it with --face"),
-        (["dimple", "--cycle", "2"], "t of dimple_l follows from its strength"),
-        (["frown", "--cycle", "2", "--t", "3"], "exclude each other"),
-        (["frown", "--valid-share", "2"], "valid_share must lie"),
-        (["dimple", "--strength", "2"], "strength must lie"),
-        (["dimple", "--frames", "0"], "number of frames"),
-        (["dimple", "--number", "3"], "number"),
-        (["forehead", "--extent", "9,9"], "larger than the mesh"),
-        (["forehead", "--number", "40", "--max-level", "1"], "too coarse to carry the pattern forehead"),
-    ],
-)
-def test_errors_are_one_line(tmp_path, capsys, arguments, says):
-    assert main(["pattern", *arguments, "--out", str(tmp_path / "out")]) == 1
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert says in error
-    assert not (tmp_path / "out").exists()

@@ -201,17 +201,3 @@ def test_a_take_of_a_phone_on_a_face(tmp_path, capsys):
     assert "0.20 s, 5 steps" in said
     assert "no wrinkles" not in told
     assert animation.exists()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["take.csv", "--mesh", "head"], "leave out --mesh"),
-        (["clip.glb", "--take-fps", "30"], "leave out --take-fps"),
-        (["clip.glb", "--identity", "age=1"], "leave out --identity"),
-        (["take.csv"], "no file"),
-    ],
-)
-def test_options_of_takes_and_of_clips(options, message, tmp_path, capsys):
-    assert main(["play", *options, "--out", str(tmp_path / "out")]) == 1
-    assert message in capsys.readouterr().err

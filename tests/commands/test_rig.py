@@ -80,30 +80,6 @@ def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkey
     assert "Shapes 1/2" in capsys.readouterr().err.splitlines()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--map-size", "1000", "--wrinkles", "maps"], "power of two"),
-        (["--map-size", "4096", "--wrinkles", "maps"], "size of a map must lie in [64, 2048]"),
-        (["--map-size", "512"], "add --wrinkles maps, or leave it out"),
-        (["--level", "4", "--wrinkles", "maps"], "leave out --level"),
-        (["--correctives", "1000"], "correctives must lie in"),
-        (["--shapes", "arkitt"], "Did you mean 'arkit'"),
-        (["--level", "9"], "level must lie in [0, 5]"),
-        (["--same-mesh"], "name that, and give --landmarks"),
-        (["--same-mesh", "nobody.face"], "name that, and give --landmarks"),
-        (["--same-mesh", "nobody.obj", "--level", "1"], "leave out one of them"),
-        (["nobody.obj", "--face", "somebody.obj"], "named twice"),
-    ],
-)
-def test_wrong_options_end_in_one_line(tmp_path, capsys, options, message):
-    assert main(["rig", *options, "--out", str(tmp_path / "out")]) == 1
-    error = capsys.readouterr().err
-    assert message in error
-    assert "Traceback" not in error
-    assert not (tmp_path / "out").exists()
-
-
 def test_expressions_and_patterns_are_written_as_animations(tmp_path, capsys):
     quick = ["--no-movie", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
     path = tmp_path / "frown.glb"

@@ -12,40 +12,13 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import urllib.request
 
 import pytest
 
-from facewrinkle.cli import main
-
 aiohttp = pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["a.obj", "--face", "b.obj"], "the face is named twice: leave out --face"),
-        (["--port", "70000"], r"port must lie in \[0, 65535\], received 70000"),
-        (["nowhere.obj"], "nowhere.obj"),
-    ],
-)
-def test_errors_are_one_line(words, message, capsys):
-    assert main(["studio", "--no-browser", *words]) == 1
-    error = capsys.readouterr().err
-    assert re.search(message, error)
-    assert error.count("\n") == 1
-
-
-def test_a_port_in_use_is_one_line(capsys):
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        port = taken.getsockname()[1]
-        assert main(["studio", "--no-browser", "--port", str(port)]) == 1
-    assert f"cannot listen at 127.0.0.1, port {port}" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("signals_heard")

@@ -104,31 +104,6 @@ def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
     assert np.linalg.norm(water.points, axis=1).min() > 0.88
 
 
-@pytest.mark.parametrize(
-    "arguments, code, message",
-    [
-        (["weepin"], 2, "weeping"),
-        (["shedding", "--view", "behind"], 1, "view"),
-        (["shedding", "--expression", "sadnes"], 1, "sadness"),
-        (["dripping", "--roughness", "0.5"], 1, "--reveal belong to tears that run down"),
-        (["dripping", "--head", "extruded"], 1, "--reveal belong to tears that run down"),
-        (["shedding", "--reveal", "depth"], 2, "reveal"),
-        (["shedding", "--start", "1,2,3"], 1, "name it with --face"),
-        (["shedding", "--roughness", "2"], 1, "roughness must lie in"),
-        (["shedding", "--seconds", "0"], 1, "seconds must lie in"),
-        (["shedding", "--landmarks", "x.json"], 1, "--landmarks belongs to a mesh"),
-        (["shedding", "--seed", "-1"], 1, "seed must lie in"),
-    ],
-)
-def test_bad_input_is_one_line_and_nothing_is_written(arguments, code, message, tmp_path, capsys):
-    assert main(["tear", *arguments, "--out", str(tmp_path / "folder")]) == code
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert message in err
-    assert err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 def test_an_unwritable_folder_is_refused_before_the_face_is_made(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("facewrinkle.commands.options.FaceOptions.load", lambda self: pytest.fail("it was made"))
     (tmp_path / "file").write_text("")

@@ -19,6 +19,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
+from small_meshes import smallest_angles
 
 from facewrinkle.errors import MeshError, ParameterError
 from facewrinkle.geometry.refinement import RedGreenForest
@@ -124,13 +125,6 @@ def areas(points, triangles):
     return np.cross(b - a, c - a) / 2
 
 
-def smallest_angle(points, triangles):
-    p = points[triangles]
-    u, v = np.roll(p, -1, axis=1) - p, np.roll(p, 1, axis=1) - p
-    sine = np.linalg.norm(np.cross(u, v), axis=2)
-    return np.arctan2(sine, (u * v).sum(axis=2)).min()
-
-
 def angle_bound(points, triangles):
     """The smallest angle of the triangles and of their six bisections each."""
     p = points[triangles]
@@ -139,7 +133,7 @@ def angle_bound(points, triangles):
         a, b, c = np.roll(p, -k, axis=1).transpose(1, 0, 2)
         halves += [np.stack([a, (a + b) / 2, c], 1), np.stack([(a + b) / 2, b, c], 1)]
     every = np.concatenate([p, *halves])
-    return smallest_angle(every.reshape(-1, 3), np.arange(3 * len(every)).reshape(-1, 3))
+    return smallest_angles(every.reshape(-1, 3), np.arange(3 * len(every)).reshape(-1, 3)).min()
 
 
 def supports(forest):
@@ -207,7 +201,7 @@ def check_geometry(forest, base, points0):
     # Slivers lose digits of their own area, never more than those of the mesh.
     assert np.abs(per_root - size0).max() <= 1e-12 * scale**2
     assert abs(per_root.sum() - size0.sum()) <= 1e-12 * size0.sum()
-    assert smallest_angle(points, forest.triangles) >= angle_bound(points0, base) * (1 - 1e-6)
+    assert smallest_angles(points, forest.triangles).min() >= angle_bound(points0, base) * (1 - 1e-6)
 
 
 def from_smallest(loop):
@@ -413,49 +407,6 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     assert (forest.corners == corners).all()
 
 
-@settings(max_examples=150)
-@given(meshes(), operations, st.integers(0, 2**32 - 1))
-def test_relabelling_the_vertices_relabels_the_result(mesh, steps, seed):
-    points0, base = mesh
-    label = np.random.default_rng(seed).permutation(len(points0))
-    forest, other = (
-        RedGreenForest(base, n_points=len(label)),
-        RedGreenForest(label[base], n_points=len(label)),
-    )
-    for step in steps:
-        apply(forest, step)
-        apply(other, step)  # the marks are drawn by triangle, which the labels do not change
-    n0 = len(label)
-    label = np.concatenate([label, np.arange(n0, forest.n_points)])
-    assert (label[forest.triangles] == other.triangles).all()
-    assert (label[forest.corners[n0:]] == other.corners[n0:]).all()
-    assert (forest.barycentric == other.barycentric).all()
-
-
-@settings(max_examples=100)
-@given(meshes(), operations, st.integers(0, 2**32 - 1))
-def test_order_and_rotation_of_the_triangles_do_not_matter(mesh, steps, seed):
-    _points0, base = mesh
-    rng = np.random.default_rng(seed)
-    turned = np.take_along_axis(base, (np.arange(3) + rng.integers(3, size=(len(base), 1))) % 3, axis=1)
-    forest, other = RedGreenForest(base), RedGreenForest(turned[rng.permutation(len(base))])
-    for name, fraction, seed_of_step in steps:
-        if name == "split" and len(forest.triangles) > MOST:
-            continue
-        marked = marks(forest, fraction, seed_of_step)
-        mark_of = dict(zip(surface(forest), marked, strict=True))
-        getattr(forest, name)(marked)
-        getattr(other, name)(np.array([mark_of[t] for t in surface(other)]))
-        assert sorted(surface(forest)) == sorted(surface(other))
-
-
-def surface(forest):
-    """The triangles by exact corners, each starting at its smallest."""
-    keys = exact(forest)
-    named = [tuple(keys[v] for v in t) for t in forest.triangles.tolist()]
-    return [min(t[k:] + t[:k] for k in range(3)) for t in named]
-
-
 @settings(max_examples=50)
 @given(meshes(), operations, operations)
 def test_copies_are_equal_and_independent(mesh, before, after):
@@ -493,36 +444,6 @@ def test_one_red_triangle_in_a_fan():
     assert forest.root.tolist() == [0, 0, 0, 0, 1, 1, 2, 3, 4, 5, 5]
 
 
-def test_a_triangle_with_two_split_neighbours_is_split_red():
-    strip = [[0, 1, 2], [2, 1, 3], [2, 3, 4]]
-    forest = RedGreenForest(strip)
-    forest.split([0, 2])
-    assert np.bincount(forest.root).tolist() == [4, 4, 4]
-
-
-def test_a_marked_green_half_splits_its_whole_triangle():
-    forest, other = RedGreenForest([[0, 1, 2], [2, 1, 3]]), RedGreenForest([[0, 1, 2], [2, 1, 3]])
-    forest.split([0])
-    forest.split([4])
-    other.split([0, 1])
-    assert (forest.triangles == other.triangles).all()
-
-
-def test_a_bisected_leaf_is_taken_back_only_with_both_halves():
-    forest = RedGreenForest([[0, 1, 2], [2, 1, 3]])
-    forest.split([0, 1])
-    forest.split([1])  # at vertex 1, so that one leaf of the second triangle is bisected
-    assert np.bincount(forest.root).tolist() == [4 + 2 + 1 + 1, 2 + 1 + 1 + 1]
-    second = np.flatnonzero(forest.root == 1)
-    for unmarked in second:  # a half, or one of the three other leaves
-        marked = np.arange(len(forest.triangles)) != unmarked
-        one_left = forest.copy()
-        one_left.coarsen(marked)
-        assert np.bincount(one_left.root).tolist() == [4, 4]
-    forest.coarsen(np.ones(len(forest.triangles), bool))
-    assert np.bincount(forest.root).tolist() == [4, 2]
-
-
 @pytest.mark.parametrize("kind", [cloud, torus, ball, book])
 def test_uniform_refinement_is_taken_back_one_level_per_call(kind):
     _points0, base = kind(9, np.random.default_rng(1))
@@ -536,15 +457,6 @@ def test_uniform_refinement_is_taken_back_one_level_per_call(kind):
         assert len(forest.triangles) == len(base) * 4**level
 
 
-def test_coarsening_stops_where_a_neighbour_would_be_two_levels_finer():
-    forest = RedGreenForest([[0, 1, 2], [2, 1, 3]])
-    forest.split([0, 1])
-    touching = int(np.flatnonzero((forest.root == 0) & (forest.triangles == 1).any(axis=1))[0])
-    forest.split([touching])
-    other_root = forest.root == 1
-    assert not forest.coarsen(other_root)
-
-
 def test_angles_stay_at_thirty_degrees_at_any_depth():
     points0 = np.array([[0, 0, 0], [1, 0, 0], [0.5, np.sqrt(0.75), 0], [1.5, np.sqrt(0.75), 0]])
     forest = RedGreenForest([[0, 1, 2], [2, 1, 3]])
@@ -553,7 +465,7 @@ def test_angles_stay_at_thirty_degrees_at_any_depth():
     assert forest.level.max() == 25
     last = forest.weights @ points0
     coarse = forest.triangles[forest.level < 20]  # the finest are too small for their angles to be computed
-    assert np.degrees(smallest_angle(last, coarse)) == pytest.approx(30, abs=1e-4)
+    assert smallest_angles(last, coarse).min() == pytest.approx(30, abs=1e-4)
     assert (forest.barycentric.sum(axis=1) == 1).all()
 
 
@@ -678,25 +590,21 @@ def test_vertices_without_triangles_are_kept():
 
 
 @pytest.mark.parametrize(
-    ("triangles", "reason"),
+    ("triangles", "n_points", "reason"),
     [
-        ([[0, 1]], "shape"),
-        (np.empty((0, 3), int), "shape"),
-        ([0, 1, 2], "shape"),
-        ([[0.0, 1.0, 2.0]], "integers"),
-        ([[0, 1, -2]], "received -2 to 1"),
-        ([[0, 1, 2], [3, 4, 3]], "triangle 1"),
-        ([[0, 1, 2**31]], "vertices 0 to"),
+        ([[0, 1]], None, "shape"),
+        (np.empty((0, 3), int), None, "shape"),
+        ([0, 1, 2], None, "shape"),
+        ([[0.0, 1.0, 2.0]], None, "integers"),
+        ([[0, 1, -2]], None, "received -2 to 1"),
+        ([[0, 1, 2], [3, 4, 3]], None, "triangle 1"),
+        ([[0, 1, 2**31]], None, "vertices 0 to"),
+        ([[0, 1, 3]], 3, "vertices 0 to 2"),
     ],
 )
-def test_malformed_triangles(triangles, reason):
+def test_malformed_triangles(triangles, n_points, reason):
     with pytest.raises(MeshError, match=reason):
-        RedGreenForest(triangles)
-
-
-def test_too_few_points():
-    with pytest.raises(MeshError, match="vertices 0 to 2"):
-        RedGreenForest([[0, 1, 3]], n_points=3)
+        RedGreenForest(triangles, n_points=n_points)
 
 
 @pytest.mark.parametrize("level", [-1, 53, float("nan"), "deep"])

@@ -1,11 +1,8 @@
 """Compression along muscles, by edges (Eqs. 8-9) and from the deformation gradient.
 
 what                              checked against
-uniform scaling                   c, exactly, by both methods on curved meshes
+turning and uniform scaling       c, exactly, by both methods on curved meshes
 affine maps of a flat mesh        1 - |F m| of the map, for the gradient; the sums of Eq. 9 written out, for the edges
-a hexagon, a ring of many edges   the closed form of Eq. 9; its mean 2c/3
-the signed cosine of the print    0/0 on every symmetric ring
-turning                           0
 bending a sheet round a cylinder  its known stretch, with the order of convergence
 the largest over all tangents     singular values of the map; a search over many tangents of a curved mesh
 """
@@ -63,19 +60,11 @@ def bowl(seed=4):
     return points, triangles, tangents / np.linalg.norm(tangents, axis=1, keepdims=True)
 
 
-def ring_mesh(k, phase=0.0):
-    """A vertex in the middle of k others on the unit circle."""
-    angles = phase + 2 * np.pi * np.arange(k) / k
-    points = np.concatenate([np.zeros((1, 3)), np.c_[np.cos(angles), np.sin(angles), np.zeros(k)]])
-    triangles = np.array([[0, 1 + i, 1 + (i + 1) % k] for i in range(k)], dtype=np.int32)
-    return points, triangles, angles
-
-
 # --- exact cases --------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("c", [0.3, 0.999, 1.0, -0.4, 1e-6])
+@pytest.mark.parametrize("c", [0.0, 0.3, 0.999, 1.0, -0.4, 1e-6])
 def test_uniform_scaling_gives_exactly_c(method, c):
     points, triangles, tangents = bowl()
     epsilon = METHODS[method](points, triangles, (1.0 - c) * points @ TURN.T + 5.0, tangents)
@@ -86,25 +75,9 @@ def test_uniform_scaling_gives_exactly_c(method, c):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_turning_and_moving_give_zero(method):
-    points, triangles, tangents = bowl()
-    epsilon = METHODS[method](points, triangles, points @ TURN.T + [100.0, -40.0, 7.0], tangents)
-    assert np.abs(epsilon).max() < 1e-12
-
-
-@pytest.mark.parametrize("method", METHODS)
 def test_rest_gives_zero_to_the_last_bit(method):
     points, triangles, tangents = bowl()
     assert not METHODS[method](points, triangles, points.copy(), tangents).any()
-
-
-@pytest.mark.parametrize("c", [0.05, 0.3, 0.8, -0.5])
-def test_gradient_sees_the_whole_of_a_uniaxial_strain(c):
-    points, triangles = flat_cloud()
-    squeezed = points * [1.0 - c, 1.0, 1.0]
-    x, y = np.tile([1.0, 0.0, 0.0], (len(points), 1)), np.tile([0.0, 1.0, 0.0], (len(points), 1))
-    np.testing.assert_allclose(gradient_compression(points, triangles, squeezed, x), c, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(gradient_compression(points, triangles, squeezed, y), 0.0, rtol=0, atol=1e-11)
 
 
 def test_gradient_is_the_stretch_of_any_affine_map():
@@ -152,40 +125,6 @@ def test_edges_square_to_the_direction_say_nothing():
     points = np.array([[0.0, 0, 0], [0, 1, 0], [0, 2, 0.5]])
     triangles = np.array([[0, 1, 2]])
     assert not edges_compression(points, triangles, 0.5 * points, np.tile([1.0, 0, 0], (3, 1))).any()
-
-
-# --- rings --------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("c", [0.1, 0.4])
-@pytest.mark.parametrize("theta", [0.0, 0.2, np.pi / 6])
-def test_edges_of_a_hexagon_have_a_closed_form(c, theta):
-    points, triangles, angles = ring_mesh(6, theta)
-    epsilon = edges_compression(points, triangles, points * [1.0 - c, 1, 1], np.tile([1.0, 0, 0], (7, 1)))[0]
-    cosine, length = np.abs(np.cos(angles)), np.sqrt((1 - c) ** 2 * np.cos(angles) ** 2 + np.sin(angles) ** 2)
-    assert epsilon == pytest.approx(((1 - length) * cosine).sum() / cosine.sum(), abs=1e-14)
-    if theta == 0.0:  # two edges along the direction, four at 60 degrees with half the weight
-        assert epsilon == pytest.approx((c + 1 - np.sqrt(((1 - c) ** 2 + 3) / 4)) / 2, abs=1e-14)
-
-
-def test_edges_of_an_isotropic_ring_give_two_thirds():
-    points, triangles, _ = ring_mesh(720)
-    for c in (1e-3, 1e-5):
-        epsilon = edges_compression(points, triangles, points * [1.0 - c, 1, 1], np.tile([1.0, 0, 0], (721, 1)))[0]
-        assert epsilon / c == pytest.approx(2.0 / 3.0, abs=c + 1e-4)
-    gradient = gradient_compression(points, triangles, points * [0.7, 1, 1], np.tile([1.0, 0, 0], (721, 1)))[0]
-    assert gradient == pytest.approx(0.3, abs=1e-12)
-
-
-@pytest.mark.parametrize("k", [4, 6, 8, 36])
-def test_the_signed_cosine_would_be_zero_by_zero(k):
-    _, _, angles = ring_mesh(k, 0.3)
-    tau = 1.0 - np.sqrt(0.81 * np.cos(angles) ** 2 + np.sin(angles) ** 2)
-    assert abs(np.cos(angles).sum()) < 1e-14
-    assert abs((tau * np.cos(angles)).sum()) < 1e-14
-    points, triangles, _ = ring_mesh(k, 0.3)
-    epsilon = edges_compression(points, triangles, points * [0.9, 1, 1], np.tile([1.0, 0, 0], (k + 1, 1)))[0]
-    assert 0.03 < epsilon < 0.1
 
 
 # --- bending ------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from small_meshes import smallest_angles
 
 import facewrinkle as fw
 from analysis.surfaces import settled, wrinkled_surface
@@ -24,16 +25,6 @@ from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.simulation.refinement import Refinement, mark
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
-
-
-def angles(points, triangles):
-    """Smallest angle of each triangle, degrees."""
-    a, b, c = (points[triangles[..., k]] for k in range(3))
-    out = []
-    for o, p, q in ((a, b, c), (b, c, a), (c, a, b)):
-        u, v = p - o, q - o
-        out.append(np.arctan2(np.linalg.norm(np.cross(u, v), axis=-1), (u * v).sum(axis=-1)))
-    return np.rad2deg(np.min(out, axis=0))
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -64,15 +55,15 @@ def test_triangle_counts_are_those_of_the_paper_roughly(face, played, name):
 @pytest.mark.parametrize("name", PAPER)
 def test_angles_stay_those_of_the_base_triangles_and_their_bisections(face, played, name):
     x, t = face.points, face.triangles
-    worst = angles(x, t)
+    worst = smallest_angles(x, t)
     for k in range(3):
         i, j, o = t[:, k], t[:, (k + 1) % 3], t[:, (k + 2) % 3]
         middle = 0.5 * (x[i] + x[j])
         for a, b in ((i, o), (o, j)):
             halves = np.stack([x[a], x[b], middle], axis=1).reshape(-1, 3)
-            worst = np.minimum(worst, angles(halves, np.arange(len(halves)).reshape(-1, 3)))
+            worst = np.minimum(worst, smallest_angles(halves, np.arange(len(halves)).reshape(-1, 3)))
     held = played(name).held
-    refined = angles(held.vertices.points, held.triangles)
+    refined = smallest_angles(held.vertices.points, held.triangles)
     assert refined.min() >= worst.min() - 1e-9
     # And triangle by triangle: the base triangle that each lies in.
     centres = held.vertices.points[held.triangles].mean(axis=1)

@@ -10,21 +10,13 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from spheres import assert_ball
 from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import DropShape, Fall
 from facewrinkle.tears.drop import moments
-
-
-def assert_ball(mesh):
-    triangles = np.asarray(mesh.regular_faces)
-    assert not boundary_loops(triangles)
-    assert euler_characteristic(triangles) == 2
-    assert is_oriented(triangles)
-    assert mesh.volume > 0.0
 
 
 def centre_of_mass(mesh):

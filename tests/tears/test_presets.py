@@ -1,30 +1,21 @@
 """Ways to cry: every preset gives closed tears on the skin, on all faces, moving or recorded."""
 
-from pathlib import Path
-
-import numpy as np
 import pytest
 import pyvista as pv
+from spheres import assert_ball
 from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import PRESETS, Film, Flow, preset, surfaces
 from facewrinkle.tears.presets import grouped
 
 IN_SKIN = 0.02
 """How deep facets of a tear may be in the skin, mm, where they cut its creases: a third of the film."""
 
-FACES = Path(__file__).parents[3] / "shared" / "faces"
-
 
 def assert_tear(mesh, skin, unit=1.0):
-    triangles = np.asarray(mesh.regular_faces)
-    assert not boundary_loops(triangles)
-    assert euler_characteristic(triangles) == 2
-    assert is_oriented(triangles)
-    assert mesh.volume > 0.0
+    assert_ball(mesh)
     assert mesh.compute_implicit_distance(skin)["implicit_distance"].min() * unit >= -IN_SKIN
 
 
@@ -48,13 +39,9 @@ def test_weeping_from_lids_of_all_kinds(real_face, made):
         assert_tear(mesh, face.mesh, face.unit)
 
 
-def test_weeping_on_a_captured_clip():
+def test_weeping_on_a_captured_clip(clip):
     """Tears on the wrinkled, refined frames of a face whose captured shapes are played: it smiles, blinks, frowns."""
-    path = FACES / "ict_face_narrow_anim.glb"
-    if not path.exists():
-        pytest.skip(f"{path.name} is not beside the repository")
-    mesh, recorded = fw.read_animation(path)
-    face = fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json")
+    face, recorded = clip
     tears, step = preset("weeping", face), 0.08
     simulation, cells = fw.Simulation(face, motion=recorded, time_step=step), set()
     for i in range(48):

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
-from spheres import meridian
+from spheres import assert_ball, meridian
 from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
@@ -23,15 +23,6 @@ from facewrinkle.tears.support_surface import support_surface
 
 FACET = 0.02
 """A third of the film of a tear, mm."""
-
-
-def assert_ball(mesh):
-    triangles = np.asarray(mesh.regular_faces)
-    assert not boundary_loops(triangles)
-    assert euler_characteristic(triangles) == 2
-    assert is_oriented(triangles)
-    assert len(np.unique(triangles)) == mesh.n_points
-    assert mesh.volume > 0.0
 
 
 def assert_balls(mesh, count):

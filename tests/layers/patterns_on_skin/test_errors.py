@@ -196,30 +196,6 @@ def files(tmp_path_factory, ball):
 PLACED = ["--centre", "0,0,40", "--extent", "30,30"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["dimple", "--centre", "0,0,90", "--extent", "9"], "lies off the mesh"),
-        (["dimple", "--centre", "0,0,40", "--extent", "900"], "larger than the mesh"),
-        (["dimple", "--centre", "0,0,40", "--extent", "0"], "size must be a finite number greater than 0, received 0"),
-        (["dimple", *PLACED, "--up", "0,0,1"], "straight out of the surface"),
-        (["cheek", *PLACED, "--strength", "1.5"], "strength must lie in [0, 1], received 1.5"),
-        (["cheek", *PLACED, "--spacing", "0"], "spacing must be a finite number greater than 0"),
-        (["cheek", *PLACED, "--variation", "2"], "variation must lie in [0, 1], received 2"),
-        (["forehead", *PLACED, "--style", "arc"], "unknown style 'arc'. Did you mean 'arcs'?"),
-        (["cheek", *PLACED, "--number", "90", "--max-level", "1"], "too coarse to carry the pattern cheek"),
-        (["dimple_l", *PLACED], "unknown pattern 'dimple_l'"),
-    ],
-)
-def test_errors_on_the_command_line(files, capsys, arguments, says):
-    out = files / "out"
-    assert main(["pattern", *arguments, "--face", str(files / "ball.ply"), "--out", str(out)]) == 1
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert says in error
-    assert not out.exists()
-
-
 @pytest.mark.parametrize("level", [None, 2])
 def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files, ball, capsys, level):
     words = {"number": 9, "radius": 4.0}

@@ -28,7 +28,7 @@ from facewrinkle.layers.patterns_on_skin.kinds import (
     Frown,
     pattern_of,
 )
-from facewrinkle.layers.patterns_on_skin.region import Region, outline_norm
+from facewrinkle.layers.patterns_on_skin.region import outline_norm
 
 unrefined = pytest.mark.filterwarnings("ignore:the mesh is too coarse to carry the pattern")
 
@@ -157,17 +157,6 @@ def test_a_region_between_the_vertices_is_found(slab):
     assert frame["W"].min() < -0.25
 
 
-def test_a_level_cap_that_is_too_low(slab):
-    layer = fw.PatternLayer("cheek", (0, 0, 0), size=30.0, number=12)
-    needed = layer.level_needed(slab)
-    assert needed >= 3
-    with pytest.raises(
-        ParameterError, match=rf"too coarse.*split {needed} times, and max_level=1 .*max_level={needed},"
-    ):
-        fw.Simulation(slab, fw.Refinement(max_level=1), [layer])
-    fw.Simulation(slab, fw.Refinement(max_level=needed), [layer])
-
-
 @pytest.mark.parametrize("cap", ["off", "one less"])
 def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
     layers = [fw.PatternLayer("cheek", (x, 0, 0), size=30.0, number=12, name=f"c{x}") for x in (-20, 20)]
@@ -185,18 +174,6 @@ def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
         says = f"pattern {name} well: its triangles should be split {needed[0]} times, and max_level={level}"
         assert says in str(warning.message)
         assert warning.filename == __file__
-
-
-def test_a_region_is_laid_once(slab, monkeypatch):
-    laid, count = Region.laid, []
-    monkeypatch.setattr(Region, "laid", lambda self, face: count.append(self) or laid(self, face))
-    layers = [fw.PatternLayer("dimple", (0, 0, 0), size=30.0), fw.PatternLayer("cheek", (0, 0, 0), size=40.0)]
-    sim = fw.Simulation(slab, layers=layers)
-    sim.step()
-    sim.reset()
-    assert len(count) == 2
-    other = fw.surface(slab.mesh)
-    assert sim.layers[0].laid(other) is not sim.layers[0].laid(slab)
 
 
 @unrefined
