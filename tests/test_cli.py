@@ -217,7 +217,9 @@ def test_the_module_runs():
 @pytest.mark.parametrize(
     ("command", "shown"),
     [
-        (["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing")),
+        pytest.param(
+            ["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing"), marks=pytest.mark.slow
+        ),
         (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
         pytest.param(["table1", "--iterations", "2", "--drawings", "1"], ("Table 1",), marks=pytest.mark.slow),
     ],
@@ -272,6 +274,7 @@ NUMBERS = {
 WHAT = {"express": ["AU4"], "pattern": ["dimple_l"], "tear": ["shedding"], "table1": []}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", WHAT)
 def test_bad_input_is_one_line_that_helps(tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)

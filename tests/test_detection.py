@@ -47,6 +47,7 @@ def test_one_face_and_two_eyes_are_found(view):
     check(fw.default_face(), view)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "identity", [{"age": 1.0}, {"sex": -1.0, "lips": 0.7}, {"jaw": 1.0, "width": 0.6, "brow": 1.0}]
 )

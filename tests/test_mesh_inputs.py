@@ -89,10 +89,15 @@ def bare(face):
 
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=FORMS)
+def test_all_forms_are_read(bare, form, tmp_path):
+    np.testing.assert_array_equal(read_surface(form(bare, tmp_path)).points, bare.points)
+
+
 @pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
-def test_all_forms(face, bare, function, form, tmp_path):
-    given = form(bare, tmp_path)
-    np.testing.assert_array_equal(function(given, face, tmp_path), function(bare, face, tmp_path))
+def test_all_functions_take_a_file_and_another_form(face, bare, function, tmp_path):
+    expected = function(bare, face, tmp_path)
+    for form in ("str", "MultiBlock"):
+        np.testing.assert_array_equal(function(FORMS[form](bare, tmp_path), face, tmp_path), expected)
 
 
 @pytest.mark.parametrize("form", ["PolyData", "UnstructuredGrid", "MultiBlock"])

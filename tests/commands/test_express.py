@@ -119,6 +119,7 @@ def test_express_on_another_mesh(tmp_path, capsys):
     assert (tmp_path / "out" / "AU46.png").is_file()
 
 
+@pytest.mark.slow
 def test_long_mixtures_have_short_file_names(tmp_path, capsys):
     name = ",".join(load_atlas().muscles)
     assert len(name) > 255

@@ -217,7 +217,7 @@ def check_topology(forest, base, n0):
         assert sorted(map(from_smallest, loops)) == sorted(map(from_smallest, boundary_loops(base)))
 
 
-@settings(max_examples=500)
+@settings(max_examples=150)
 @given(meshes(), operations)
 def test_invariants_hold_after_any_operations(mesh, steps):
     points0, base = mesh
@@ -324,7 +324,7 @@ def exact(forest):
     ]
 
 
-@settings(max_examples=250)
+@settings(max_examples=40)
 @given(meshes(), operations)
 def test_same_triangles_as_the_naive_forest(mesh, steps):
     points0, base = mesh
@@ -345,7 +345,7 @@ def test_same_triangles_as_the_naive_forest(mesh, steps):
         assert set(keys) == naive.hanging() | {((v, ONE),) for v in range(len(points0))}
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(meshes(), operations, st.integers(0, 99))
 def test_marks_of_nodes_lead_to_the_same_triangles_from_any_others(mesh, steps, seed):
     """The least legal forest in which every node is split that is wanted, as are all that it lies in."""
@@ -386,7 +386,7 @@ def take_back_all(forest):
     return calls
 
 
-@settings(max_examples=250)
+@settings(max_examples=40)
 @given(meshes(), operations)
 def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     points0, base = mesh
@@ -407,7 +407,7 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     assert (forest.corners == corners).all()
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(meshes(), operations, operations)
 def test_copies_are_equal_and_independent(mesh, before, after):
     _, base = mesh
@@ -478,7 +478,7 @@ def test_the_deepest_level_is_where_weights_stop_being_exact():
     assert forest.barycentric[forest.barycentric > 0].min() == 2.0**-52
 
 
-@settings(max_examples=50)
+@settings(max_examples=30)
 @given(meshes(), operations, st.integers(0, 3))
 def test_no_triangle_exceeds_the_cap(mesh, steps, cap):
     _, base = mesh

@@ -19,7 +19,6 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas, printed_atlas
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry.equations import EdgeWeights, edge_compression
 from facewrinkle.geometry.topology import vertex_rings
 
 UNREFINED = fw.Refinement(max_level=0)
@@ -174,25 +173,6 @@ def test_vertices_that_are_born_late_stay_shallow(printed):
         *_, frame = sim.run(40, ramp=0.2)
         shares.append(np.abs(frame["W"][base:]).mean() / np.abs(frame["W"][:base]).mean())
     assert shares[1] < shares[0]
-
-
-def test_compression_by_edges_is_less_than_the_gradient(printed):
-    sim = fw.Simulation(printed, UNREFINED, [fw.MuscleWrinkles(), fw.PrintedWrinkles(99)])
-    sim.express("surprise")
-    *_, frame = sim.run(20)
-    muscle = printed.muscles["frontalis_major_l"]
-    fields = sim.fields("frontalis_major_l")
-    some = np.flatnonzero(fields["region"] & (fields["lambda"] < 0.5))
-    rings = vertex_rings(frame.regular_faces, frame.n_points)
-    weights = EdgeWeights(printed.points, rings, some, muscle.fold_direction(printed.points[some]))
-    by_edges = weights.epsilon(sim.skin.points + sim.skin.displacement)
-    assert 0.3 < by_edges.mean() / fields["epsilon"][some].mean() < 0.85
-
-
-def test_a_direction_across_all_edges_measures_nothing():
-    triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    up = np.tile([0.0, 0, 1], (3, 1))
-    assert not edge_compression(triangle, 0.5 * triangle, vertex_rings([[0, 1, 2]]), up).any()
 
 
 @pytest.mark.parametrize("value", ["x", None, [1], -1, 0, 2.5, np.nan, np.inf])

@@ -222,7 +222,8 @@ def test_eyes_turn_no_farther_than_they_can(face):
     assert not sim.skin.rates.any()
 
 
-@pytest.mark.parametrize("expression", [pytest.param("happiness", marks=pytest.mark.slow), "kiss"])
+@pytest.mark.slow
+@pytest.mark.parametrize("expression", ["happiness", "kiss"])
 def test_settling_ends_where_many_steps_end(face, expression):
     straight, long = fw.Simulation(face), fw.Simulation(face)
     for sim in (straight, long):

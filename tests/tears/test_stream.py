@@ -193,7 +193,10 @@ def test_covered_length_grows_and_the_trail_stays(tear):
         assert not wet[along > tear.covered(t) + 0.5].any()
 
 
-@pytest.mark.parametrize("expression", ["happiness", "sadness", "closing_eye"])
+@pytest.mark.parametrize(
+    "expression",
+    [pytest.param("happiness", marks=pytest.mark.slow), "sadness", pytest.param("closing_eye", marks=pytest.mark.slow)],
+)
 def test_it_rides_on_the_wrinkled_refined_face(face, expression):
     sim = fw.Simulation(face)
     sim.express(expression)

@@ -49,8 +49,15 @@ def check(face, layers, strength):
     return frame
 
 
-@pytest.mark.parametrize("strength", [1.0, 0.4])
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male", "ict_face_narrow"])
+@pytest.mark.parametrize(
+    ("stem", "strength"),
+    [
+        (None, 1.0),
+        (None, 0.4),
+        ("makehuman_head_male", 1.0),
+        pytest.param("ict_face_narrow", 0.4, marks=pytest.mark.slow),
+    ],
+)
 def test_all_presets_on_heads(request, stem, strength):
     face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
     frame = check(face, [fw.PatternLayer.preset(name, face, strength=strength) for name in names()], strength)

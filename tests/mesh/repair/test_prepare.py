@@ -145,16 +145,6 @@ def test_landmarks_choose_the_part():
     np.testing.assert_array_equal(surface.points, face.points)
 
 
-def test_many_specks_make_one_short_warning():
-    parts = [sphere((3.0 * k, 0, 5), 0.1) for k in range(15)]
-    with pytest.warns(FaceWrinkleWarning) as caught:
-        prepare(side_by_side(cap(), *parts))
-    assert len(caught) == 1
-    listed = ", ".join([str(parts[0].n_cells)] * 10)
-    assert "one of 16 separate parts" in str(caught[0].message)
-    assert f"set apart parts of {listed}, ... triangles." in str(caught[0].message)
-
-
 def test_inconsistent_orientation_is_mended():
     mesh = cap()
     triangles = mesh.regular_faces.copy()
