@@ -198,13 +198,11 @@ def sibling_file(folder: Path, name: str) -> Path | None:
     refusal: MeshError | None = None
     for candidate in (folder / name, folder / wanted):
         try:
-            if candidate.is_file():
+            if os.path.isfile(candidate):  # Path.is_file fails for names that no file can have
                 check_inside(folder, candidate, "it", name)
                 return candidate
         except MeshError as problem:
             refusal = problem
-        except (OSError, ValueError):  # a name that no file can have
-            continue
     alike = (file for file in sorted(folder.iterdir()) if file.name.casefold() == wanted.casefold() and file.is_file())
     found = next(alike, None)
     if found is None and refusal is not None:
@@ -233,11 +231,8 @@ def replaced(path: str | Path) -> Iterator[Path]:
         with _refusals(path):
             _synchronise(temporary)
             temporary.replace(path)
-    except BaseException:
-        _remove([temporary])
-        raise
     finally:
-        _unfinished.pop(temporary, None)
+        _remove([temporary])  # if it is still there
 
 
 @contextmanager

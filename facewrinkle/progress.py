@@ -25,15 +25,12 @@ def silent(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
     return items
 
 
-LINES = "FACEWRINKLE_PROGRESS"
-"""Environment variable that asks for progress as lines on stderr, such as ``Shapes 3/26``, for a program that reads
-them.
-"""
-
-
 def bar(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
-    """Return the items; while they are done, a bar shows progress on stderr if that is a terminal, or lines do."""
-    if os.environ.get(LINES):
+    """Return the items; while they are done, a bar shows progress on stderr if that is a terminal.
+
+    The environment variable FACEWRINKLE_PROGRESS asks for lines, such as ``Shapes 3/26``, which a program can read.
+    """
+    if os.environ.get("FACEWRINKLE_PROGRESS"):
         return _counted(items, what, total)
     from rich.console import Console
     from rich.progress import track
