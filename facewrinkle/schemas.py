@@ -13,6 +13,9 @@ try:
 except ImportError:
     raise missing_package("the studio and data sets need", "msgspec", "studio,dataset") from None
 
+Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+"""A number from 0 to 1."""
+
 
 def conforming(value: Any, kind: Any, where: str) -> Any:
     """Return plain data as a type of msgspec: a Struct, a table, or what is annotated with limits.

@@ -12,17 +12,14 @@ from urllib.parse import urlsplit
 import aiohttp
 import numpy as np
 
-from facewrinkle.live.encoding import CODES
-
 
 def decoded(data):
     """Return the header of a message and the arrays in it, by the names of the parts."""
-    types = {code: np.dtype(name) for name, code in CODES.items()}
     length = struct.unpack_from("<I", data)[0]
     head = json.loads(data[4 : 4 + length])
     arrays = {
         part["name"]: {
-            name: np.frombuffer(data, types[entry[0]], entry[2], 4 + length + entry[1]).reshape(-1, entry[3])
+            name: np.frombuffer(data, entry[0], entry[2], 4 + length + entry[1]).reshape(-1, entry[3])
             for name, entry in part["arrays"].items()
             if entry is not None
         }

@@ -19,7 +19,7 @@ from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of
-from ..schemas import conforming
+from ..schemas import Share, conforming
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
@@ -46,7 +46,6 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
 """Numbers that are drawn, by table, and what is allowed of each."""
 
 Finite = Annotated[float, Meta(ge=-1e12, le=1e12)]
-Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 Weight = Annotated[float, Meta(ge=0.0, le=1e9)]
 Count = Annotated[int, Meta(ge=1, le=10**6)]
 Pixels = Annotated[int, Meta(ge=16, le=4096)]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +15,15 @@ from ..anatomy.face import Face
 from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
-from ..errors import ParameterError
+from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..motion.action_units import ARKIT, units_of
 from ..motion.recorded import Recorded
 from ..plotting.views import VIEWS
 from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
-from .fields import FIELDS, check_field, colours, labels, probe
-from .library import COMPANIONS, MESHES, Library, Tell, opened
+from .fields import FIELDS, colours, labels, probe
+from .library import COMPANIONS, MESHES, Library, opened
 from .protocol import (
     Change,
     Continue,
@@ -62,7 +61,7 @@ class Answers:
     library : Library
     document : Document
     stage : Stage
-    folder : Folder
+    folder : Folder or None
     kept : Kept
         The session that was found in the folder.
     source : str or None
@@ -78,7 +77,7 @@ class Answers:
         library: Library,
         document: Document,
         stage: Stage,
-        folder: Folder,
+        folder: Folder | None,
         kept: Kept,
         source: str | None,
         changed: Callable[[], None],
@@ -112,11 +111,11 @@ class Answers:
             "folds": ranges(Folds),
             "patterns": {"kinds": list(KINDS), "numbers": ranges(Pattern)},
             "tears": ranges(Tear),
-            "folder": str(self._folder.path) if self._folder.path else "",
+            "folder": "" if self._folder is None else str(self._folder.path),
             "kinds": list(KINDS_OF_FILES),
             "regions": list(REGIONS),
             "earlier": self._kept.when,
-            "endings": [*MESHES, ".face", *COMPANIONS],
+            "endings": [*MESHES, *COMPANIONS],
             **self.face(),
         }
 
@@ -150,7 +149,9 @@ class Answers:
             case Copy():
                 return self.as_python(message.camera)
             case Field():
-                client.field = check_field(message.name)
+                if message.name not in (None, *FIELDS):
+                    raise unknown_name("field", message.name, FIELDS)
+                client.field = message.name
                 stage.wanted_fields = {each.field for each in self.server.clients if each.field is not None}
             case Play():
                 stage.play(message.on)
@@ -195,35 +196,27 @@ class Answers:
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
         if self._saving:
             raise ParameterError("another file is being written; wait for it.")
-        stage, tell, self._saving = self._stage, self._teller(), True
-        tell("Saving", 0.0)
+        stage, self._saving = self._stage, True
+        self._tell("Saving", 0.0)
         try:
             if what in SLOW:  # by a process of its own, so that the face goes on meanwhile
                 clip = self._library[stage.shown_face].clip
                 order = Order(what, camera, stage.face, self._document.data, clip)
-                name, content = await asyncio.to_thread(self.process.save, order, tell)
+                name, content = await asyncio.to_thread(self.process.save, order, self._tell)
             else:
                 name, content = await asyncio.wrap_future(stage.ask(lambda: self._saved_by_stage(what, camera)))
         finally:
             self._saving = False
-            tell("", 1.0)
+            self._tell("", 1.0)
         return self._saved(name, content)
 
     def _saved_by_stage(self, what: str, camera: list[float]) -> tuple[str, bytes]:
         with self._meshes:
             return save(what, camera, self._stage, self._document)
 
-    def _teller(self) -> Tell:
-        """Return a function that tells all pages how far something is, in few messages."""
-        last: tuple[str, int] | None = None
-
-        def tell(what: str, share: float) -> None:
-            nonlocal last
-            if (what, int(40 * share)) != last:
-                last = what, int(40 * share)
-                self.server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
-
-        return tell
+    def _tell(self, what: str, share: float) -> None:
+        """Tell all pages how far something is."""
+        self.server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
 
     def probed(self, asked: Probe) -> dict[str, Any]:
         """Return what is known at a place of the frame, on the thread of the stage."""
@@ -244,7 +237,7 @@ class Answers:
         return found | {"names": labels(frame, layers)["family"]}
 
     def _saved(self, name: str, data: bytes) -> dict[str, str]:
-        if self._folder.path is None:
+        if self._folder is None:
             return {"download": self.server.offer(name, data), "name": name}
         return {"path": str(self._folder.write(name, data)), "name": name}
 
@@ -256,22 +249,21 @@ class Answers:
                 self._document.load(text)
             self._changed()
             return {"name": "", "said": []}
-        tell = self._teller()
         try:
             with self._meshes:
-                name, loaded = opened(folder, names, self._library[""].face.atlas, tell)
+                name, loaded = opened(folder, names, self._library[""].face.atlas, self._tell)
         finally:
-            tell("", 1.0)
+            self._tell("", 1.0)
         name = self._library.add(name, loaded)
         self.show(name)
         return {"name": name, "said": list(loaded.said)}
 
     def show(self, name: str) -> None:
         """Show a face that is open. Places of the one before mean nothing on it; a clip brings its own length."""
-        start = deepcopy({part: START[part] for part in ("identity", "landmarks", "patterns", "tears", "timeline")})
+        start = {part: START[part] for part in ("identity", "landmarks", "patterns", "tears", "timeline")}
         clip = self._library[name].clip
         if clip is not None:
-            start["timeline"]["length"] = min(max(clip.duration, 0.2), LONGEST)
+            start["timeline"] = START["timeline"] | {"length": min(max(clip.duration, 0.2), LONGEST)}
         with self._stage.condition:
             self._document.change([((part,), value) for part, value in {"face": name, **start}.items()])
         self._changed()

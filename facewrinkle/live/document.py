@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import fields
-from typing import Annotated, Any, TypeVar, get_args
+from typing import Annotated, Any, get_args
 
 import msgspec
 from msgspec import Meta, Struct
@@ -21,7 +21,7 @@ from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NAMES
 from ..errors import ParameterError, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
-from ..schemas import conforming
+from ..schemas import Share, conforming
 
 VERSION = 1
 """Of the form of session files."""
@@ -43,20 +43,14 @@ REGIONS: Mapping[str, tuple[str, ...]] = {
 }
 """Regions whose folds have a factor of their own, by the landmarks that they lie around."""
 
-Patch = tuple[Sequence[str], Any]
-"""A path and its new value; None takes an entry of a table away."""
-
-T = TypeVar("T")
 Name = Annotated[str, Meta(max_length=64)]
-Unit = Annotated[float, Meta(ge=0.0, le=1.0)]
 Factor = Annotated[float, Meta(ge=0.0, le=4.0)]
 Angle = Annotated[float, Meta(ge=-40.0, le=40.0)]
 Time = Annotated[float, Meta(ge=0.0, le=LONGEST)]
 Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
-Mixture = Annotated[dict[Name, Unit], Meta(max_length=512)]
+Mixture = Annotated[dict[Name, Share], Meta(max_length=512)]
 OwnName = Annotated[str, Meta(pattern=r"^\w[\w' -]{0,39}$")]
-Items = Annotated[dict[Name, T], Meta(max_length=32)]
 
 
 class Folds(Struct, frozen=True):
@@ -71,7 +65,7 @@ class Folds(Struct, frozen=True):
     length: Annotated[float, Meta(ge=0.5, le=2.0)] = 1.0
     irregularity: Annotated[float, Meta(ge=0.0, le=3.0)] = 1.0
     seed: Annotated[int, Meta(ge=0, le=2**31)] = 0
-    age: Unit = 0.0
+    age: Share = 0.0
 
 
 class Pattern(Struct, frozen=True, forbid_unknown_fields=True):
@@ -81,7 +75,7 @@ class Pattern(Struct, frozen=True, forbid_unknown_fields=True):
     centre: Place
     size: Annotated[float, Meta(ge=2.0, le=120.0)]
     depth: Annotated[float, Meta(ge=-6.0, le=6.0)]
-    strength: Unit = 1.0
+    strength: Share = 1.0
 
 
 class Tear(Struct, frozen=True, forbid_unknown_fields=True):
@@ -97,7 +91,7 @@ class Key(Struct, frozen=True, forbid_unknown_fields=True):
     """An event of the timeline, s: it grows from onset to apex, and fades from offset to end."""
 
     unit: Name
-    weight: Unit
+    weight: Share
     onset: Time
     apex: Time
     offset: Time
@@ -119,13 +113,13 @@ class Session(Struct, frozen=True, forbid_unknown_fields=True):
     landmarks: dict[Name, Place] = {}
     mixture: Mixture = {}
     mixtures: Annotated[dict[OwnName, Annotated[Mixture, Meta(min_length=1)]], Meta(max_length=64)] = {}
-    intensity: Unit = 1.0
+    intensity: Share = 1.0
     gaze: tuple[Angle, Angle] = (0.0, 0.0)
     folds: Folds = Folds()
     regions: dict[Name, Factor] = {}
     identity: dict[Name, Annotated[float, Meta(ge=-1.0, le=1.0)]] = {}
-    patterns: Items[Pattern] = {}
-    tears: Items[Tear] = {}
+    patterns: Annotated[dict[Name, Pattern], Meta(max_length=32)] = {}
+    tears: Annotated[dict[Name, Tear], Meta(max_length=32)] = {}
     timeline: Timeline = Timeline()
 
 
@@ -191,8 +185,10 @@ class Document:
         """Numbers of steps that can be undone, and done again."""
         return self._at, len(self._states) - 1 - self._at
 
-    def change(self, patches: Iterable[Patch], gesture: str = "") -> None:
+    def change(self, patches: Iterable[tuple[Sequence[str], Any]], gesture: str = "") -> None:
         """Apply patches, all or none; those with the gesture of the last step belong to that step.
+
+        A patch is a path and its new value; None takes an entry of a table away.
 
         Raises
         ------
@@ -229,10 +225,10 @@ class Document:
         self._at, self._gesture, self.version = self._at + by, "", self.version + 1
         return True
 
-    def reset(self, gesture: str = "") -> None:
+    def reset(self) -> None:
         """Set everything back but the expressions that are kept, as a step that can be undone."""
         start = {**START, "mixtures": self.data["mixtures"]}
-        self.change([((name,), value) for name, value in start.items() if self.data[name] != value], gesture)
+        self.change([((name,), value) for name, value in start.items() if self.data[name] != value])
 
     # --- files ---------------------------------------------------------------------------------
 

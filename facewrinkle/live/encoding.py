@@ -27,9 +27,6 @@ LARGEST = 65535
 ROOM = 0.2
 """Room around the face in its box, as a share of its largest extent."""
 
-CODES = {"uint8": "u8", "int8": "i8", "uint16": "u16", "uint32": "u32", "float32": "f32"}
-"""Types of arrays, and what the page calls them."""
-
 
 @dataclass(frozen=True, eq=False)
 class Box:
@@ -118,7 +115,7 @@ def message(head: Mapping[str, Any], parts: Iterable[Part], known: Known) -> tup
             arrays[name] = None
             if known.get((part.name, name)) is not values:
                 width = values.shape[1] if values.ndim > 1 else 1
-                arrays[name] = [CODES[values.dtype.name], offset, int(values.size), int(width)]
+                arrays[name] = [values.dtype.name, offset, int(values.size), int(width)]
                 data = values.tobytes()
                 chunks += [data, b"\0" * (-len(data) % 4)]
                 offset += len(data) + -len(data) % 4

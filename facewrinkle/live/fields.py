@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import matplotlib
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import ParameterError, unknown_name
+from ..errors import ParameterError
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS
 from ..plotting.fields import FIELD_COLOURS, FOLDED
+from .encoding import Part
 from .visible_parts import VisibleParts
 
 NOTHING = 65535
@@ -30,11 +29,6 @@ FIELDS = ("W", "epsilon", "lambda", "gamma", "theta", "split_gamma", "muscle", "
 NAMED = ("muscle", "family", "level")
 """Fields of whole numbers."""
 
-OF_MUSCLES = "W = k0 \u00b7 rate \u00b7 H At \u00b7 A(\u03b5) \u00b7 share"
-OF_WAVES = (
-    "W = D (b \u2212 |s| (1 + s\u00b2)^\u03b1) / 2^\u03b1, s = \u03b8 / \u03c0; "
-    "D = share \u00b7 S \u00b7 min(0.75 (2 L / \u03c0) \u221ae, 0.22 L)"
-)
 NAMES = {
     "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
     "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset", "lower": "lower by (mm)",
@@ -43,38 +37,22 @@ NAMES = {
 """Words for the numbers of formulas; those that are fields are told with the fields."""
 
 
-@dataclass(frozen=True, eq=False)
-class ColouredField:
-    """A field of one number per vertex.
-
-    Attributes
-    ----------
-    values : ndarray of uint16, shape (n,)
-        From 0 (the least) to 65534, for each drawn vertex; 65535 where the field means nothing.
-    info : dict
-        Name, meaning, unit, range.
-    """
-
-    values: npt.NDArray[np.uint16]
-    info: dict[str, Any]
-
-
 def colours(name: str) -> list[int]:
     """Return the colours of a field, 64 of red, green and blue, 0 to 255."""
     cmap = matplotlib.colormaps[FIELD_COLOURS.get(name, ("viridis", None))[0]]
     return [round(255.0 * float(value)) for value in cmap(np.linspace(0.0, 1.0, 64))[:, :3].ravel()]
 
 
-def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence[Layer] = ()) -> ColouredField:
+def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence[Layer] = ()) -> Part:
     """Return a field of a frame for a page; one that the frame does not have means nothing anywhere.
 
+    Its ``value``, for each drawn vertex, goes from 0 (the least) to 65534; it is 65535 where the field means nothing.
     Where its numbers stand for names, those that appear are told.
     """
-    origin = parts.origin
     info: dict[str, Any] = {"name": name, "about": ARRAYS.get(name, ""), "unit": "mm" if name == "W" else ""}
-    if name not in frame.point_data:
-        return ColouredField(np.full(len(origin), NOTHING, np.uint16), {**info, "range": [0.0, 1.0]})
-    values = np.array(frame.point_data[name], np.float64)
+    values = np.full(frame.n_points, np.nan)
+    if name in frame.point_data:
+        values[:] = frame.point_data[name]
     folded = [np.asarray(frame.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in frame.point_data]
     if folded:
         values[~np.any(folded, axis=0)] = np.nan
@@ -89,14 +67,7 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequenc
     numbers = np.full(len(values), NOTHING, np.uint16)
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
     numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
-    return ColouredField(numbers[origin], {**info, "range": [float(low), float(high)]})
-
-
-def check_field(name: str | None) -> str | None:
-    """Return the name of a field, or None."""
-    if name is not None and name not in FIELDS:
-        raise unknown_name("field", name, FIELDS)
-    return name
+    return Part("field", "field", {"value": numbers[parts.origin]}, {**info, "range": [float(low), float(high)]})
 
 
 def labels(frame: pv.PolyData, layers: Sequence[Layer]) -> Mapping[str, list[str]]:
@@ -157,13 +128,17 @@ def _makers(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int
     for layer in layers:
         if isinstance(layer, WaveFolds):
             families = list(layer.lines)
+            formula = (
+                "W = D (b \u2212 |s| (1 + s\u00b2)^\u03b1) / 2^\u03b1, s = \u03b8 / \u03c0; "
+                "D = share \u00b7 S \u00b7 min(0.75 (2 L / \u03c0) \u221ae, 0.22 L)"
+            )
             for numbers in layer.explained(vertex):
                 name = f"waves of the family {families[int(numbers.pop('family'))]!r}"
-                makers.append(_maker(name, OF_WAVES, numbers))
+                makers.append(_maker(name, formula, numbers))
         elif isinstance(layer, MuscleWrinkles):
-            muscles = list(face.muscles)
+            muscles, formula = list(face.muscles), "W = k0 \u00b7 rate \u00b7 H At \u00b7 A(\u03b5) \u00b7 share"
             for numbers in layer.explained(vertex):
-                makers.append(_maker(muscles[int(numbers.pop("muscle"))], OF_MUSCLES, numbers))
+                makers.append(_maker(muscles[int(numbers.pop("muscle"))], formula, numbers))
         elif isinstance(layer, PatternLayer):
             height = float(layer.fields()[f"pattern_{layer.name}"][vertex])
             if height:

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
@@ -21,16 +21,15 @@ from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
 from ..motion.animation import read_animation
 from ..motion.recorded import Recorded
+from ..progress import Progress
 
 if TYPE_CHECKING:
     from aiohttp import web
 
-T = TypeVar("T")
-
 ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
 
-MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", *ANIMATED)
+MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 """Endings of files that may hold a face."""
 
 COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
@@ -108,6 +107,27 @@ class Library:
         return refitted(face, data["landmarks"]) if data["landmarks"] else face
 
 
+def telling(tell: Tell, before: str = "") -> Progress:
+    """Return progress that tells what is being done, after some words, and the share of it.
+
+    Examples
+    --------
+    >>> list(telling(print, "Rig: ")("ab", "Shapes", 2))
+    Rig: Shapes 0.0
+    Rig: Shapes 0.5
+    Rig: Shapes 1.0
+    ['a', 'b']
+    """
+
+    def progress(items: Iterable[Any], what: str, total: int) -> Iterator[Any]:
+        tell(before + what, 0.0)
+        for number, item in enumerate(items, start=1):
+            yield item
+            tell(before + what, number / total)
+
+    return progress
+
+
 def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
     """Read the face or the clip among the files of a folder, and return its name and what was read.
 
@@ -119,10 +139,10 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
         If it cannot be read, or shows no face.
     """
     files = [folder / name for name in names]
-    main = [file for file in files if file.suffix.lower() in (*MESHES, ".face")]
+    main = [file for file in files if file.suffix.lower() in MESHES]
     if len(main) != 1:
         raise ParameterError(
-            f"drop one file of a face ({', '.join((*MESHES, '.face'))}), with its materials and pictures beside it; "
+            f"drop one file of a face ({', '.join(MESHES)}), with its materials and pictures beside it; "
             f"received {', '.join(file.name for file in files)}."
         )
     file = main[0]
@@ -130,12 +150,6 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
     pictures = [each for each in files if each.suffix.lower() in (".png", ".jpg", ".jpeg")]
     named = any(each.suffix.lower() == ".mtl" for each in files) or file.suffix.lower() not in (".obj", ".ply")
     texture = pictures[0] if len(pictures) == 1 and not named else None
-
-    def search(steps: Iterable[T], what: str, count: int) -> Iterator[T]:
-        for number, step in enumerate(steps):
-            tell(what, number / max(count, 1))
-            yield step
-
     tell(f"Reading {file.name}", 0.0)
     with inside_only(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FaceWrinkleWarning)
@@ -143,7 +157,8 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
             loaded = Loaded(read_face(file, atlas))
         else:
             clip, mesh = _clip_of(file)
-            face = fit_face(file if mesh is None else mesh, landmarks, atlas=atlas, progress=search, texture=texture)
+            search, source = telling(tell), file if mesh is None else mesh
+            face = fit_face(source, landmarks, atlas=atlas, progress=search, texture=texture)
             if clip is not None:
                 clip.points_of(face)  # raises if it does not fit
             loaded = Loaded(face, clip)
@@ -177,7 +192,7 @@ def checked_name(name: str) -> str:
         raise ParameterError(
             f"a file may not be called {name[:120]!r}: letters, digits, spaces and ._-+,=() are allowed."
         )
-    endings = (*MESHES, ".face", *COMPANIONS)
+    endings = (*MESHES, *COMPANIONS)
     if not name.lower().endswith(endings):
         raise ParameterError(f"{name!r} is no file that the studio reads; these are: {', '.join(endings)}.")
     return name

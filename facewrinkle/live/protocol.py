@@ -8,17 +8,15 @@ import msgspec
 from msgspec import Meta, Struct
 
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
-from ..schemas import conforming
-from .document import LONGEST, Name
+from ..schemas import Share, conforming
+from .document import LONGEST, Coordinate, Name
 
 LARGEST_MESSAGE = 64 * 1024
 """Bytes of a message."""
 
 Whole = Annotated[int, Meta(ge=0, lt=2**53)]
-Share = Annotated[float, Meta(ge=0.0, le=1.0)]
-Place = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Text = Annotated[str, Meta(max_length=256)]
-Camera = Annotated[list[Place], Meta(min_length=6, max_length=6)]
+Camera = Annotated[list[Coordinate], Meta(min_length=6, max_length=6)]
 
 
 class Message(Struct, forbid_unknown_fields=True, kw_only=True):

@@ -13,9 +13,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from PIL import Image
 
@@ -31,14 +31,9 @@ from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from ..processes import environment
 from .document import Document
-from .library import Tell
+from .library import Tell, telling
 from .stage import Stage
 from .wishes import FPS, PICTURE, Player, mixture_of, view_of
-
-T = TypeVar("T")
-
-FILM = 720, 720
-"""Width and height of a movie, pixels."""
 
 KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "session")
 """Things that can be saved."""
@@ -46,17 +41,11 @@ KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "sessio
 SLOW = ("rig", "movie", "animation")
 """Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
 
-MOST = 10_000
-"""Files of one name and different numbers."""
-
 SESSION = "session.json"
 """The file of the session in the folder of a studio."""
 
 SOON, LATER = 0.5, 10.0
 """Seconds after a change until the session is saved, and until it is tried again where that failed."""
-
-OWN_EXPRESSION = "studio"
-"""Name of the expression that the sliders make in an atlas."""
 
 
 class Folder:
@@ -64,16 +53,15 @@ class Folder:
 
     Parameters
     ----------
-    path : Path or None
+    path : Path
         Made if it does not exist.
     """
 
-    def __init__(self, path: Path | None) -> None:
-        self.path = None if path is None else output_folder(path).resolve()
+    def __init__(self, path: Path) -> None:
+        self.path = output_folder(path).resolve()
 
     def write(self, name: str, data: bytes, anew: bool = True) -> Path:
         """Write data under a name; with `anew`, never over another file: the name gets a number."""
-        assert self.path is not None
         if not re.fullmatch(r"[a-z]+\.[a-z0-9]+", name):
             raise OutputError(f"the studio writes files with plain names, received {name!r}.")
         path = self._claimed(name) if anew else self.path / name
@@ -88,7 +76,6 @@ class Folder:
 
     def set_aside(self, name: str) -> Path:
         """Give a file another name, with a number, whatever is in it."""
-        assert self.path is not None
         path = self._claimed(name)
         try:
             return (self.path / name).replace(path)
@@ -98,17 +85,17 @@ class Folder:
 
     def _claimed(self, name: str) -> Path:
         """Make an empty file under a name with the first number that is free."""
-        assert self.path is not None
         stem, _, ending = name.partition(".")
+        number = 0
         try:
-            for number in range(1, MOST):
+            while True:
+                number += 1
                 path = self.path / f"{stem}_{number}.{ending}"
                 with contextlib.suppress(FileExistsError):
                     path.touch(exist_ok=False)
                     return path
         except OSError as problem:
             raise not_written(path, problem) from None
-        raise OutputError(f"there are {MOST} files of the name {name} in {str(self.path)!r} already.")
 
 
 class Kept:
@@ -116,7 +103,7 @@ class Kept:
 
     Parameters
     ----------
-    folder : Folder
+    folder : Folder or None
     document : Document
     complain : callable
         Called, on any thread, with a sentence when the session cannot be saved: once, until it can be again.
@@ -127,7 +114,7 @@ class Kept:
         Day and time of the session that was found at the start; "" if there was none, or it was resumed or dismissed.
     """
 
-    def __init__(self, folder: Folder, document: Document, complain: Callable[[str], None]) -> None:
+    def __init__(self, folder: Folder | None, document: Document, complain: Callable[[str], None]) -> None:
         self._folder, self._document, self._complain = folder, document, complain
         self._saved, self._failed = document.version, False
         self._lock = threading.Lock()
@@ -135,8 +122,7 @@ class Kept:
         self.when, self._text = "", ""
         self._found: tuple[int, ...] = ()
         self._own: tuple[int, ...] = ()
-        self._path = path = None if folder.path is None else folder.path / SESSION
-        if path is not None and path.is_file():
+        if folder is not None and (path := folder.path / SESSION).is_file():
             self._found = _mark(path)
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 self._text = path.read_text(encoding="utf-8")
@@ -160,7 +146,7 @@ class Kept:
 
     def changed(self) -> None:
         """Save the session soon."""
-        if self._path is not None and self._timer is None and self._saved != self._document.version:
+        if self._folder is not None and self._timer is None and self._saved != self._document.version:
             self._timer = threading.Timer(LATER if self._failed else SOON, self.save)
             self._timer.daemon = True
             self._timer.start()
@@ -168,11 +154,11 @@ class Kept:
     def save(self) -> None:
         """Save the session if it was changed. A file that was not written here, nor resumed, gets another name."""
         self._timer = None
-        if self._path is None or not self._lock.acquire(timeout=5.0):
+        if self._folder is None or not self._lock.acquire(timeout=5.0):
             return
         try:
             if self._saved != self._document.version:
-                self._write(self._path, self._document.version)
+                self._write(self._folder, self._document.version)
         except (OSError, OutputError) as problem:
             if not self._failed:
                 self._complain(f"The session is not saved, which is tried again: {problem}")
@@ -182,10 +168,11 @@ class Kept:
         if self._failed:
             self.changed()
 
-    def _write(self, path: Path, version: int) -> None:
+    def _write(self, folder: Folder, version: int) -> None:
+        path = folder.path / SESSION
         if os.path.lexists(path) and (os.path.islink(path) or _mark(path) != self._own):
-            self._folder.set_aside(SESSION)  # what is not our own
-        self._folder.write(SESSION, self._document.text().encode(), anew=False)
+            folder.set_aside(SESSION)  # what is not our own
+        folder.write(SESSION, self._document.text().encode(), anew=False)
         self._own, self._saved, self._failed = _mark(path), version, False
 
 
@@ -261,21 +248,18 @@ def save_rig(face: Face, tell: Tell) -> tuple[str, bytes]:
     """Return the name and the content of a file with ARKit's blend shapes of a face; on any thread."""
     from ..rigging import rig, write_rig
 
-    def progress(items: Iterable[T], what: str, total: int) -> Iterator[T]:
-        return _told(items, total, f"Rig: {what}", tell)
-
     if not face.muscles:
         raise ParameterError("a rig needs a face with muscles, and this surface has none.")
-    made = rig(face, level=1, progress=progress)
+    made = rig(face, level=1, progress=telling(tell, "Rig: "))
     with tempfile.TemporaryDirectory() as folder:
         return "rig.glb", write_rig(made, Path(folder) / "rig.glb").read_bytes()
 
 
 def atlas_with(face: Face, data: Mapping[str, Any]) -> str:
-    """Return the atlas of a face as TOML, with saved mixtures, and what the sliders show, as expressions."""
+    """Return the atlas of a face as TOML; saved mixtures, and what the sliders show as "studio", are expressions."""
     atlas = face.atlas
     mixture = mixture_of(data)
-    mixtures = [*([(OWN_EXPRESSION, mixture)] if mixture else []), *data["mixtures"].items()]
+    mixtures = [*([("studio", mixture)] if mixture else []), *data["mixtures"].items()]
     expressions = dict(atlas.expressions)
     for name, weights in mixtures:
         rates = {muscle: round(rate, 6) for muscle, rate in atlas.contractions(weights).items()}
@@ -292,25 +276,17 @@ def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
 
 
 def _movie(player: Player, order: Order, path: Path, tell: Tell) -> None:
-    style = Style(FILM, view_of(order.camera, order.face))
+    style = Style((720, 720), view_of(order.camera, order.face))
     with TearScene(order.face, style) as scene, movie_writer(path, FPS) as append:
-        for moment in _told(player.moments(order.data), len(player.times(order.data)), "Movie", tell):
+        for moment in telling(tell)(player.moments(order.data), "Movie", len(player.times(order.data))):
             append(scene.picture(moment.frame, moment.tears))
 
 
 def _animation(player: Player, order: Order, path: Path, tell: Tell) -> None:
     writer, times = AnimationWriter(order.face, path), player.times(order.data)
-    for moment in _told(player.moments(order.data), len(times), "Animation", tell):
+    for moment in telling(tell)(player.moments(order.data), "Animation", len(times)):
         writer.add(moment.frame)
     writer.write(times, player.simulation.forest)
-
-
-def _told(items: Iterable[T], count: int, what: str, tell: Tell) -> Iterator[T]:
-    """Yield items, and tell how many have been."""
-    tell(what, 0.0)
-    for number, item in enumerate(items):
-        tell(what, number / max(count, 1))
-        yield item
 
 
 class SavingProcess:

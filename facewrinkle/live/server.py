@@ -31,21 +31,10 @@ from ..plotting.scene import BACKGROUND
 from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
-from .encoding import Known, Part, message, photo_message
+from .encoding import Known, message, photo_message
 from .library import received
 from .protocol import LARGEST_MESSAGE, Change, Message, Shown, key_of, parse
 from .stage import Shown as Frame
-
-GREETING_TIME = 5.0
-"""Seconds within which a page must name its key."""
-
-BREATH = 20.0
-"""Seconds between two signs of life that a page must give."""
-
-CREDIT = 1
-"""Frames that may be under way to a page. With 2, what a slow page shows is two to three of its frames old; with 1, a
-little more than one.
-"""
 
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
@@ -64,6 +53,9 @@ class Client:
 
     Attributes
     ----------
+    ready : bool
+        True if a frame may be sent: the page has drawn the last one. With two under way, what a slow page shows would
+        be two to three of its frames old.
     change : int
         Number of the page's last change that was taken. A page leaves out documents that its later changes are not in,
         or a slider that is moved would jump back.
@@ -72,7 +64,7 @@ class Client:
     def __init__(self, socket: web.WebSocketResponse) -> None:
         self.socket = socket
         self.field: str | None = None
-        self.credit = CREDIT
+        self.ready = True
         self.wake = asyncio.Event()
         self._known: Known = {}
         self.change = 0
@@ -88,7 +80,7 @@ class Client:
 
     def drawn(self) -> None:
         """The page has drawn a frame."""
-        self.credit = min(self.credit + 1, CREDIT)
+        self.ready = True
         self.wake.set()
 
     async def send(self, state: Mapping[str, Any]) -> None:
@@ -104,22 +96,19 @@ class Client:
             for name, photo in photos.items():
                 await self.socket.send_bytes(photo_message(name, photo))
         shown = state["shown"]
-        if shown is not None and self.credit and shown.step != self._step:
+        if shown is not None and self.ready and shown.step != self._step:
             await self.socket.send_bytes(self._frame(shown))
 
     def _frame(self, shown: Frame) -> bytes:
         parts = list(shown.parts)
         if self.field is not None and (field := shown.fields.get(self.field)) is not None:
-            parts.append(Part("field", "field", {"value": field.values}, field.info))
+            parts.append(field)
         box = [*(float(x) for x in shown.box.low), shown.box.size]
         head = {"step": shown.step, "time": round(shown.time, 4), "box": box, "still": shown.still}
         data, self._known = message(head, parts, self._known)
         self._step = shown.step
-        self.credit -= 1
+        self.ready = False
         return data
-
-
-Handler = Callable[[Message, Client], Awaitable[Any]]
 
 
 def page_files() -> dict[str, tuple[str, bytes]]:
@@ -173,7 +162,7 @@ class Server:
 
     def __init__(
         self,
-        handler: Handler,
+        handler: Callable[[Message, Client], Awaitable[Any]],
         state: Callable[[], Mapping[str, Any]],
         greeting: Callable[[], Mapping[str, Any]],
         opened: Callable[[Path, list[str]], Mapping[str, Any]],
@@ -189,7 +178,13 @@ class Server:
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
         self._loop = asyncio.new_event_loop()
-        self._runner: web.AppRunner | None = None
+        app = web.Application(middlewares=[self._guard], client_max_size=LARGEST_MESSAGE)
+        app.router.add_get("/", self._page)
+        app.router.add_get("/socket", self._socket)
+        app.router.add_get("/download/{token}", self._download)
+        app.router.add_post("/open", self._open)
+        app.router.add_get("/{name}", self._page)
+        self._runner = web.AppRunner(app, access_log=None, logger=LOG)
         self._thread = threading.Thread(target=self._loop.run_forever, name="facewrinkle studio server", daemon=True)
 
     @property
@@ -228,23 +223,14 @@ class Server:
             ) from None
 
     async def _start(self) -> None:
-        app = web.Application(middlewares=[self._guard], client_max_size=LARGEST_MESSAGE)
-        app.router.add_get("/", self._page)
-        app.router.add_get("/socket", self._socket)
-        app.router.add_get("/download/{token}", self._download)
-        app.router.add_post("/open", self._open)
-        app.router.add_get("/{name}", self._page)
-        self._runner = web.AppRunner(app, access_log=None, logger=LOG)
         await self._runner.setup()
-        site = web.TCPSite(self._runner, self.host, self.port)
-        await site.start()
+        await web.TCPSite(self._runner, self.host, self.port).start()
         self.port = int(self._runner.addresses[0][1])
 
     def close(self) -> None:
         """Disconnect all pages, and stop listening."""
         if self._loop.is_running():
-            if self._runner is not None:
-                asyncio.run_coroutine_threadsafe(self._end(), self._loop).result(10.0)
+            asyncio.run_coroutine_threadsafe(self._end(), self._loop).result(10.0)
             self._loop.call_soon_threadsafe(self._loop.stop)
             self._thread.join(10.0)
         if not self._loop.is_closed():
@@ -256,26 +242,23 @@ class Server:
         for client in list(self.clients):
             await client.socket.close(code=1001, message=b"the studio was closed")
             await self._leave(client)
-        assert self._runner is not None
         await self._runner.cleanup()
 
     def wake(self) -> None:
         """Look for what pages can be sent; from any thread."""
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._wake)
-
-    def _wake(self) -> None:
-        for client in self.clients:
-            client.wake.set()
+        self._to_all(lambda client: client.wake.set())
 
     def tell_all(self, what: dict[str, Any]) -> None:
         """Tell all pages something; from any thread."""
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._tell_all, what)
+        self._to_all(lambda client: client.tell(what))
 
-    def _tell_all(self, what: dict[str, Any]) -> None:
-        for client in self.clients:
-            client.tell(what)
+    def _to_all(self, act: Callable[[Client], None]) -> None:
+        def acted() -> None:
+            for client in self.clients:
+                act(client)
+
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(acted)
 
     def offer(self, name: str, data: bytes) -> str:
         """Return the address, good for one download, of data under a name."""
@@ -351,11 +334,11 @@ class Server:
     async def _socket(self, request: web.Request) -> web.StreamResponse:
         if request.headers.get("Origin") is None:
             raise web.HTTPForbidden(text="an origin is needed")
-        page = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=BREATH, compress=False)
+        page = web.WebSocketResponse(max_msg_size=LARGEST_MESSAGE, heartbeat=20.0, compress=False)
         await page.prepare(request)
         first = None
         with suppress(TimeoutError):
-            first = await page.receive(GREETING_TIME)
+            first = await page.receive(timeout=5.0)
         key = key_of(first.data) if first is not None and first.type is WSMsgType.TEXT else None
         if not self._is_key(key or ""):
             await page.close(code=1008, message=b"wrong key")

@@ -24,7 +24,7 @@ from ..geometry.normals import vertex_normals
 from ..layers.base import Layer
 from .document import Document
 from .encoding import Box, Part, small_normals
-from .fields import ColouredField, coloured
+from .fields import coloured
 from .library import Library
 from .visible_parts import VisibleParts
 from .wishes import Player, layers_of, mixture_of
@@ -50,7 +50,7 @@ class Shown:
         Number of the frame, growing by one.
     parts : list of Part
     box : Box
-    fields : dict of str to ColouredField
+    fields : dict of str to Part
     still : bool
         True if the face is at rest.
     time : float
@@ -64,7 +64,7 @@ class Shown:
     step: int
     parts: list[Part]
     box: Box
-    fields: dict[str, ColouredField]
+    fields: dict[str, Part]
     still: bool
     time: float
     layers: Sequence[Layer]
@@ -87,12 +87,16 @@ class Stage(threading.Thread):
         The newest frame.
     listeners : list of callable
         Called on this thread after each frame.
-    faces : list of callable
+    tell_face : callable
         Called on this thread when another face, or one with other landmarks, is shown.
+    complain : callable
+        Called on this thread with a sentence about what could not be done.
+    parts : VisibleParts
+        The present parts; for jobs.
+    closed : bool
+        True once the thread has ended, or is to end; under the condition.
     photos : tuple
         A number that grows when they change, and the photos of the present face as files, by the names of parts.
-    complaints : list of callable
-        Called on this thread with a sentence about what could not be done.
     """
 
     looks = False
@@ -108,20 +112,20 @@ class Stage(threading.Thread):
         self.document = document
         self.condition = threading.Condition()
         self.listeners: list[Callable[[], None]] = []
-        self.faces: list[Callable[[], None]] = []
-        self.complaints: list[Callable[[str], None]] = []
+        self.tell_face: Callable[[], None] = lambda: None
+        self.complain: Callable[[str], None] = lambda text: None
         self.wanted_fields: set[str] = set()
         self.shown: Shown | None = None
         self.photos: tuple[int, dict[str, bytes]] = (0, {})
         self._photographed: list[np.ndarray | None] = []
         self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
-        self._closed = False
+        self.closed = False
         self._live: dict[str, float] = {}
         self._playing, self._time = False, 0.0
         self._seen = -1
         self._applied: dict[str, Any] = {}
         self._player: Player | None = None
-        self._parts: VisibleParts = VisibleParts(face)
+        self.parts = VisibleParts(face)
         self._steps, self._quiet, self._awake = 0, 0, True
         self._clock = 0.0
 
@@ -137,7 +141,7 @@ class Stage(threading.Thread):
         """Run a function on this thread between two steps; the future has what it returns."""
         future: Future[Any] = Future()
         with self.condition:
-            if self._closed:
+            if self.closed:
                 future.set_exception(FaceWrinkleError("the studio is closed."))
             else:
                 self._jobs.append((job, future))
@@ -164,7 +168,7 @@ class Stage(threading.Thread):
     def close(self) -> None:
         """End the thread."""
         with self.condition:
-            self._closed = True
+            self.closed = True
             self.condition.notify_all()
         if self.is_alive() and threading.current_thread() is not self:
             self.join(30.0)
@@ -191,18 +195,13 @@ class Stage(threading.Thread):
         """The layers that make the present folds, the same object until there are others; for jobs."""
         return () if self._player is None else self._player.simulation.layers
 
-    @property
-    def parts(self) -> VisibleParts:
-        """The present parts; for jobs."""
-        return self._parts
-
     def run(self) -> None:
         """Work until closed."""
         try:
             self._work()
         finally:
             with self.condition:
-                self._closed = True
+                self.closed = True
                 while self._jobs:
                     self._jobs.popleft()[1].cancel()
                 self.condition.notify_all()
@@ -211,9 +210,9 @@ class Stage(threading.Thread):
         due = 0.0
         while True:
             with self.condition:
-                while not (self._closed or self._jobs or self._awake):
+                while not (self.closed or self._jobs or self._awake):
                     self.condition.wait()
-                if self._closed:
+                if self.closed:
                     return
                 job = self._jobs.popleft() if self._jobs else None
                 data, version = self.document.data, self.document.version
@@ -238,8 +237,9 @@ class Stage(threading.Thread):
     def _begin_anew(self, version: int) -> None:
         """Tell of an error that nobody foresaw, and make another simulation with the next version of the document."""
         traceback.print_exc()
-        for tell in self.complaints:
-            tell("An error in facewrinkle itself stopped the face, see the terminal; it goes on with the next change.")
+        self.complain(
+            "An error in facewrinkle itself stopped the face, see the terminal; it goes on with the next change."
+        )
         self._player, self._seen = None, -1
         with self.condition:
             self._awake = self.document.version != version
@@ -270,8 +270,7 @@ class Stage(threading.Thread):
         except FaceWrinkleError as error:
             if self.shown is None:
                 raise
-            for tell in self.complaints:
-                tell(str(error))
+            self.complain(str(error))
             with self.condition:
                 if self.document.version == version:
                     self.document.undo()
@@ -285,14 +284,13 @@ class Stage(threading.Thread):
         if clip is None and before is not None:
             player.rates = {name: rate for name, rate in before.rates.items() if name in face.muscles}
         self.face, self._player, self.time_step = face, player, float(player.simulation.motion.time_step)
-        self._parts = VisibleParts(face)
+        self.parts = VisibleParts(face)
         pictures = [face.texture, *(part.texture for part in face.parts.values())]
         if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
             self._photographed = pictures  # held, so that no other picture gets the same id
-            self.photos = self.photos[0] + 1, self._parts.photos()
+            self.photos = self.photos[0] + 1, self.parts.photos()
         self._applied = {**self._applied, "face": data["face"]}
-        for tell in list(self.faces):
-            tell()
+        self.tell_face()
 
     def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool) -> None:
         timeline = data["timeline"]
@@ -307,12 +305,12 @@ class Stage(threading.Thread):
         moved = self._moved(frame)
         self._quiet = 0 if moved > STILL or not arrived or playing else self._quiet + 1
         still = self._quiet >= STILL_STEPS
-        parts = self._parts.at(frame, exact=still)
+        parts = self.parts.at(frame, exact=still)
         tears = {} if self._player is None else self._player.tears(frame, self._clock)
         parts += [self._tear_part(name, tear) for name, tear in tears.items()]
-        fields = {name: coloured(frame, name, self._parts, self.layers) for name in sorted(self.wanted_fields)}
+        fields = {name: coloured(frame, name, self.parts, self.layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
-        box, surfaces = self._parts.box, list(tears.values())
+        box, surfaces = self.parts.box, list(tears.values())
         shown = Shown(frame, self._steps, parts, box, fields, still, self._time, self.layers, surfaces)
         with self.condition:
             self.shown = shown
@@ -320,7 +318,7 @@ class Stage(threading.Thread):
             if still:
                 self._quiet = 0
             self.condition.notify_all()
-        for tell in list(self.listeners):
+        for tell in self.listeners:
             tell()
 
     def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
@@ -339,7 +337,7 @@ class Stage(threading.Thread):
     def _tear_part(self, name: str, tear: pv.PolyData) -> Part:
         arrays: dict[str, np.ndarray] = {
             "index": np.ascontiguousarray(tear.regular_faces, np.uint32).ravel(),
-            "position": self._parts.box.quantised(np.asarray(tear.points, np.float64)),
+            "position": self.parts.box.quantised(np.asarray(tear.points, np.float64)),
             "normal": small_normals(np.asarray(tear.point_data["Normals"])),
             "under": small_normals(np.asarray(tear.point_data["under"])),
             "thickness": np.asarray(tear.point_data["thickness"], np.float32),
@@ -383,7 +381,7 @@ class Look(Stage):
 
     def _apply(self, data: Mapping[str, Any], version: int) -> None:
         if not self._applied:
-            self.photos = 1, self._parts.photos()
+            self.photos = 1, self.parts.photos()
         self._seen, self._applied = version, dict(data)
 
     def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:

@@ -33,14 +33,8 @@ from .encoding import LARGEST, Box, Part, small_normals
 
 T = TypeVar("T")
 
-LID_SAMPLES = 48
-"""Places along the lids, from -1.1 to 1.1 radii, at which a page gets their heights."""
-
 VERSIONS = itertools.count(1)
 """Numbers of the triangles of skins, each of another one."""
-
-LARGEST_PHOTO = 4096
-"""Photos are reduced to so many pixels on their longer side, which all graphics cards take."""
 
 
 class VisibleParts:
@@ -54,6 +48,10 @@ class VisibleParts:
     ----------
     box : Box
         Around all positions.
+    version : int
+        The number of the triangles of the skin.
+    origin : ndarray of int, shape (p,)
+        The vertex of the frame that each drawn vertex comes from; at seams of a photo there are several.
 
     Examples
     --------
@@ -71,19 +69,11 @@ class VisibleParts:
         self._visible = VisibleSkin(face, self._mouth.bag)
         own = [np.asarray(part.mesh.points, np.float64) for part in face.parts.values()]
         self.box = Box.around(face.points, *own)
-        self._topology = _Topology()
+        self.version, self.origin = 0, np.empty(0, np.int64)
+        self._triangles: IntArray = np.empty((0, 3), np.int64)
+        self._of_triangles: dict[str, np.ndarray] = {}
         self._arrays: dict[tuple[str, str], np.ndarray] = {}
         self._made: dict[str, Any] = {}
-
-    @property
-    def version(self) -> int:
-        """The number of the triangles of the skin."""
-        return self._topology.version
-
-    @property
-    def origin(self) -> IntArray:
-        """The vertex (p,) of the frame that each drawn vertex comes from; at seams of a photo there are several."""
-        return self._topology.origin
 
     def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
         """Return the parts in a frame of a simulation, or in the mesh of the face.
@@ -117,19 +107,42 @@ class VisibleParts:
         return found
 
     def _skin(self, frame: pv.PolyData, exact: bool) -> Part:
-        topology = self._topology
-        topology.update(frame, self._visible, self._appearance)
+        triangles = np.asarray(frame.regular_faces)
+        if not np.array_equal(triangles, self._triangles):
+            self._triangles, self.version = triangles.copy(), next(VERSIONS)
+            self._of_triangles = self._drawn(frame, triangles)
         points, normals = np.asarray(frame.points, np.float64), _normals_of(frame)
         shade: Any = 0.0
         if "W" in frame.point_data:
             dark = furrow_shade(np.asarray(frame.point_data["W"]))
             shade = 1.0 - cavity_shading(frame)[:, 1] / 255.0 if exact and dark.any() else dark
-            shade = shade[topology.origin]
+            shade = shade[self.origin]
         moving = {
-            "position": self._same("skin", "position", self.box.quantised(points[topology.origin])),
-            "normal": self._same("skin", "normal", small_normals(normals[topology.origin], shade)),
+            "position": self._same("skin", "position", self.box.quantised(points[self.origin])),
+            "normal": self._same("skin", "normal", small_normals(normals[self.origin], shade)),
         }
-        return Part("skin", "skin", topology.arrays | moving, topology.info)
+        info = {"base": self.face.mesh.n_points, "version": self.version}
+        return Part("skin", "skin", self._of_triangles | moving, info)
+
+    def _drawn(self, frame: pv.PolyData, triangles: IntArray) -> dict[str, np.ndarray]:
+        """The arrays of the skin that change only with its triangles."""
+        self.origin, drawn, texture = np.arange(frame.n_points), triangles, None
+        photographed = self.face.texture is not None
+        corners = corner_texture(frame) if photographed and CORNERS in frame.cell_data else None
+        if corners is not None:
+            parts = split_vertices(triangles, corners, frame.n_points)
+            self.origin, drawn, texture = parts.origin, parts.triangles, parts.values
+        elif photographed:
+            texture = frame.active_texture_coordinates
+        own = _skin_colours(frame, self._appearance) if texture is None else _texture_numbers(np.asarray(texture))
+        lined = self._visible.lined(frame, triangles)
+        open_ones = np.vstack([self._visible.across(frame, triangles), np.asarray(drawn)[~lined]])
+        kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
+        return {
+            "index": open_ones.astype(kind),
+            "lined": np.asarray(drawn)[lined].astype(kind),
+            "colour" if texture is None else "texture": own,
+        }
 
     def _eyes(self, points: Array, state: FrameState) -> list[Part]:
         parts = []
@@ -137,7 +150,7 @@ class VisibleParts:
         for ball in balls:
             name = f"eye_{ball.eye.side}"
             gaze = state.gazes.get(ball.eye.side, ball.eye.gaze)
-            lids = ball.lid_heights(points, np.linspace(-1.1, 1.1, LID_SAMPLES)).astype(np.float32)
+            lids = ball.lid_heights(points, np.linspace(-1.1, 1.1, 48)).astype(np.float32)  # radii from the middle
             eye = self._once(name, lambda ball=ball: _eye(ball))  # type: ignore[misc]
             axes = np.round(ball.axes(np.asarray(gaze)), 6).ravel().tolist()
             arrays = {**eye.arrays, "lids": self._same(name, "lids", lids)}
@@ -169,11 +182,7 @@ class VisibleParts:
     def _hair(self, points: Array) -> list[Part]:
         parts = []
         for row in self._appearance.lashes:
-            name = f"lashes_{row.eye.side}"
-            margin = np.concatenate([points[chain] for chain, _ in row.roots])
-            if self._same(name, "margin", margin) is margin:  # else it has not moved
-                self._made[name] = self._lashes(name, row, points)
-            parts.append(self._made[name])
+            parts.append(self._lashes(f"lashes_{row.eye.side}", row, points))
         if self._appearance.brows is not None:
             brows = self._appearance.brows
             parts.append(self._once("brows", lambda: _brows(brows, self.face)))
@@ -186,8 +195,8 @@ class VisibleParts:
         arrays = {
             "half": self._same(name, "half", row.half.astype(np.float32)),
             "tint": self._same(name, "tint", np.rint(row.tint).astype(np.uint8)),
-            "root": self.box.quantised(lines[:, 0]),
-            "away": np.rint(away / scale).astype(np.int8).reshape(-1, 3),
+            "root": self._same(name, "root", self.box.quantised(lines[:, 0])),
+            "away": self._same(name, "away", np.rint(away / scale).astype(np.int8).reshape(-1, 3)),
         }
         return Part(name, "lashes", arrays, {"knots": lines.shape[1], "scale": scale})
 
@@ -201,62 +210,24 @@ class VisibleParts:
     def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
         """A part whose points move freely and whose triangles stay."""
         points, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
-        if self._same(name, "points", points) is not points:
-            made: Part = self._made[name]
-            return made
-        arrays: dict[str, np.ndarray] = {"position": self.box.quantised(points)}
+        arrays = {"position": self._same(name, "position", self.box.quantised(points))}
         if kind != "plain":
             normals = mesh.point_data.get("Normals")
-            arrays["normal"] = small_normals(vertex_normals(points, triangles) if normals is None else normals)
+            small = small_normals(vertex_normals(points, triangles) if normals is None else normals)
+            arrays["normal"] = self._same(name, "normal", small)
         places = mesh.active_texture_coordinates if textured else None
         if places is not None:
             arrays["texture"] = self._once(f"{name} texture", lambda: np.asarray(places, np.float32))
         else:
             arrays["colour"] = self._once(f"{name} colour", lambda: _colours(mesh))
         arrays["index"] = self._once(f"{name} index", lambda: _indices(triangles))
-        self._made[name] = Part(name, kind, arrays)
-        return self._made[name]
+        return Part(name, kind, arrays)
 
     def photos(self) -> dict[str, bytes]:
         """Return photos as JPEG files, or PNG where they are transparent: of the skin, and of parts by their names."""
         pictures = {"skin": self.face.texture}
         pictures |= {f"own {name}": self.face.parts[name].texture for name in self._appearance.own}
         return {name: _file(picture) for name, picture in pictures.items() if picture is not None}
-
-
-class _Topology:
-    """The triangles of the skin, with all that changes only with them."""
-
-    def __init__(self) -> None:
-        self.version = 0
-        self._triangles: IntArray | None = None
-        self.origin = np.empty(0, np.int64)
-        self.arrays: dict[str, np.ndarray] = {}
-        self.info: dict[str, Any] = {}
-
-    def update(self, frame: pv.PolyData, visible: VisibleSkin, appearance: Appearance) -> None:
-        triangles = np.asarray(frame.regular_faces)
-        if self._triangles is not None and np.array_equal(triangles, self._triangles):
-            return
-        self._triangles, self.version = triangles.copy(), next(VERSIONS)
-        self.info = {"base": appearance.face.mesh.n_points, "version": self.version}
-        self.origin, drawn, texture = np.arange(frame.n_points), triangles, None
-        photographed = appearance.face.texture is not None
-        corners = corner_texture(frame) if photographed and CORNERS in frame.cell_data else None
-        if corners is not None:
-            parts = split_vertices(triangles, corners, frame.n_points)
-            self.origin, drawn, texture = parts.origin, parts.triangles, parts.values
-        elif photographed:
-            texture = frame.active_texture_coordinates
-        own = _skin_colours(frame, appearance) if texture is None else _texture_numbers(np.asarray(texture))
-        lined = visible.lined(frame, triangles)
-        open_ones = np.vstack([visible.across(frame, triangles), np.asarray(drawn)[~lined]])
-        kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
-        self.arrays = {
-            "index": open_ones.astype(kind),
-            "lined": np.asarray(drawn)[lined].astype(kind),
-            "colour" if texture is None else "texture": own,
-        }
 
 
 def _texture_numbers(places: np.ndarray) -> np.ndarray:
@@ -351,7 +322,7 @@ def _brows(brows: Brows, face: Face) -> Part:
 def _file(picture: np.ndarray) -> bytes:
     clear = picture.shape[-1] == 4 and bool((picture[..., 3] < 255).any())
     image = Image.fromarray(np.ascontiguousarray(picture if clear else picture[..., :3]))
-    image.thumbnail((LARGEST_PHOTO, LARGEST_PHOTO))
+    image.thumbnail((4096, 4096))  # which all graphics cards take
     out = io.BytesIO()
     if clear:
         image.save(out, "PNG")

@@ -11,7 +11,7 @@ import webbrowser
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
@@ -26,11 +26,8 @@ from .stage import Look, Stage, to_look_at
 if TYPE_CHECKING:
     from .widget import StudioWidget
 
-READY = 120.0
-"""Seconds that the first frame may take; compiling is part of it."""
 
-
-class Studio:
+class Studio(contextlib.AbstractContextManager["Studio"]):
     """A face in the browser, live. :func:`facewrinkle.studio` makes one.
 
     Attributes
@@ -69,7 +66,7 @@ class Studio:
             raise missing_package("the studio needs", "aiohttp", "studio") from None
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
-        folder = Folder(save_to)
+        folder = None if save_to is None else Folder(save_to)
         self._kept = Kept(folder, self._document, self._complain)
         stage = Stage if frame is None else partial(Look, frame)
         self.stage = stage(self._library, self._document)
@@ -80,8 +77,8 @@ class Studio:
         answers.server = self._server
         self._server.start()
         self.stage.listeners += [self._server.wake, self._kept.changed]
-        self.stage.faces.append(lambda: self._server.tell_all({"is": "face", **answers.face()}))
-        self.stage.complaints.append(self._tell)
+        self.stage.tell_face = lambda: self._server.tell_all({"is": "face", **answers.face()})
+        self.stage.complain = self._tell
         self.stage.start()
         atexit.register(self.end)
         try:
@@ -94,11 +91,10 @@ class Studio:
                 webbrowser.open(self.url)
 
     def _first(self) -> None:
-        deadline = time.monotonic() + READY
-        with self.stage.condition:
-            while self.stage.shown is None and self.stage.is_alive() and time.monotonic() < deadline:
-                self.stage.condition.wait(0.2)
-        if self.stage.shown is None:
+        stage = self.stage
+        with stage.condition:
+            stage.condition.wait_for(lambda: stage.shown is not None or stage.closed, 120.0)  # compiling, too
+        if stage.shown is None:
             raise FaceWrinkleError("the face could not be simulated; make a Simulation of it to see why.")
 
     def __repr__(self) -> str:
@@ -213,9 +209,6 @@ class Studio:
         """Save the session, and end files that are being made: all that must be done before the process ends."""
         self._kept.save()
         self._answers.process.stop()
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()

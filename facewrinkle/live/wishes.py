@@ -287,16 +287,12 @@ def _written(words: Mapping[str, Any]) -> str:
 def _joined(mixture: Mapping[str, float]) -> dict[str, float]:
     """Return a mixture with both sides of a unit or muscle under one name where their weights are equal."""
     out: dict[str, float] = {}
+    others = {"L": "R", "R": "L", "_l": "_r", "_r": "_l"}
     for name, weight in mixture.items():
-        for left, right in (("L", "R"), ("_l", "_r")):
-            stem, own, other = name[: -len(left)], name.endswith(left), name[: -len(left)] + right
-            if own and mixture.get(other) == weight:
-                out[stem] = round(weight, 6)
-                break
-            if name.endswith(right) and mixture.get(name[: -len(right)] + left) == weight:
-                break
-        else:
-            out[name] = round(weight, 6)
+        side = next((side for side in others if name.endswith(side)), "")
+        stem = name.removesuffix(side)
+        alike = side and mixture.get(stem + others[side]) == weight
+        out[stem if alike else name] = round(weight, 6)
     return out
 
 

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from studio_pages import decoded, restored
 
-from facewrinkle.live.encoding import CODES, Box, Part, message, small_normals
+from facewrinkle.live.encoding import Box, Part, message, small_normals
 
-ARRAYS = st.sampled_from(sorted(CODES)).flatmap(
+ARRAYS = st.sampled_from(["uint8", "int8", "uint16", "uint32", "float32"]).flatmap(
     lambda name: arrays(
         np.dtype(name),
         st.tuples(st.integers(0, 7), st.integers(1, 4)),

@@ -1,6 +1,6 @@
 // The connection to the studio: messages, frames, and connecting again when it was lost.
 
-const ARRAYS = { u8: Uint8Array, i8: Int8Array, u16: Uint16Array, u32: Uint32Array, f32: Float32Array };
+const ARRAYS = { uint8: Uint8Array, int8: Int8Array, uint16: Uint16Array, uint32: Uint32Array, float32: Float32Array };
 const PHOTO = 0x544f4850; // "PHOT"
 
 /** The header and the arrays of a frame; arrays are views of the buffer, and null if they are as before. */
