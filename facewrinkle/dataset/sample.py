@@ -7,11 +7,12 @@ import json
 import warnings
 import zipfile
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +29,7 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..plotting.scene import Scene
-from ..plotting.views import LIGHTS, Style, View, add_lamps
+from ..plotting.views import LIGHTS, Style, View, add_lamps, placed
 from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
@@ -46,11 +47,6 @@ IN_PICTURE = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
 """At least three of these landmarks must lie in the picture, or another one is drawn."""
 
 
-AWAY, INSIDE = 0.2, 0.005
-"""Skin whose normal points away from the camera by more than this shows its inside; this share of it is allowed: at the
-borders of lids and lips, normals are those of vertices.
-"""
-
 LEVEL = 2
 """Level of compression of pictures and arrays."""
 
@@ -58,9 +54,6 @@ HELD_STEP = 0.1
 """Seconds of a step where only the face at rest matters: it gets there in two thirds of the work, and nearer, than with
 steps as short as those of clips.
 """
-
-SHARED = 0.5
-"""Furrows of neighbouring frames share skin where their vertices are no further apart at rest, mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +135,7 @@ class BadDraw(Exception):
     """A draw that would be a bad sample; its message says why."""
 
 
-class SampleMaker:
+class SampleMaker(AbstractContextManager["SampleMaker"]):
     """Makes the samples of a specification; it keeps the last person, for the next sample that shows the same one.
 
     Close it after use, or use it in a `with` statement.
@@ -170,9 +163,6 @@ class SampleMaker:
         if self._scene is not None:
             self._scene.close()
             self._scene = None
-
-    def __enter__(self) -> Self:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
@@ -214,7 +204,7 @@ class SampleMaker:
     def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
         person, simulation = self.simulation_of(plan.person)
         clip = self.spec.clip.frames > 1
-        tracker = FurrowTracker(SHARED / simulation.face.unit) if clip else None
+        tracker = FurrowTracker(0.5 / simulation.face.unit) if clip else None  # mm
         made = []
         for number, frame in enumerate(self.frames(simulation, plan)):
             time = None if plan.tears is None else plan.tears + number * self.spec.clip.stride * TIME_STEP
@@ -349,14 +339,16 @@ def action_units_of(simulation: Simulation, expression: dict[str, float]) -> dic
 def fault_of(labels: dict[str, npt.NDArray[Any]], facts: dict[str, Any], size: tuple[int, int]) -> str:
     """Return why a picture is not fit for a set, in words; nothing if it is.
 
-    The face must be in the picture, and the inside of the skin must not be, as through the open neck of a bust.
+    The face must be in the picture, and the inside of the skin must not be, as through the open neck of a bust: skin
+    whose normal points away from the camera. A little of it is allowed: at the borders of lids and lips, normals are
+    those of vertices.
     """
     pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
     if pixels and sum(0 <= x < size[0] and 0 <= y < size[1] for x, y in pixels) < 3:
         return "the face is not in the picture"
     skin = labels["depth"] > 0
-    inside = skin & (labels["normal"][..., 2] > 127 * AWAY)
-    if inside.sum() > INSIDE * skin.sum():
+    inside = skin & (labels["normal"][..., 2] > 127 * 0.2)
+    if inside.sum() > 0.005 * skin.sum():
         return "the inside of the skin is seen"
     return ""
 
@@ -388,17 +380,12 @@ def view_of(camera: dict[str, float]) -> View:
 
 def place(scene: Scene, plan: Plan) -> None:
     """Give a scene the camera, the lamps and the background of a plan."""
-    scene.look(view_of(plan.camera))
-    face, plotter, lamps = scene.face, scene.plotter, plan.lights
+    view, plotter, lamps = view_of(plan.camera), scene.plotter, plan.lights
+    scene.look(view)
     plotter.camera.roll += plan.camera["roll"]
     plotter.remove_all_lights()
-    focus = np.array(plotter.camera.focal_point)
-    towards = np.array(plotter.camera.position) - focus
-    towards /= np.linalg.norm(towards)
-    up = face.frame.axes[1]
-    right = np.cross(up, towards)
-    right /= np.linalg.norm(right)
-    up, turn = np.cross(towards, right), np.radians(lamps["turn"])
+    focus, towards, right, up = placed(view, scene.face)
+    turn = np.radians(lamps["turn"])
     warm = np.array([1.0 + lamps["warmth"], 1.0, 1.0 - lamps["warmth"]])
     right, towards = right * np.cos(turn) - towards * np.sin(turn), right * np.sin(turn) + towards * np.cos(turn)
     drawn = [

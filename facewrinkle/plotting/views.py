@@ -182,7 +182,7 @@ def _view_of(style: Style) -> View:
     return VIEWS[style.view] if isinstance(style.view, str) else style.view
 
 
-def _placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
+def placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
     """Point that a view looks at, and unit directions towards the camera, to the right and up in the picture."""
     axes = face.frame.axes
     towards = np.asarray(view.direction) @ axes
@@ -242,7 +242,7 @@ def height_of(face: Face, style: Style) -> float:
 def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     """Point the camera of a plotter at a face, and add lights that stand around the camera."""
     size = face.frame.pupil_distance
-    focus, towards, right, up = _placed(_view_of(style), face)
+    focus, towards, right, up = placed(_view_of(style), face)
     distance = height_of(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
     camera = plotter.camera
     camera.position = focus + distance * towards
@@ -304,7 +304,7 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
 
     def shown(name: str) -> float:
         view = CLOSE[name]
-        focus, towards, right, up = _placed(view, face)
+        focus, towards, right, up = placed(view, face)
         away = np.maximum(np.abs((points - focus) @ right), np.abs((points - focus) @ up)) / (view.height * size)
         inside = np.clip((0.5 - away) / 0.15, 0.0, 1.0)  # less and less towards the border of the picture
         seen = inside * np.clip(normals @ towards, 0.0, 1.0)
