@@ -12,9 +12,6 @@ from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
 from .options import Report, Whole
 
-SHEET = (4, 6)
-"""Rows and columns of a preview."""
-
 
 def dataset(
     what: str | None = None,
@@ -76,7 +73,7 @@ def dataset(
 
 
 def _preview(spec: Spec, path: Path, report: Report) -> Path:
-    rows, columns = SHEET
+    rows, columns = 4, 6
     samples = report.progress(preview(spec, rows * columns), "Drawing", rows * columns)
     images = [sample.image for sample in samples]
     return save_picture(stacked([side_by_side(images[k * columns : (k + 1) * columns]) for k in range(rows)]), path)

@@ -14,21 +14,18 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Image
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import check_range, check_whole
 from ..layers.base import Layer
 from ..motion.base import Motion
 from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import refinement_for
-from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture, refuse
 from .recorder import Clip, Recorder, Scenes
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 """Arrays of a frame that are drawn in colour."""
-
-REHEARSED = 15
-"""Frames of a rehearsal, which shows where the wrinkles will be."""
 
 
 def express(
@@ -80,10 +77,8 @@ def express(
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
     folds, changes = folds or FoldOptions(), given(alpha=alpha, count=count, ends=ends)
-    if changes and folds.folds != "paper":
-        raise ParameterError(
-            f"--{next(iter(changes))} belongs to the papers' folds: add --folds paper, or leave it out."
-        )
+    if folds.folds != "paper":
+        refuse("belongs to the papers' folds: add --folds paper, or leave it out.", **changes)
     face = folds.face(source.load(report))
     mixture = parse_mixture(name, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
@@ -227,7 +222,7 @@ def record(
     recorder = Recorder(folder, stem, output, report)
     close = performance.view
     if close is None:
-        *_, frame = rehearsal.run(REHEARSED)
+        *_, frame = rehearsal.run(15)  # enough to show where the wrinkles will be
         close = closeup(frame, face)
     simulation = performance.simulation(rehearsal.motion)
     styles = [Style(performance.size, view) for view in ("front", close)]

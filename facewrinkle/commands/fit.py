@@ -24,12 +24,6 @@ from ..plotting.views import Style
 from ..simulation.fold_shapes import find_folds
 from .options import FaceOptions, Report, face_facts
 
-MEASURED, ESTIMATED, MUSCLE = "#35d07f", "#ffb347", "#b3262e"
-"""Colours of landmarks that were found or given, of those that were estimated, and of muscles."""
-
-SIZE = (760, 860)
-"""Pixels of each of the four pictures."""
-
 
 def fit(
     file: Path,
@@ -94,7 +88,7 @@ def _rows(face: Face) -> Iterator[list[Image]]:
     for draw in (_draw_landmarks, _draw_anatomy):
         images = []
         for view in ("front", "left_three_quarter"):
-            with Scene(face, Style(SIZE, view)) as scene:
+            with Scene(face, Style((760, 860), view)) as scene:
                 images.append(draw(scene, face))
         yield images
 
@@ -102,7 +96,8 @@ def _rows(face: Face) -> Iterator[list[Image]]:
 def _draw_landmarks(scene: Scene, face: Face) -> Image:
     size, forward = face.frame.pupil_distance, face.frame.axes[2]
     scene.show(face.mesh)
-    for names, colour in ((set(face.landmarks) - set(face.estimated), MEASURED), (set(face.estimated), ESTIMATED)):
+    estimated = set(face.estimated)
+    for names, colour in ((set(face.landmarks) - estimated, "#35d07f"), (estimated, "#ffb347")):
         shown = sorted(names - set(NOT_ON_SKIN))
         if not shown:
             continue
@@ -125,7 +120,7 @@ def _draw_anatomy(scene: Scene, face: Face) -> Image:
     for muscle in face.muscles.values():
         for line in _lines(muscle):
             tube = pv.MultipleLines(line).tube(radius=0.014 * size)
-            scene.plotter.add_mesh(tube, color=MUSCLE, reset_camera=False)
+            scene.plotter.add_mesh(tube, color="#b3262e", reset_camera=False)
     return _screenshot(scene)
 
 

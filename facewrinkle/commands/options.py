@@ -21,7 +21,7 @@ from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
-from ..errors import LandmarkError, ParameterError, UnknownNameError, unknown_name, warn
+from ..errors import LandmarkError, ParameterError, UnknownNameError, warn
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
@@ -132,11 +132,8 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     weights = parse_weights(text)
     for name in weights:
         try:
-            atlas.resolve(name)
-        except UnknownNameError:
-            pairs = dict.fromkeys(muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles)
-            known = [*atlas.expressions, *atlas.action_units, *pairs, *atlas.muscles]
-            problem = unknown_name("expression, action unit or muscle", name, known)
+            atlas.resolve(name, "expression, action unit or muscle")
+        except UnknownNameError as problem:
             raise UnknownNameError(f"{problem} All of them: facewrinkle info.") from None
     return weights
 
@@ -206,6 +203,19 @@ def given(**options: Any) -> dict[str, Any]:
     return {name: value for name, value in options.items() if value is not None}
 
 
+def refuse(why: str, **options: Any) -> None:
+    """Raise a ParameterError for options that were given, those that are not None, with the name of the first.
+
+    Examples
+    --------
+    >>> refuse("goes with --cycle: add that.", t=0.5)
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: --t goes with --cycle: add that.
+    """
+    for name in given(**options):
+        raise ParameterError(f"--{name.replace('_', '-')} {why}")
+
+
 @Parameter(name="*")
 @dataclass(frozen=True)
 class FaceOptions:
@@ -264,16 +274,15 @@ class FaceOptions:
 
         `report` shows the progress of the search; `otherwise` is what to do with a mesh that is no face.
         """
+        of_mesh = {"landmarks": self.landmarks, "units": self.units, "texture": self.texture}
         if self.face is None:
-            if name := self._first_given("landmarks", "units", "texture"):
-                raise ParameterError(f"--{name} belongs to a mesh: name it with --face.")
+            refuse("belongs to a mesh: name it with --face.", **of_mesh)
             identity = None if self.identity is None else parse_weights(self.identity, usual=None)
             return default_face(identity, atlas=self._own_atlas)
         if self.identity is not None:
             raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
         if self.face.suffix == SUFFIX:
-            if name := self._first_given("landmarks", "units", "texture"):
-                raise ParameterError(f"{self.face.name} has its own {name}: leave out --{name}.")
+            refuse(f"is not for {self.face.name}, which has its own: leave it out.", **of_mesh)
             return read_face(self.face, self._own_atlas)
         try:
             return self.fitted(self.face, report)
@@ -281,10 +290,6 @@ class FaceOptions:
             if otherwise is None or self.landmarks is not None:
                 raise
             raise LandmarkError(f"{problem} If {self.face.name} is no face, {otherwise}") from None
-
-    def _first_given(self, *names: str) -> str | None:
-        """Return the name of the first of these options that was given."""
-        return next((name for name in names if getattr(self, name) is not None), None)
 
     def load_surface(self, place: str, size: float | None = None) -> Face:
         """Return the mesh as a surface that is no face.
@@ -294,10 +299,8 @@ class FaceOptions:
         """
         if self.face is None:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
-        if name := self._first_given("landmarks", "identity", "atlas"):
-            raise ParameterError(
-                f"--{name} belongs to a face, --{place} to a mesh that is none: leave out one of them."
-            )
+        of_face = {"landmarks": self.landmarks, "identity": self.identity, "atlas": self.atlas}
+        refuse(f"belongs to a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
         units = parse_units(self.units)
         found = surface(self.face, units or "mm", self.texture)
         own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
@@ -318,22 +321,22 @@ class FoldOptions:
     depth
         Factor on the depth of all folds.
     density
-        Factor on the number of lines, for waves.
+        Factor on the number of lines, for waves. Default: 1.
     length
-        Factor on the length of the lines, 0.5 to 2, for waves.
+        Factor on the length of the lines, 0.5 to 2, for waves. Default: 1.
     seed
-        Each whole number gives another person's lines, for waves.
+        Each whole number gives another person's lines, for waves. Default: 0.
     age
-        Lines at rest, from 0 (none) to 1, for waves.
+        Lines at rest, from 0 (none) to 1, for waves. Default: those of the face.
     no_limit
         Allow folds deeper than the length of the skin permits.
     """
 
     folds: Folds = "wave"
     depth: float = 1.0
-    density: float = 1.0
-    length: float = 1.0
-    seed: float = 0  # a whole number; as an int, 1.5 would be rounded without a word
+    density: float | None = None
+    length: float | None = None
+    seed: float | None = None  # a whole number; as an int, 1.5 would be rounded without a word
     age: float | None = None
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
@@ -346,20 +349,14 @@ class FoldOptions:
 
         `iterations` are those in which wrinkles as printed are made.
         """
-        names = ("density", "length", "seed", "age")
-        waves = {name: getattr(self, name) for name in names}
+        waves = given(density=self.density, length=self.length, seed=self.seed, age=self.age)
         if self.folds != "wave":
-            usual = FoldOptions()
-            for name, value in waves.items():
-                if value != getattr(usual, name):
-                    raise ParameterError(
-                        f"--{name} belongs to folds that are waves: add --folds wave, or leave it out."
-                    )
+            refuse("belongs to folds that are waves: add --folds wave, or leave it out.", **waves)
         if self.folds == "printed":
-            if self.depth != usual.depth or self.no_limit:
+            if self.depth != 1.0 or self.no_limit:
                 raise ParameterError("wrinkles as printed have no --depth and no limit: leave them out.")
             return [PrintedWrinkles(iterations)]
-        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves if self.folds == "wave" else {})
+        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
 
     def limited_share(self, layers: Iterable[Layer]) -> float:
         """Return the share of the folds in the last frame that are not as deep as --depth asks for."""

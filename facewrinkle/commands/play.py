@@ -19,14 +19,8 @@ from ..plotting.views import Style
 from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, parse_weights
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, parse_weights, refuse
 from .recorder import Clip, Recorder, Scenes
-
-MAX_STEPS = 100_000
-"""A clip of more steps is a mistake in its speed or in --fps."""
-
-SMOOTH = 0.005
-"""Wrinkles less deep than this are none, in mm."""
 
 
 def play(
@@ -82,13 +76,13 @@ def play(
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
     styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
-        _refuse(file, "is a take, which has none of its own", mesh=mesh, animation=animation, shapes=shapes)
+        refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)
         take = read_take(file, take_fps).gained({} if gain is None else parse_weights(gain))
         face, duration, names, time_step = source.load(report), take.duration / speed, take.names, None
         motion: Recorded | Performer = Performer(take, face, step, speed=speed, head=head)
     else:
-        chosen = {"face": source.face, "identity": source.identity}
-        _refuse(file, "has a face of its own", **chosen, gain=gain, take_fps=take_fps)
+        of_take = {"face": source.face, "identity": source.identity, "gain": gain, "take_fps": take_fps}
+        refuse(f"is for takes, and {file.name} has a face of its own: leave it out.", **of_take)
         rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_weights(shapes))
         motion = recorded = recorded.played(speed)
         face = source.fitted(rest, report)
@@ -102,7 +96,7 @@ def play(
         layers = folds.layers(face)
         simulation = Simulation(face, refinement, layers, time_step, motion=motion)
     steps = max(int(np.ceil(duration / step - 1e-6)), 1)
-    check_whole("the number of steps of the clip", steps, 1, MAX_STEPS, "Raise --speed.")
+    check_whole("the number of steps of the clip", steps, 1, 100_000, "Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
     shares: list[float] = []
 
@@ -131,14 +125,6 @@ def play(
     report.say_time()
 
 
-def _refuse(file: Path, why: str, **options: object) -> None:
-    """Raise a ParameterError for options that were given and do not belong to a file."""
-    for name, value in options.items():
-        if value is not None:
-            option = f"--{name.replace('_', '-')}"
-            raise ParameterError(f"{file.name} {why}: leave out {option}.")
-
-
 CLEARLY = 0.9
 """Wrinkles fall and rise when they get shallower by this factor, or deeper by its inverse; less is the mesh's doing."""
 
@@ -152,8 +138,8 @@ class Moment(NamedTuple):
 
 
 def _tell_smooth(name: str, deepest: list[Moment]) -> None:
-    """Say so if there are no wrinkles in a file."""
-    if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < SMOOTH:
+    """Say so if there are no wrinkles in a file, none of more than 0.005 mm."""
+    if max(float(np.ptp(moment.frame["W"])) for moment in deepest) < 0.005:
         warn(
             f"{name} shows no wrinkles: its motion compresses the skin of the face nowhere. Clips of bodies often "
             "carry the head along as one piece; give one in which the face moves, with blend shapes or facial bones."

@@ -8,7 +8,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 import pyvista as pv
@@ -183,7 +182,7 @@ class Recorder:
         return self.folder / f"{self.stem}{ending}"
 
 
-class Scenes:
+class Scenes(ExitStack):
     """Scenes of a face, one for each style, built when it is first drawn in; use it in a `with` statement.
 
     Parameters
@@ -192,6 +191,7 @@ class Scenes:
     """
 
     def __init__(self, face: Face) -> None:
+        super().__init__()
         self.face = face
         self._scenes: dict[Style, Scene] = {}
         self._last: tuple[tuple[Style, ...], pv.PolyData, Drawing] | None = None
@@ -214,15 +214,8 @@ class Scenes:
 
     def _scene(self, style: Style) -> Scene:
         if style not in self._scenes:
-            self._scenes[style] = Scene(self.face, style)
+            self._scenes[style] = self.enter_context(Scene(self.face, style))
         return self._scenes[style]
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for scene in self._scenes.values():
-            scene.close()
 
 
 def _alike(frame: pv.PolyData, other: pv.PolyData, distance: float) -> bool:

@@ -18,12 +18,6 @@ from ..rigging.wrinkle_layers import check_layer_size
 from ..rigging.write import write_page, write_rig_files
 from .options import FaceOptions, Report, Whole
 
-MAP_SIZE = 1024
-"""The usual width of maps, texels."""
-
-WORST = 6
-"""Shapes and mixtures of which the report tells the error."""
-
 
 def rig(
     face: Path | None = None,
@@ -99,7 +93,7 @@ def rig(
         raise ParameterError("--same-mesh is about the vertices of a mesh file: name that, and give --landmarks.")
     if same_mesh and level:
         raise ParameterError("--level splits triangles, and --same-mesh splits none: leave out one of them.")
-    size_of_maps = check_layer_size(MAP_SIZE if map_size is None else map_size)
+    size_of_maps = check_layer_size(1024 if map_size is None else map_size)
     folder = output_folder(out or Path("output") / source.label / "rig", make=False)
     loaded, stem = source.load(report), source.label or "head"
     path = folder / f"{stem}.{'npz' if same_mesh else format}"
@@ -136,7 +130,7 @@ def rig(
         rows["left out"] = "\n".join(f"{name}: {why}" for name, why in made.left_out.items())
     if errors:
         with report.waiting("Comparing with the simulation"):
-            found = sorted(made.report, key=lambda item: -item[1].mean)[:WORST]
+            found = sorted(made.report, key=lambda item: -item[1].mean)[:6]
         rows["farthest from the simulation"] = "\n".join(
             f"{label(mixed)}: {error.mean:.2f} mm on average, {error.largest:.2f} at most, of {error.motion:.1f}"
             for mixed, error in found

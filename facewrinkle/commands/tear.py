@@ -24,16 +24,13 @@ from ..simulation import Refinement, Simulation
 from ..tears.drop import DrippingTear, DropShape, Fall
 from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
 from ..tears.stream import Film, Flow, Route, SheddingTear
-from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers
+from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers, refuse
 from .recorder import Clip, Drawing, Recorder, beside
 
 Kind = Literal["dripping", "shedding", "one_tear", "weeping", "joy"]
 
 HEAD_SIZE = 420.0
 """Size of the built-in head from corner to corner, mm."""
-
-OTHERWISE = "name a place from which tears come: --start X,Y,Z."
-"""What to do with a mesh that is no face."""
 
 MOMENTS = 4
 """Pictures in a row, as in the paper's Figs. 11 and 12."""
@@ -90,10 +87,9 @@ def tear(
     report = Report(output.quiet)
     output_folder(folder, make=False)  # to be refused before the face is made
     running = given(c=speed, roughness=roughness, head=head, by=reveal)
-    if running and kind == "dripping":
-        raise ParameterError(
-            "--speed, --roughness, --head and --reveal belong to tears that run down; those that drip fall freely."
-        )
+    if kind == "dripping":
+        why = "belongs to tears that run down; those that drip fall freely: leave it out."
+        refuse(why, speed=speed, roughness=roughness, head=head, reveal=reveal)
     if speed is not None:
         check_range("speed", speed, 1e-6, 1e9)
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
@@ -102,7 +98,10 @@ def tear(
     places = [parse_numbers("start", place, (3,)) for place in start or ()]
     if places and expression is not None:
         raise ParameterError("--expression belongs to a face, --start to a mesh that is none: leave out one of them.")
-    face = source.load_surface("start", HEAD_SIZE) if places else source.load(report, OTHERWISE)
+    if places:
+        face = source.load_surface("start", HEAD_SIZE)
+    else:
+        face = source.load(report, "name a place from which tears come: --start X,Y,Z.")
     mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):

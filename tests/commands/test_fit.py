@@ -37,7 +37,7 @@ def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     assert main(["express", "AU4", *source, *few, "--out", str(tmp_path / "out")]) == 0
     assert (tmp_path / "out" / "AU4.png").is_file()
     assert main(["express", "AU4", *source, "--units", "mm"]) == 1
-    assert "head.face has its own units: leave out --units." in capsys.readouterr().err
+    assert "--units is not for head.face, which has its own: leave it out." in capsys.readouterr().err
 
 
 def _turned(point):
