@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
-from facewrinkle.commands.options import FaceOptions
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
+from facewrinkle.commands.options import FaceOptions, Report, parse_mixture, whole_number
+from facewrinkle.errors import ParameterError, UnknownNameError
 
 
 def test_a_face_with_another_atlas(tmp_path):
@@ -27,3 +30,46 @@ def test_a_face_of_somebody(tmp_path):
     assert not np.array_equal(face.points, fw.default_face().points)
     with pytest.raises(fw.FaceWrinkleError, match="built-in head"):
         FaceOptions(identity="jaw=1", face=tmp_path / "mesh.obj").load()
+
+
+# --- words of the command line as values ----------------------------------------------------------
+
+
+def test_mixtures():
+    atlas = load_atlas()
+    assert parse_mixture("AU1=0.7,AU4", atlas) == {"AU1": 0.7, "AU4": 1.0}
+    assert parse_mixture("corrugator", atlas) == {"corrugator": 1.0}
+    for name in [*atlas.expressions, *atlas.action_units, *atlas.muscles]:
+        assert parse_mixture(name, atlas) == {name: 1.0}
+    with pytest.raises(UnknownNameError, match="'' *"):
+        parse_mixture("AU1,", atlas)
+
+
+@pytest.mark.parametrize(("name", "meant"), [("au1", "AU1"), ("SURPRISE", "surprise"), ("Jaw", "jaw")])
+def test_the_case_of_a_name_does_not_hide_it(name, meant):
+    with pytest.raises(UnknownNameError, match=f"unknown .* '{name}'. Did you mean .*'{meant}'"):
+        parse_mixture(name, load_atlas())
+
+
+def test_a_name_that_comes_twice():
+    with pytest.raises(ParameterError, match="AU1 is named twice in 'AU1=0.5,AU1=0'. Give one number"):
+        parse_mixture("AU1=0.5,AU1=0", load_atlas())
+
+
+@pytest.mark.parametrize("text", ["2.5", "nan", "inf", "x", "1e400", ""])
+def test_fractions_are_no_whole_numbers(text):
+    with pytest.raises(ValueError, match="a whole number is needed, received"):
+        whole_number(int, [text])
+
+
+# --- progress of a command on a terminal ----------------------------------------------------------
+
+
+@pytest.mark.parametrize("terminal, quiet, shown", [(True, False, True), (True, True, False), (False, False, False)])
+def test_what_takes_a_while_is_told_where_there_is_a_terminal(capsys, monkeypatch, terminal, quiet, shown):
+    monkeypatch.setattr("rich.console.Console.is_terminal", terminal)
+    with warnings.catch_warnings(), Report(quiet).waiting("Preparing the skin"):
+        pass
+    out, err = capsys.readouterr()
+    assert ("Preparing the skin" in err) is shown
+    assert not out

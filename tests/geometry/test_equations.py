@@ -25,6 +25,7 @@ from numpy.polynomial.legendre import leggauss
 
 from facewrinkle.errors import FaceWrinkleError, ParameterError
 from facewrinkle.geometry import equations
+from facewrinkle.geometry.smoothstep import smoothstep
 
 ALPHAS = [0.0, 0.25, 0.5, 1.0, 1.3, 2.0, 3.0, 4.0, 7.5, 12.0, 20.0]
 LN2 = math.log(2.0)
@@ -177,6 +178,12 @@ def test_smoothstep_is_the_cubic_with_flat_ends():
     assert (np.diff(values) < 0.0).all()
 
 
+def test_smoothstep_rises_from_0_to_1_and_is_level_at_both_ends():
+    t = np.linspace(-0.5, 1.5, 2001)
+    expected = np.polynomial.Polynomial([0.0, 0.0, 3.0, -2.0])(np.clip(t, 0.0, 1.0))
+    np.testing.assert_allclose(smoothstep(t), expected, rtol=0.0, atol=1e-15)
+
+
 def test_band_is_linear_between_its_borders_in_both_directions():
     x = np.linspace(-1.0, 5.0, 61)
     np.testing.assert_allclose(equations.band(x, 2.0, 3.0), x - 2.0, atol=1e-15)
@@ -271,6 +278,7 @@ def test_skin_that_vanished_folds_as_if_none_were_left():
         lambda x: equations.attenuation(x, "smoothstep"),
         lambda x: equations.band(x, 0.2, 0.7),
         lambda x: equations.anisotropy(x),
+        smoothstep,
     ],
 )
 def test_single_precision_is_reckoned_in_double(formula):

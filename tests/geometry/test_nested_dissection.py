@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from facewrinkle.geometry.laplacian import graph_laplacian
+from facewrinkle.geometry.morton import morton_order
 from facewrinkle.geometry.nested_dissection import SMALLEST, nested_dissection
 from facewrinkle.geometry.topology import unique_edges
 
@@ -60,3 +61,21 @@ def test_small_parts_and_points_in_one_place_keep_their_order():
     _, matrix = grid(30, np.random.default_rng(6))
     order = nested_dissection((matrix.indptr, matrix.indices), np.zeros((900, 3)))
     assert np.array_equal(np.sort(order), np.arange(900))
+
+
+# --- Morton order ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_cells_of_a_block_follow_each_other(axes):
+    cells = np.stack(np.meshgrid(*[np.arange(8)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
+    cells = np.random.default_rng(0).permutation(cells)
+    order = morton_order(cells, bits=3)
+    assert np.array_equal(np.sort(order), np.arange(len(cells)))
+    for size in (2, 4):
+        blocks = (cells[order] // size).reshape(-1, size**axes, axes)
+        assert (blocks == blocks[:, :1]).all()
+
+
+def test_equal_cells_keep_their_order():
+    assert morton_order(np.zeros((5, 2), np.int64), bits=4).tolist() == [0, 1, 2, 3, 4]

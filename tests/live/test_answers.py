@@ -11,6 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from facewrinkle.live.answers import ROOM, pulls_of, without_effect
+from facewrinkle.live.document import START
+from facewrinkle.live.wishes import as_python, layers_of
 
 
 def test_sliders_that_do_nothing_say_why(face):
@@ -37,3 +39,15 @@ def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):
         if name.endswith("_l"):
             left, right = (np.array(pulls[each]["pull"]) for each in (name, f"{name[:-2]}_r"))
             assert np.abs(left * [-1.0, 1.0, 1.0] - right).max() < 0.02
+
+
+# --- what a document asks of a simulation, and of whoever writes it down --------------------------
+
+
+def test_a_depth_goes_to_all_layers_and_into_what_is_written_down(face):
+    data = {**START, "mixture": {"AU12": 1.0}, "folds": {**START["folds"], "depth": 0.8}}
+    assert {layer.depth for layer in layers_of(data, face)} == {0.8}
+    assert (
+        "layers = fw.simulation.fold_layers.fold_layers(face, 'wave', depth=0.8)" in as_python(data, face).splitlines()
+    )
+    assert "depth" not in as_python(START, face)
