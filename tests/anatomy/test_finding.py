@@ -324,6 +324,7 @@ def test_other_identities_are_found_wherever_they_are(face, how, seed):
     assert not {"nose_tip", "mouth_l", "eye_r_inner"} & set(found.estimated)
 
 
+@pytest.mark.slow
 def test_the_head_finds_itself_the_same_every_time(face, found, fingerprint, capsys):
     before = fingerprint(face.mesh)
     fitted = fw.fit_face(face.mesh)

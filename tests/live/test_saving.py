@@ -245,17 +245,17 @@ def test_what_libraries_print_does_no_harm(capfd):
     assert "ZeroDivisionError" in told
 
 
-def test_what_is_stopped_is_not_made(capfd):
-    process = SavingProcess()
+def test_what_is_stopped_is_not_made(tmp_path, capfd):
+    process, works = SavingProcess(), tmp_path / "works"
 
     def stop():
-        time.sleep(1.0)
+        until(works.exists)
         process.stop()
 
     thread = threading.Thread(target=stop)
     thread.start()
     for _ in range(2):  # while it runs, and before
         with pytest.raises(FaceWrinkleError, match="the rig was not made: the studio was closed"):
-            process.save(order("import time; time.sleep(60)"), lambda *_: None)
+            process.save(order(f"import time; open({str(works)!r}, 'w').close(); time.sleep(60)"), lambda *_: None)
     thread.join()
     assert capfd.readouterr() == ("", "")
