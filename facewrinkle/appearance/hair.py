@@ -178,13 +178,12 @@ class Brows(Hairs):
         strands = HairLines(beside.reshape(-1, *lines.shape[1:]), *each)
         if surface is not None:
             for brow in self._sides:
-                self._lift(strands, brow.strands(self.STRANDS), *surface)
+                self._lift(strands, brow.hairs, *surface)
         return strands
 
-    def _lift(self, lines: HairLines, strands: IntArray, points: Array, triangles: IntArray) -> None:
-        """Raise some strands, where they came to lie under a surface."""
-        if not len(strands):
-            return
+    def _lift(self, lines: HairLines, hairs: IntArray, points: Array, triangles: IntArray) -> None:
+        """Raise the strands of some hairs, where they came to lie under a surface."""
+        strands = (self.STRANDS * hairs[:, None] + np.arange(self.STRANDS)).ravel()
         place, up = (part[strands].reshape(-1, 3) for part in (lines.points, lines.up))
         height = height_above(place, up, (points, triangles), self._deepest)
         rise = np.maximum(height.reshape(len(strands), -1) + self.hairs.heights, 0.0)
@@ -209,10 +208,6 @@ class _Stiffness:
         """Motion to add to the points of this brow's hairs, by the motion `moved` (k, 3) of the roots of all hairs."""
         knots, share = self._smooth @ moved[self.hairs], self._share[..., None]
         return np.asarray(knots[self._below] * (1.0 - share) + knots[self._below + 1] * share)
-
-    def strands(self, each: int) -> IntArray:
-        """Numbers of the strands of this brow, of which each hair has some."""
-        return np.asarray((each * self.hairs[:, None] + np.arange(each)).ravel())
 
 
 def _unit(vectors: Array) -> Array:

@@ -76,9 +76,6 @@ class Mouth:
     (False, ['lower_teeth', 'tongue', 'upper_teeth'])
     """
 
-    INSIDE = ("upper_teeth", "lower_teeth", "tongue")
-    """Names of the meshes that :meth:`inside` returns."""
-
     def __init__(self, face: Face) -> None:
         self.loop: IntArray = np.empty(0, np.int64)
         self.bag = False
@@ -93,7 +90,6 @@ class Mouth:
         self._ends, self.bag = ends, not len(self.loop)
         self._rest_gap = self._gap(face.points)
         self._rest_rim = face.points[self.loop]
-        self._width = float(np.ptp(self._rest_rim @ self._axes[0])) if not self.bag else 0.0
         self._mandible = face.mandible
         self._centre = centre
         flat, lined = (face.points - centre) @ self._axes[:2].T / self._size, face.lining.vertices
@@ -143,7 +139,8 @@ class Mouth:
         rim = points[self.loop]
         middle, size = rim.mean(axis=0), self._size
         rings = [rim]
-        narrow = min(float(np.ptp(rim @ self._axes[0])) / self._width, 1.0)  # pursed lips take the cheeks along
+        wide, rest = (float(np.ptp(place @ self._axes[0])) for place in (rim, self._rest_rim))
+        narrow = min(wide / rest, 1.0)  # pursed lips take the cheeks along
         for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
             rings.append(middle + (half * self._oval - [0.0, 0.0, depth]) * size @ self._axes)
         return reshaped(self._blank_pocket, np.vstack([*rings, rings[-1].mean(axis=0)]))

@@ -31,9 +31,6 @@ from .usd import write_usd
 
 SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
 
-PC2_HEADER = struct.Struct("<12siiffi")
-"""POINTCACHE2: signature, version, points, first frame, frames per sample, samples."""
-
 SPENT = 0.95
 """Share of the allowed error that is spent on leaving out targets; the rest on leaving out points of a target."""
 
@@ -291,28 +288,30 @@ class AnimationWriter:
         self.targets = len(targets)
         inverse = np.linalg.pinv(weights.astype(np.float64)).astype(np.float32)
         labels = [f"motion_{k}" for k in range(self.targets)]
-        morphs, start = {}, 0
-        for name in names:
-            model = models[name]
+        ends = np.cumsum([len(models[name].points) for name in bound])
+        shared = dict(zip(bound, np.split(targets, ends[:-1], axis=1), strict=True))
+        morphs = {}
+        for name, model in models.items():
             if is_hair(name):
-                own = np.tensordot(inverse, ways[name], axes=1)
-                own *= np.linalg.norm(own, axis=2, keepdims=True) > 0.1 * allowed
-                morphs[name] = Morphs(labels, own, np.zeros_like(own))
-                continue
-            own = targets[:, start : start + len(model.points)]
-            start += len(model.points)
-            turned = np.tensordot(inverse, tracks[name][..., 3:] - model.normals.astype(np.float32), axes=1)
-            turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
-            morphs[name] = Morphs(labels, own, turned)
+                moved = np.tensordot(inverse, ways[name], axes=1)
+                moved *= np.linalg.norm(moved, axis=2, keepdims=True) > 0.1 * allowed
+                turned = np.zeros_like(moved)
+            else:
+                moved = shared[name]
+                turned = np.tensordot(inverse, tracks[name][..., 3:] - model.normals.astype(np.float32), axes=1)
+                turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
+            morphs[name] = Morphs(labels, moved, turned)
         unit, turn = self.face.unit, upright_rotation(self.face)
         track = WeightTrack(times, weights.astype(np.float64))
         follow = dict.fromkeys(names, track) if self.targets else {}
-        shown = _as_shown(models["face"], morphs["face"], weights, rest.n_points)
+        # On the skin as targets show it: tears are thinner than these are off.
+        shown = np.tensordot(weights, morphs["face"].deltas[:, : rest.n_points], axes=1)
+        shown += models["face"].points[: rest.n_points].astype(np.float32)
         for name, tear in self._sampled(tears, times, rest, shown).items():
             models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / unit))
             if own_weights.shape[1]:  # what does not move has nothing to follow
                 follow[name] = WeightTrack(times, own_weights)
-        shapes = {name: morphs[name] for name in follow} or None
+        shapes = {name: morphs[name] for name in follow}
         with written(self.path) as whole:
             if self.path.suffix.lower() in USD:
                 return write_usd(whole, models, unit, turn, shapes, follow, self.path)
@@ -327,19 +326,13 @@ def _side_by_side(points: Array, normals: Array) -> Single:
 
 
 def _write_cache(path: Path, points: npt.NDArray[np.floating[Any]]) -> None:
-    """Write points (f, n, 3) as a point cache."""
+    """Write points (f, n, 3) as a point cache.
+
+    Its header: signature, version, points, first frame, frames per sample, samples.
+    """
     with written(path) as whole:
-        header = PC2_HEADER.pack(b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
+        header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
         whole.write_bytes(header + points.astype("<f4").tobytes())
-
-
-def _as_shown(skin: Model, morphs: Morphs, weights: Single, n: int) -> Single:
-    """Return the frame's n vertices (f, n, 3) as targets show them: tears are thinner than these are off."""
-    _, first = np.unique(skin.origin, return_index=True)
-    if len(first) != n:
-        raise MeshError("the skin of an animation must have all vertices of its frames.")
-    shown = np.tensordot(weights, morphs.deltas[:, first], axes=1)
-    return np.asarray(shown + skin.points[first].astype(np.float32))
 
 
 def increments(values: Array, least: float) -> Single:

@@ -70,7 +70,7 @@ def gltf(
         nodes[name] = file.add("nodes", {"name": name, "mesh": file.mesh(name, model, shapes, dense)} | placing)
     if tracks:
         file.animate([(nodes[name], track) for name, track in tracks.items()])
-    return file.binary() if binary else file.embedded()
+    return file.content_of(binary)
 
 
 class _File:
@@ -236,34 +236,27 @@ class _File:
             animation["channels"].append({"sampler": samplers[id(track)], "target": target})
         self.add("animations", animation)
 
-    def binary(self) -> bytes:
-        """Return the file as GLB: a header, the JSON, and the buffer."""
-        self._finish()
-        text = self._json({})
-        chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", bytes(self.buffer))]
-        body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks)
-        return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+    def content_of(self, binary: bool) -> bytes:
+        """Return the file: as JSON with the buffer in it, or as GLB: a header, the JSON, and the buffer.
 
-    def embedded(self) -> bytes:
-        """Return the file as JSON, with the buffer in it."""
-        self._finish()
-        return self._json({"uri": "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()})
-
-    def _json(self, buffer: dict[str, Any]) -> bytes:
-        """Return the content, with all nodes in one scene, and its buffer described."""
-        nodes = list(range(len(self.content["nodes"])))
-        whole = self.content | {"scene": 0, "scenes": [{"nodes": nodes}]}
-        whole["buffers"] = [{"byteLength": len(self.buffer)} | buffer]
-        return json.dumps(whole, separators=(",", ":")).encode()
-
-    def _finish(self) -> None:
-        """Append the zeros that all blend shapes share, as many as the largest mesh needs."""
+        At the end of the buffer are the zeros that all blend shapes share, as many as the largest mesh needs.
+        """
         self._pad()
         if self._zero_view >= 0:
             view = self.content["bufferViews"][self._zero_view]
             view["byteOffset"] = len(self.buffer)
             self.buffer += bytes(view["byteLength"])
-            self._zero_view = -1
+        buffer: dict[str, Any] = {"byteLength": len(self.buffer)}
+        if not binary:
+            buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()
+        nodes = list(range(len(self.content["nodes"])))
+        whole = self.content | {"scene": 0, "scenes": [{"nodes": nodes}], "buffers": [buffer]}
+        text = json.dumps(whole, separators=(",", ":")).encode()
+        if not binary:
+            return text
+        chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", bytes(self.buffer))]
+        body = b"".join(struct.pack("<I4s", len(data), kind) + data for kind, data in chunks)
+        return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
     def _pad(self) -> None:
         """Fill the buffer up to a multiple of four bytes."""

@@ -16,8 +16,6 @@ from ..mesh import UNIT, MeshLike, triangle_mesh
 from .gltf import gltf
 from .model import WATER_INDEX, WATER_OPACITY, Model, part_model, skin_model, tears_model
 
-SUFFIXES = (".glb", ".gltf", ".obj", ".ply")
-
 
 def write_mesh(
     frame: MeshLike,
@@ -93,14 +91,15 @@ def write_mesh_files(
     """Write a mesh as :func:`write_mesh` does; return its file, and then those beside it."""
     frame = triangle_mesh(frame)
     skin, water = skin_model(frame, face), tears_model(tears)
-    path = output_file(path, SUFFIXES)
+    path = output_file(path, (".glb", ".gltf", ".obj", ".ply"))
+    texture = path.with_name(f"{path.stem}_texture.png")  # pictures may be named like the mesh
     match path.suffix.lower():
         case ".obj":
-            files = obj_files(skin, path, _texture_file(path), water)
+            files = obj_files(skin, path, texture, water)
         case ".ply":
-            files = ply_files(skin, path, _texture_file(path))
+            files = ply_files(skin, path, texture)
             if water is not None:
-                files |= ply_files(water, path.with_name(f"{path.stem}_tears.ply"), _texture_file(path))
+                files |= ply_files(water, path.with_name(f"{path.stem}_tears.ply"), texture)
         case suffix:
             models = {"face": skin} | (part_models(face, frame) if parts and face is not None else {})
             if water is not None:
@@ -112,11 +111,6 @@ def write_mesh_files(
         with written(name) as whole:
             whole.write_bytes(content)
     return list(files)
-
-
-def _texture_file(path: Path) -> Path:
-    """Path of the texture of a mesh file, unlike that of pictures, which may be named like the mesh."""
-    return path.with_name(f"{path.stem}_texture.png")
 
 
 def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, Model]:

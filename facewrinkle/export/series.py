@@ -15,12 +15,6 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from ..errors import ParameterError
 from ..files import not_written, output_file, replaced
 
-COMPRESSION = 1
-"""Level of compression of the HDF5 data, 0 to 9."""
-
-CHUNK = 2000
-"""Rows that are compressed together."""
-
 CELLS = {"Vertices": "Verts", "Lines": "Lines", "Polygons": "Polys", "Strips": "Strips"}
 """Kinds of cells in the file, and their names in VTK."""
 
@@ -180,9 +174,9 @@ class _SeriesFile:
                 name,
                 shape=(0, *rows.shape[1:]),
                 maxshape=(None, *rows.shape[1:]),
-                chunks=(CHUNK, *rows.shape[1:]),
+                chunks=(2000, *rows.shape[1:]),
                 dtype=self._text if rows.dtype == object else rows.dtype,
-                compression=COMPRESSION,
+                compression=1,  # of 9
             )
         array = self._arrays[name]
         begin = len(array)

@@ -20,9 +20,6 @@ SUFFIXES = (".usd", ".usdc", ".usda")
 TICKS = 1000.0
 """Time codes per second: a time code is a millisecond, whatever the steps of an animation are."""
 
-SHOWN_PER_SECOND = 24.0
-"""Frames per second at which players are asked to show it."""
-
 
 def write_usd(
     path: Path,
@@ -123,7 +120,7 @@ def write_usd(
         stage.SetStartTimeCode(float(times[0]) * TICKS)
         stage.SetEndTimeCode(float(times[-1]) * TICKS)
         stage.SetTimeCodesPerSecond(TICKS)
-        stage.SetFramesPerSecond(SHOWN_PER_SECOND)
+        stage.SetFramesPerSecond(24.0)  # at which players are asked to show it
     source = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     source.CreateAnimationSourceRel().SetTargets([Sdf.Path(animation.GetPath())])
     stage.GetRootLayer().Save()

@@ -19,15 +19,10 @@ from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
 from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
 from ..mesh.formats.merging import merged_surfaces
-from ..mesh.formats.reading import GLTF
+from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf
 from .recorded import Recorded
 from .usd import read_usd
-
-__all__ = ["read_animation"]
-
-SERIES_SUFFIXES = (".vtkhdf", ".hdf")
-USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 ITERATIONS = 100
 """The most iterations that take the wrinkles off a frame. A fifth of them suffices where wrinkles are shallower than
@@ -111,9 +106,9 @@ def read_animation(
     with reading(path):
         if path.suffix.lower() in GLTF:
             return read_gltf(path, mesh, animation, shapes)
-        if path.suffix.lower() in SERIES_SUFFIXES:
+        if path.suffix.lower() in (".vtkhdf", ".hdf"):
             return _read_series(path)
-        if path.suffix.lower() in USD_SUFFIXES:
+        if path.suffix.lower() in USD:
             return read_usd(path, mesh)
     raise MeshError(
         f"{path.name}: animations are read from .glb, .gltf, .vtkhdf, .usd, .usda, .usdc and .usdz files, received "

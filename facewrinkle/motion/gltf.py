@@ -22,9 +22,6 @@ from .action_units import named_shapes
 from .recorded import Bones, Recorded
 from .track import Interpolation, Track
 
-__all__ = ["read_gltf", "shapes_of_gltf"]
-
-
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
 

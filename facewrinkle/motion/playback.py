@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -59,27 +60,16 @@ class PartMotion:
     """
 
     def __init__(self, recorded: Recorded, face: Face, pose: Callable[[float], Array]) -> None:
-        self._face, self._pieces = face, {}
-        if not face.parts:
-            return
-        self._size = face.frame.pupil_distance if face.landmarks else float(np.ptp(face.points, axis=0).max()) / 3.0
+        self._face = face
+        self._pieces: dict[str, list[_Piece]] = {}
         times = np.linspace(recorded.track.times[0], recorded.track.times[-1], SAMPLED_TIMES)
-        poses: dict[float, Array] = {}
-
-        def posed(time: float) -> Array:
-            if time not in poses:
-                poses[time] = pose(time)
-            return poses[time]
-
-        sources = {0: recorded} | dict(recorded.companions)
-        found: dict[str, list[_Piece]] = {}
+        sources, posed = {0: recorded} | dict(recorded.companions), cache(pose)
         for name, part in face.parts.items():
             rest = np.asarray(part.mesh.points, dtype=np.float64)
             for start, source in sources.items():
                 piece = _piece(source, start, part.source_points, rest)
                 if piece is not None and self._moves(piece, times, posed):
-                    found.setdefault(name, []).append(piece)
-        self._pieces = found
+                    self._pieces.setdefault(name, []).append(piece)
 
     def __contains__(self, name: str) -> bool:
         return name in self._pieces
@@ -106,7 +96,7 @@ class PartMotion:
 
     def _moves(self, piece: _Piece, times: Array, pose: Callable[[float], Array]) -> bool:
         """Return True if a piece moves on the head."""
-        still, recorded = LEAST_MOTION * self._size, piece.recorded
+        still, recorded = LEAST_MOTION * self._face.frame.pupil_distance, piece.recorded
         if recorded.deltas is not None:
             reach = np.abs(recorded.track.values).max(axis=0)
             if any(np.abs(recorded.deltas[k][piece.numbers]).max() * reach[k] > still for k in np.flatnonzero(reach)):

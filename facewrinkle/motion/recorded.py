@@ -215,10 +215,11 @@ class Recorded:
 
     def played(self, speed: float | None = None, loop: bool | None = None) -> Self:
         """Return the same recording, to be played faster, slower or in a loop."""
-        changes: dict[str, Any] = {}
-        if speed is not None:
-            changes["speed"] = check_range("speed", speed, 1e-6, 1e6)
-        return replace(self, **changes, loop=self.loop if loop is None else bool(loop))
+        return replace(
+            self,
+            speed=self.speed if speed is None else check_range("speed", speed, 1e-6, 1e6),
+            loop=self.loop if loop is None else bool(loop),
+        )
 
     def recorded_time(self, time: float) -> float:
         """Return the time of the recording that is played at a time."""

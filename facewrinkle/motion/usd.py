@@ -21,9 +21,6 @@ from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded
 from .track import Track
 
-__all__ = ["read_usd"]
-
-
 BORDER_TIMES = 16
 """Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""
 

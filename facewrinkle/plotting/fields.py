@@ -55,9 +55,18 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
     colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     title = f"{name} (mm)\n" if name == "W" else f"{name}\n"
-    bar: dict[str, Any] = {"title": title, "title_font_size": height // 40, "label_font_size": height // 50}
-    bar |= {"color": "white", "fmt": "%.2g", "vertical": True}
-    bar |= {"position_x": 0.82, "position_y": 0.2, "height": 0.6, "width": 0.06}
+    bar: dict[str, Any] = {
+        "title": title,
+        "title_font_size": height // 40,
+        "label_font_size": height // 50,
+        "color": "white",
+        "fmt": "%.2g",
+        "vertical": True,
+        "position_x": 0.82,
+        "position_y": 0.2,
+        "height": 0.6,
+        "width": 0.06,
+    }
     options: dict[str, Any] = {"cmap": colours, "nan_color": MEANINGLESS_COLOUR, "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
@@ -65,13 +74,13 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
         values = values[np.asarray(skin.regular_faces)].max(axis=1)  # names and levels are not interpolated
     if name == "muscle":
         values, names = _without_sides(values, [str(muscle) for muscle in skin.field_data[MUSCLES]])
-        options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, max(len(names), 1) - 0.5)}
-        options["n_colors"] = max(len(names), 1)
+        count = max(len(names), 1)
+        options |= {"annotations": dict(enumerate(names)), "clim": (-0.5, count - 0.5), "n_colors": count}
         bar |= {"n_labels": 0, "position_x": 0.91}
     if name == "level":
-        options |= {"clim": (-0.5, largest + 0.5), "n_colors": int(largest) + 1}
+        levels = {level: str(level) for level in range(int(largest) + 1)}
+        options |= {"annotations": levels, "clim": (-0.5, largest + 0.5), "n_colors": len(levels)}
         bar |= {"n_labels": 0}
-        options["annotations"] = {level: str(level) for level in range(int(largest) + 1)}
     return options | {"scalars": values, "show_scalar_bar": True, "scalar_bar_args": bar}
 
 

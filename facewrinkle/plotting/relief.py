@@ -7,6 +7,8 @@ compressed, and flatten where it is stretched.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
@@ -14,7 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face, per_face
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import AGE
@@ -42,7 +44,6 @@ class Relief:
 
     def __init__(self, face: Face, pixel: float, rows: int) -> None:
         self._face, self._angle = face, np.radians(VIEW_ANGLE) / rows
-        self._places = per_face(face, "relief", None, _Places)
         self._fade = 1.0 - float(smoothstep((pixel / face.frame.scale - FADING[0]) / (FADING[1] - FADING[0])))
 
     @staticmethod
@@ -62,30 +63,20 @@ class Relief:
         2: xz), and as the fraction of the same number the strength, which is less on younger skin. The frame tells the
         age, or else the face.
         """
-        return self._places.of(skin, self._face)
-
-
-class _Places:
-    """Numbers per vertex for the shader, of the last frame of a face. All scenes of the face share them."""
-
-    def __init__(self) -> None:
-        self._last: tuple[float, Array, npt.NDArray[np.float32]] | None = None
-
-    def of(self, skin: pv.PolyData, face: Face) -> npt.NDArray[np.float32]:
-        """Return places, planes and strengths (n, 4); see :meth:`Relief.on`."""
-        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(face.age, 0.0)
+        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(self._face.age, 0.0)
         points = np.array(skin.point_data.get("rest", skin.points), np.float64)
-        last = self._last
-        if last is not None and last[0] == age and np.array_equal(points, last[1]):
-            return last[2]
-        facing = np.abs(vertex_normals(points, np.asarray(skin.regular_faces)) @ face.frame.axes.T)
-        plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
-        own = np.clip(relief_strength(points, face) / STRONGEST, 0.0, 0.999)
-        strength = own * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
-        field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
-        sent = np.column_stack([face.frame.local_mm(points) / field, plane + strength]).astype(np.float32)
-        self._last = age, points, sent
-        return sent
+        make = partial(_on_skin, points, np.asarray(skin.regular_faces), age, self._face)
+        return per_face(self._face, "relief", (age, points.tobytes()), make)
+
+
+def _on_skin(points: Array, triangles: IntArray, age: float, face: Face) -> npt.NDArray[np.float32]:
+    """Return places, planes and strengths (n, 4) of vertices at rest; see :meth:`Relief.on`."""
+    facing = np.abs(vertex_normals(points, triangles) @ face.frame.axes.T)
+    plane = np.array([1, 2, 0])[facing.argmax(axis=1)]
+    own = np.clip(relief_strength(points, face) / STRONGEST, 0.0, 0.999)
+    strength = own * ((1.0 - age) * DEPTH + age * OLD_DEPTH) / OLD_DEPTH
+    field = (1.0 - age) * np.full(3, FIELD) + age * np.array(OLD_FIELD)
+    return np.column_stack([face.frame.local_mm(points) / field, plane + strength]).astype(np.float32)
 
 
 def send_relief(actor: vtkActor) -> None:

@@ -29,9 +29,6 @@ from .window import begun, window_of
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""
 
-SUPERSAMPLING = 2
-"""Pictures are drawn larger by this factor and reduced: in software that takes half the time of multisampling."""
-
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
@@ -72,7 +69,8 @@ class Scene:
 
     def __init__(self, face: Face, style: Style | None = None) -> None:
         self.face, self.style = face, style or Style()
-        self._samples = 1 if self.style.quick else SUPERSAMPLING
+        # Drawn larger and reduced: in software that takes half the time of multisampling.
+        self._samples = 1 if self.style.quick else 2
         self._window = [self._samples * pixels for pixels in self.style.size]
         self.plotter = pv.Plotter(off_screen=True, window_size=self._window, lighting="none")
         self.plotter.disable_anti_aliasing()

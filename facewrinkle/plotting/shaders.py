@@ -137,11 +137,6 @@ Fields are those of points that are nearest to one of the points scattered on a 
 lattice lies along that plane of the axes which the triangle faces at rest.
 """
 
-BUMPED = "near = clamp(near - tilt - 0.5 * dot(bump, bump), 0.0, 1.0);"
-
-BUMPED_LIGHT = "scattered * (1.0 - 0.5 * min(gleam0, 1.0) * tilt)"
-"""Light that enters the skin comes out again around the place: it shows less of the relief."""
-
 HAIR_VERTEX = """//VTK::Light::Impl
   {
   vec3 N = normalize(normalVCVSOutput), towards = normalize(-vertexVCVSOutput.xyz);
@@ -260,7 +255,9 @@ class Material:
         parts |= {"lean": "", "bumps": "", "bumped": "", "light": "scattered"}
         if relief is not None:
             parts["lean"] = LEAN % {"depth": f"{relief[0]:.9f}", "pixel": f"{relief[1]:.9f}"}
-            parts |= {"bumps": BUMPS, "bumped": BUMPED, "light": BUMPED_LIGHT}
+            parts |= {"bumps": BUMPS, "bumped": "near = clamp(near - tilt - 0.5 * dot(bump, bump), 0.0, 1.0);"}
+            # Light that enters the skin comes out again around the place: it shows less of the relief.
+            parts["light"] = "scattered * (1.0 - 0.5 * min(gleam0, 1.0) * tilt)"
             parts["sent"] += f"in vec4 {RELIEF}MC;\nout vec2 lean;\nout vec4 ground;\nflat out float plane;\n"
             parts["received"] += "in vec2 lean;\nin vec4 ground;\nflat in float plane;\n"
         slow = SLOW_START % parts

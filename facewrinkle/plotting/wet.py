@@ -21,18 +21,6 @@ from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
 from .window import rendered, window_of
 
-PLAIN_TEAR: dict[str, Any] = {
-    "color": "#f4f1ec",
-    "opacity": 0.25,
-    "specular": 1.0,
-    "specular_power": 80.0,
-    "diffuse": 0.5,
-}
-"""Options of `add_mesh` for a tear without refraction, which is quicker to draw: for movies."""
-
-REFRACTIVE_INDEX = 1.33
-"""Refractive index of water."""
-
 FULLY_WET = 0.04
 """Thickness from which a film of tears darkens the skin in full, mm."""
 
@@ -144,8 +132,19 @@ class TearScene(Scene):
             self._tears.append(self._wet(tear, behind) if behind is not None else self._plain(tear))
 
     def _plain(self, tear: pv.PolyData) -> Any:
-        options: dict[str, Any] = {"smooth_shading": True, "culling": "back", "reset_camera": False, "render": False}
-        return self.plotter.add_mesh(tear, **(options | PLAIN_TEAR))
+        """Add a tear without refraction, which is quicker to draw: for movies."""
+        return self.plotter.add_mesh(
+            tear,
+            color="#f4f1ec",
+            opacity=0.25,
+            specular=1.0,
+            specular_power=80.0,
+            diffuse=0.5,
+            smooth_shading=True,
+            culling="back",
+            reset_camera=False,
+            render=False,
+        )
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()
@@ -183,5 +182,5 @@ def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
     side /= np.linalg.norm(side)
     directions = {"key": key, "fill": fill, "side": side, "up": np.cross(key, side)}
     values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
-    values |= {"index": REFRACTIVE_INDEX, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}
+    values |= {"index": 1.33, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}
     return STUDIO % values, TEAR_COLOUR % values

@@ -35,7 +35,7 @@ Movement = tuple[object, ...]
 """What both sides do in a shape; see :attr:`facewrinkle.rigging.shapes.Shape.movement`."""
 
 ROUNDS = 4
-"""Each round of all poses may ask for triangles that the rounds before did not; the mesh is done long before this."""
+"""Each round of all poses asks for triangles that the rounds before did not; those after these are few."""
 
 
 class Baker:
@@ -62,14 +62,13 @@ class Baker:
 
     def refine(self, poses: list[Pose], neutral: Pose, progress: Progress = silent) -> None:
         """Split all triangles that any of the poses needs, and make the models of the face at rest."""
-        for _ in range(ROUNDS):
+        for _ in range(ROUNDS if self._level else 0):
             before = self.simulation.forest.n_points
-            for pose in progress(poses, "Refining", len(poses)) if self._level else ():
+            for pose in progress(poses, "Refining", len(poses)):
                 self._grown(pose)
             if self.simulation.forest.n_points == before:
                 break
-        frame = self.frame(neutral)
-        self.models = rest_models(self.face, frame)
+        self.models = rest_models(self.face, self.frame(neutral))
 
     def follow(self, other: Baker) -> None:
         """Take over the triangles and models of another baker of the same face."""
@@ -98,7 +97,10 @@ class Baker:
 
 
 CUT = 0.1
-"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step."""
+"""Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step.
+
+Skin that moves by more counts for the error of a pair of shapes; smaller errors on average are not corrected.
+"""
 
 RINGS = 2
 """The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
@@ -141,7 +143,7 @@ def shape_fields(
         if shape.beyond:
             users.setdefault(ARKIT[shape.beyond].movement, []).append((k, shape, -1.0))
     rest = baker.placed(neutral)
-    fields = _unmoved(len(shapes), rest)
+    fields: Fields = {part: np.zeros((len(shapes), *at.shape), np.float32) for part, at in rest.items()}
     sides: dict[str, dict[Side | None, Array]] = {
         part: {side: share_of_side(baker.face, at_rest[:, :3], side) for side in ("l", "r", None)}
         for part, at_rest in rest.items()
@@ -152,14 +154,6 @@ def shape_fields(
                 fields[part][k] += sign * sides[part][shape.side] * (now - rest[part])
     return fields
 
-
-def _unmoved(count: int, rest: Mapping[str, Array]) -> Fields:
-    """Return as many shapes that change nothing."""
-    return {part: np.zeros((count, *at.shape), np.float32) for part, at in rest.items()}
-
-
-MOVED = 0.1
-"""Skin that a shape moves by more counts for the error of a pair, mm; smaller errors on average are not corrected."""
 
 TOGETHER, SEVERAL = 0.5, 5
 """Shapes can only disturb each other if both move so many vertices by more than this, mm."""
@@ -232,8 +226,8 @@ def worst_pairs(
         both = {str(k): (replace(shapes[names[m][0]], side=None), 1.0) for k, m in enumerate((one, other))}
         pose = posing.at(both)
         off = np.linalg.norm(pose.base - posing.rest - moved[one] - moved[other], axis=1)
-        error = float(off[np.maximum(way[one], way[other]) > MOVED].mean())
-        if error > MOVED:
+        error = float(off[np.maximum(way[one], way[other]) > CUT].mean())
+        if error > CUT:
             found.append(Pair(one, other, _targets(shapes, names[one], names[other]), pose, error))
     return sorted(found, key=lambda pair: -pair.error)[:count]
 
@@ -255,15 +249,13 @@ def corrective_fields(
 ) -> Fields:
     """Return what the correctives of pairs change."""
     rest = baker.placed(neutral)
-    fields, k = _unmoved(sum(len(pair.targets) for pair in pairs), rest), 0
+    lacks: dict[str, list[Array]] = {part: [] for part in rest}
     for pair in progress(pairs, "Correctives", len(pairs)):
         now, one, other = (baker.placed(each) for each in (pair.pose, poses[pair.first], poses[pair.second]))
         for part, at in rest.items():
             lack = now[part] - one[part] - other[part] + at
-            for row, (_, _, side) in enumerate(pair.targets, start=k):
-                fields[part][row] = share_of_side(baker.face, at[:, :3], side) * lack
-        k += len(pair.targets)
-    return fields
+            lacks[part] += [share_of_side(baker.face, at[:, :3], side) * lack for _, _, side in pair.targets]
+    return {part: np.array(own, np.float32).reshape(-1, *rest[part].shape) for part, own in lacks.items()}
 
 
 def halfway_fields(
@@ -288,11 +280,11 @@ def halfway_fields(
     return {names[k]: {part: own[k : k + 1] for part, own in lack.items()} for k in np.flatnonzero(curved)}
 
 
-def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, list[str]]:
-    """Return smooth shapes, followed by the wrinkles of those that have some, and all names."""
+def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, dict[str, tuple[str, ...]]]:
+    """Return smooth shapes, followed by the wrinkles of those that have some, and the drivers of these by name."""
     folding = np.flatnonzero((fields["face"][..., :3] != smooth["face"][..., :3]).any(axis=(1, 2)))
     out = {part: np.concatenate([smooth[part], (own - smooth[part])[folding]]) for part, own in fields.items()}
-    return out, [*names, *(f"{names[k]}_wrinkle" for k in folding)]
+    return out, {f"{names[k]}_wrinkle": (names[k], names[k]) for k in folding}
 
 
 def morphs_of(

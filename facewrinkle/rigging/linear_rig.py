@@ -35,12 +35,6 @@ from .shapes import Shape, shapes_of
 
 Wrinkling = Literal["baked", "separate", "maps", "none"]
 
-MOST_PAIRS = 200
-"""The most pairs of shapes that may be corrected."""
-
-LEVEL, FINEST = 2, 5
-"""The usual and the highest level of refinement."""
-
 MIXTURES: tuple[Mapping[str, float], ...] = (
     {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 1.0, "cheekSquintRight": 1.0},
     {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0},
@@ -240,26 +234,20 @@ class Rig:
 
         Shapes of a pair are taken together, as they were made, and that of the left also alone.
         """
-        shapes = [name for name in self.names if name in self.shapes and not self.shapes[name].beyond]
-        asked: list[Mapping[str, float]] = []
-        for name in shapes:
-            other = f"{name.removesuffix('Left')}Right"
-            if name.endswith("Left") and other in shapes and self.shapes[name].side:
-                asked += [{name: 0.5, other: 0.5}, {name: 1.0, other: 1.0}, {name: 1.0}]
-            elif not (self.shapes[name].side and f"{name.removesuffix('Right')}Left" in shapes):
-                asked += [{name: weight} for weight in (0.5, 1.0)]
-        mixed = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
-        corrected: dict[tuple[str, ...], dict[str, None]] = {}  # pairs of both sides together, as they were simulated
-        for names in self.drivers.values():
-            if len(set(names)) > 1 and set(names) <= self.shapes.keys():
-                both = tuple(self._of_both_sides(name) for name in names)
-                corrected.setdefault(both, {}).update(dict.fromkeys(names))
-        pairs = [dict.fromkeys(names, weight) for names in corrected.values() for weight in (0.5, 1.0)]
-        return list({frozenset(mixture.items()): mixture for mixture in [*asked, *mixed, *pairs]}.values())
+        alone = [(name,) for name, shape in self.shapes.items() if not shape.beyond]
+        pairs = [names for names in self.drivers.values() if len(set(names)) > 1]
+        together: dict[tuple[object, ...], dict[str, None]] = {}  # those of both sides, as they were simulated
+        for names in [*alone, *pairs]:
+            both = tuple(self._of_both_sides(name) for name in names)
+            together.setdefault(both, {}).update(dict.fromkeys(names))
+        asked = [dict.fromkeys(names, weight) for names in together.values() for weight in (0.5, 1.0)]
+        left = [{name: 1.0} for name, shape in self.shapes.items() if shape.side == "l"]
+        common = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
+        return list({frozenset(mixture.items()): mixture for mixture in [*asked, *left, *common]}.values())
 
-    def _of_both_sides(self, name: str) -> str:
-        """Return the common name of the shapes of a pair; jawLeft and jawRight, which have no sides, are no pair."""
-        return name.removesuffix("Left").removesuffix("Right") if self.shapes[name].side else name
+    def _of_both_sides(self, name: str) -> object:
+        """Return what the shapes of a pair have in common; jawLeft and jawRight, which have no sides, are no pair."""
+        return self.shapes[name].movement if self.shapes[name].side else name
 
     @cached_property
     def report(self) -> list[tuple[Mapping[str, float], RigError]]:
@@ -359,9 +347,9 @@ def rig(
     >>> bool(np.linalg.norm(moved[sideways > 10.0], axis=1).max() > 8.0), bool(moved[sideways < -10.0].any())
     (True, False)
     """
-    level = (0 if wrinkles == "maps" else LEVEL) if level is None else level
-    level = check_whole("level", level, 0, FINEST, "Each level has up to four times as many triangles.")
-    correctives = check_whole("correctives", correctives, 0, MOST_PAIRS, "They are pairs of shapes.")
+    level = (0 if wrinkles == "maps" else 2) if level is None else level
+    level = check_whole("level", level, 0, 5, "Each level has up to four times as many triangles.")
+    correctives = check_whole("correctives", correctives, 0, 200, "They are pairs of shapes.")
     if wrinkles not in get_args(Wrinkling):
         raise unknown_name("kind of wrinkles", wrinkles, get_args(Wrinkling))
     if wrinkles == "maps":
@@ -388,15 +376,14 @@ def rig(
         bare = Baker(face, [], level)
         bare.follow(baker)
         smooth = shape_fields(wanted, poses, neutral, bare, progress)
-        fields, names = separated(fields, smooth, names)
-        drivers = {name: (stem, stem) for name in names[len(wanted) :] for stem in (name.removesuffix("_wrinkle"),)}
+        fields, drivers = separated(fields, smooth, names)
         baker = bare
     if correctives:
         pairs = worst_pairs(wanted, poses, posing, correctives, progress)
-        own = {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
+        drivers |= {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
         more = corrective_fields(pairs, poses, neutral, baker, progress)
         fields = {part: np.concatenate([each, more[part]]) for part, each in fields.items()}
-        names, drivers = [*names, *own], drivers | own
+    names += drivers
     bends: dict[str, Fields] = {}
     if halfway:
         middles = movement_poses(wanted, posing, 0.5)

@@ -368,13 +368,10 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
     turned = d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]
     side = np.sign(turned)[:, None]
     ways = side * (d2[:, 1:] * e1 - d1[:, 1:] * e2), side * (d1[:, :1] * e2 - d2[:, :1] * e1)
-    sums = []
-    for way in ways:
-        way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
-        total = np.zeros_like(model.points)
-        for corner in range(3):
-            np.add.at(total, model.triangles[:, corner], way)
-        sums.append(total)
+    sums = np.zeros((2, *model.points.shape))
+    for total, way in zip(sums, ways, strict=True):
+        unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
+        np.add.at(total, model.triangles.T.ravel(), np.tile(unit, (3, 1)))
     tangent = sums[0] - (sums[0] * model.normals).sum(axis=1, keepdims=True) * model.normals
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
     sign = np.where((np.cross(model.normals, tangent) * sums[1]).sum(axis=1) < 0.0, -1.0, 1.0)
@@ -392,10 +389,9 @@ def heights_as_integers(height: Array, most: float) -> npt.NDArray[np.uint16]:
 
 def nearest_covered(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
     """Return the row and column of the covered texel that each texel near an island takes its value from."""
-    distance, (rows, columns) = distance_transform_edt(~covered, return_indices=True)
-    far = distance > MARGIN
-    own = np.indices(covered.shape)
-    return np.where(far, own[0], rows), np.where(far, own[1], columns)
+    distance, nearest = distance_transform_edt(~covered, return_indices=True)
+    rows, columns = np.where(distance > MARGIN, np.indices(covered.shape), nearest)
+    return rows, columns
 
 
 def write_maps(maps: Maps, path: str | Path) -> list[Path]:
@@ -429,8 +425,7 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     for name in ("normal", "height", "cavity", "tension"):
         files.append(path.with_name(f"{path.name}_{name}.png"))
         write_image(getattr(maps, name), files[-1])
-    rest = maps.rest.copy()
-    files.append(write_mesh(rest, path.with_name(f"{path.name}_maps.obj")))
+    files.append(write_mesh(maps.rest, path.with_name(f"{path.name}_maps.obj")))
     files.append(path.with_name(f"{path.name}_maps.json"))
     facts = conventions(maps.most) | {
         "cavity": {"zero": 128},

@@ -82,9 +82,6 @@ class Held(Undriven):
         """Hold the face in a pose."""
         self.base, self.rates, self.mandible = pose.base, pose.rates, pose.mandible
 
-    def set_rates(self, rates: Array) -> None:
-        """Do nothing: the rates are those of the pose."""
-
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """Return the rates of the pose."""
         return self.rates

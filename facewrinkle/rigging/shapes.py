@@ -212,12 +212,9 @@ def _named(word: str, face: Face) -> Mapping[str, Shape]:
         return {unit: Shape({unit: 1.0}) for unit in units}
     if word in SETS:
         return SETS[word]
-    single: dict[str, Shape] = {}
-    for shapes in SETS.values():
-        single |= {name: shape for name, shape in shapes.items() if name == word}
-    if not single and word in face.atlas.action_units:
+    every = {**ARKIT, **VISEMES, **EXTRAS}
+    if word in every:
+        return {word: every[word]}
+    if word in face.atlas.action_units:
         return {word: Shape({word: 1.0})}
-    if not single:
-        every = (name for shapes in SETS.values() for name in shapes)
-        raise unknown_name("set of shapes", word, [*SETS, "aus", *every])
-    return single
+    raise unknown_name("set of shapes", word, [*SETS, "aus", *every])

@@ -17,7 +17,6 @@ from ..plotting.window import rendered
 from ..progress import Progress, silent
 from .linear_rig import Rig
 
-BACKGROUND = "#4a4f57"
 LIGHTING: dict[str, Any] = {
     "smooth_shading": True,
     "split_sharp_edges": False,
@@ -53,7 +52,7 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = sile
     (80, 164, 3)
     """
     plotter: Any = pv.Plotter(off_screen=True, window_size=[size, size], lighting="none")
-    plotter.set_background(BACKGROUND)
+    plotter.set_background("#4a4f57")
     aim(plotter, rig.face, Style((size, size)))
     names = ["", *rig.names]
     steps = progress(names, "Pictures", len(names))

@@ -22,9 +22,6 @@ from ..motion.action_units import named_shapes, plain_name, sided
 from ..motion.track import Track
 from .shapes import ARKIT, SETS
 
-OPENFACE_MOST = 5.0
-"""Intensity of an action unit of OpenFace (columns such as AU12_r) that is a weight of 1."""
-
 SECONDS = {"time", "times", "t", "s", "sec", "seconds", "timestamp", "timestampms", "timems", "ms", "timesec"}
 """Plain names of columns with times; the unit follows from the steps, which last less than a second."""
 
@@ -39,8 +36,6 @@ SILENT = {"blendshapecount", "neutral", "frame", "faceid", "confidence", "succes
 SHAPES, MATRICES = "faceBlendshapes", "facialTransformationMatrixes"
 """Keys of a result of MediaPipe's face landmarker."""
 
-_ACTION_UNIT = re.compile(r"au0*(\d+)(r?)")
-
 
 class Table(NamedTuple):
     """The content of a file: values (f, c) of columns, NaN where there is none, and time codes or times of the rows."""
@@ -48,7 +43,6 @@ class Table(NamedTuple):
     names: list[str]
     values: Array
     times: Sequence[str] | None
-    head: Array | None
 
 
 def of_table(path: Path, text: str) -> Table:
@@ -68,7 +62,7 @@ def of_table(path: Path, text: str) -> Table:
     values = np.array(
         [[np.nan if k == when else _number(row[k], path.name, header[k]) for k in range(len(header))] for row in rows]
     )
-    return Table(header, values, None if when is None else [row[when] for row in rows], None)
+    return Table(header, values, None if when is None else [row[when] for row in rows])
 
 
 def _row(row: list[str], count: int, where: str) -> list[str]:
@@ -105,14 +99,15 @@ def of_json(path: Path, text: str) -> Table:
         )
     found = [_weights(frame) for frame in frames]
     names = list(dict.fromkeys(name for weights in found for name in weights))
-    values = np.array([[weights.get(name, np.nan) for name in names] for weights in found]).reshape(len(found), -1)
-    seen = ~np.isnan(values).all(axis=1) if len(names) else np.zeros(len(found), bool)
+    values = np.array([[weights.get(name, np.nan) for name in names] for weights in found])
+    seen = ~np.isnan(values).all(axis=1)
     values[seen] = np.nan_to_num(values[seen])  # a frame that names some shapes has none of the others
     keys = {key for key in frames[0] if plain_name(key) in SECONDS}
     times = [str(frame[min(keys)]) for frame in frames] if keys and all(min(keys) in f for f in frames) else None
-    turns = [_turn(frame) for frame in frames]
-    head = None if all(turn is None for turn in turns) else np.array([[np.nan] * 3 if t is None else t for t in turns])
-    return Table(names, values, times, head)
+    turns = np.array([_turn(frame) for frame in frames])
+    if not np.isnan(turns).all():
+        names, values = [*HEAD, *names], np.hstack([turns, values])
+    return Table(names, values, times)
 
 
 def _frames(content: Any) -> list[Mapping[str, Any]]:
@@ -139,12 +134,12 @@ def _weights(frame: Mapping[str, Any]) -> dict[str, float]:
     }
 
 
-def _turn(frame: Mapping[str, Any]) -> Array | None:
-    """Return yaw, pitch and roll of the first matrix of a frame of MediaPipe, 16 numbers by columns."""
+def _turn(frame: Mapping[str, Any]) -> Array:
+    """Return yaw, pitch and roll of the first matrix of a frame of MediaPipe, 16 numbers by columns; NaN for none."""
     first = next(iter(frame.get(MATRICES) or ()), None)
     matrix = np.full((4, 4), np.nan) if first is None else np.array(first["data"], float).reshape(4, 4).T
     if not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) < 1e-9:
-        return None
+        return np.full(3, np.nan)
     yaw, down, roll = Rotation.from_matrix(matrix[:3, :3]).as_euler("YXZ")
     return np.array([yaw, -down, roll])
 
@@ -165,8 +160,8 @@ def shapes_of_column(column: str) -> tuple[list[str], float]:
     plain = plain_name(column)
     if plain in _SHAPES:
         return [_SHAPES[plain]], 1.0
-    if unit := _ACTION_UNIT.fullmatch(plain):
-        return [f"AU{unit[1]}"], OPENFACE_MOST if unit[2] else 1.0
+    if unit := re.fullmatch(r"au0*(\d+)(r?)", plain):
+        return [f"AU{unit[1]}"], 5.0 if unit[2] else 1.0  # intensities of OpenFace, such as AU12_r, go up to 5
     stem, side = sided(column)
     words = {"l": ["Left"], "r": ["Right"], None: ["", "Left", "Right"]}[side]
     return [f"{stem}{word}" for word in words if f"{stem}{word}" in ARKIT], 1.0
@@ -179,8 +174,6 @@ FPS, PHONE_FPS = 30.0, 60.0
 
 RATES = (24, 25, 30, 50, 60, 100, 120)
 """Frames per second that a time code may count."""
-
-_CODE = re.compile(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)")
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,10 +335,7 @@ def _take(table: Table, file: str, fps: float | None) -> Take:
         )
     if unknown:
         warn(f"{file}: {len(unknown)} columns are no shapes, and are left out: {_listed(unknown)}.")
-    weights, head = np.stack(list(columns.values()), axis=1), table.head
-    plain = [plain_name(name) for name in table.names]
-    if head is None and set(HEAD) <= set(plain):
-        head = table.values[:, [plain.index(name) for name in HEAD]]
+    weights = np.stack(list(columns.values()), axis=1)
     times = _times(table.times, len(weights), file, fps)
     seen = np.asarray(~np.isnan(weights).any(axis=1))
     if not seen.any():
@@ -353,23 +343,21 @@ def _take(table: Table, file: str, fps: float | None) -> Take:
     if not seen.all():
         warn(f"{file}: {int((~seen).sum())} of {len(seen)} frames lack values, and those around are used.")
     fresh = seen & np.concatenate([[True], np.diff(np.maximum.accumulate(times)) > 0.0])
-    times, weights = times[fresh], weights[fresh]
-    if head is not None:
-        head = head[fresh]
-        known = ~np.isnan(head).any(axis=1)
-        head = (
-            np.stack([np.interp(times, times[known], np.unwrap(angle[known])) for angle in head.T], axis=1)
-            if known.any()
-            else None
-        )
-    return Take(tuple(columns), times - times[0], weights, head)
+    times, head = times[fresh], None
+    plain = [plain_name(name) for name in table.names]
+    if set(HEAD) <= set(plain):
+        turns = table.values[np.ix_(fresh, [plain.index(name) for name in HEAD])]
+        known = ~np.isnan(turns).any(axis=1)
+        if known.any():
+            head = np.stack([np.interp(times, times[known], np.unwrap(angle[known])) for angle in turns.T], axis=1)
+    return Take(tuple(columns), times - times[0], weights[fresh], head)
 
 
 def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) -> Array:
     """Return the seconds (n,) of rows."""
     if given is None:
         return np.arange(n) / (fps or FPS)
-    codes = [_CODE.fullmatch(text) for text in given]
+    codes = [re.fullmatch(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)", text) for text in given]
     if all(codes):
         parts = np.array([[_bounded(x, file) for x in code.groups()] for code in codes if code])
         rate = fps or (PHONE_FPS if parts[0, 2] == parts[-1, 2] else _counted(parts[:, 3]))

@@ -33,15 +33,6 @@ from .maps import (
 )
 from .poses import share_of_side
 
-MOST_LAYERS = 4
-"""A mask has four channels, one for each layer."""
-
-LARGEST = 2048
-"""The largest width of maps, texels: those of all shapes are held at once, 20 bytes a texel for each movement."""
-
-LEVEL = 3
-"""Times that a triangle may be split for the maps."""
-
 FOLDED = 0.03
 """Wrinkles of a shape that are nowhere deeper than this, mm, are left out; masks fade to nothing below."""
 
@@ -94,7 +85,7 @@ class WrinkleLayers:
 def check_layer_size(size: int) -> int:
     """Return the width of layers of maps, a power of two from 64 to 2048; raise a ParameterError for another."""
     remedy = "Layers hold the maps of all shapes at once; those of one expression, of bake_maps, may be larger."
-    return check_map_size(size, LARGEST, remedy)
+    return check_map_size(size, 2048, remedy)
 
 
 def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> WrinkleLayers:
@@ -141,7 +132,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> W
     shapes = {name: shape for name, shape in rig.shapes.items() if not shape.beyond}
     poses = {shape.movement: rig.poses[shape.movement] for shape in shapes.values()}
     poses = {movement: pose for movement, pose in poses.items() if pose.rates.any() or movement[1]}
-    neutral, fine, smooth = rig.posing.neutral(), Baker(face, None, LEVEL), Baker(face, [], 0)
+    neutral, fine, smooth = rig.posing.neutral(), Baker(face, None, level=3), Baker(face, [], level=0)
     fine.refine(list(poses.values()), neutral, progress)
     folds = FoldMaps(face, fine.frame(neutral), smooth.frame(neutral), size)
     sides = {side: folds.on_skin(share_of_side(face, face.points, side)[:, 0]) for side in ("l", "r", None)}
@@ -152,7 +143,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> W
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))
-    number = _coloured([each[3] for each in found], MOST_LAYERS)
+    number = _coloured([each[3] for each in found], 4)  # a mask has four channels, one for each layer
     most = max((float(np.abs(each[1]).max()) for each in found), default=1e-6)
     normals, heights, masks, layer = [], [], {}, {}
     for k in range(max(number, default=-1) + 1):
@@ -172,9 +163,9 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> W
             part = folds.blurred(part, AROUND)
             for name in users:
                 masks[name], layer[name] = folds.filled(as_bytes(part * sides[shapes[name].side])), k
-    order = [name for name in rig.names if name in masks]
-    ordered = {name: masks[name] for name in order}, {name: layer[name] for name in order}
-    return WrinkleLayers(normals, heights, most, *ordered, face.unit, corner_texture(face.mesh) is None)
+    masks = {name: masks[name] for name in rig.names if name in masks}
+    layer = {name: layer[name] for name in masks}
+    return WrinkleLayers(normals, heights, most, masks, layer, face.unit, corner_texture(face.mesh) is None)
 
 
 def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]:

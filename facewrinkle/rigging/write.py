@@ -21,9 +21,6 @@ from .linear_rig import Rig
 
 SUFFIXES = (".glb", ".gltf", *USD)
 
-QUALITY = 92
-"""Quality of photos."""
-
 
 def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     """Write a rig as glTF or USD: all meshes with their shapes as morph targets, with morph normals.
@@ -100,7 +97,7 @@ def _with_jpeg(model: Model) -> Model:
 
     stream = BytesIO()
     with Pillow.open(BytesIO(model.png)) as picture:
-        picture.convert("RGB").save(stream, format="JPEG", quality=QUALITY, subsampling=0)
+        picture.convert("RGB").save(stream, format="JPEG", quality=92, subsampling=0)
     return replace(model, png=stream.getvalue())
 
 
