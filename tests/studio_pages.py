@@ -89,6 +89,16 @@ class Page:
             await self.receive()
 
 
+def head_files(face, folder):
+    """Write the head as a scan with landmarks; return the names of the files."""
+    mesh = face.mesh.copy()
+    mesh.point_data.clear()
+    mesh.save(folder / "head.ply")
+    landmarks = {name: place.tolist() for name, place in face.landmarks.items()}
+    (folder / "head.json").write_text(json.dumps(landmarks))
+    return ["head.ply", "head.json"]
+
+
 def root(studio):
     return studio.url.partition("/#")[0]
 

@@ -162,17 +162,6 @@ def test_two_rows_of_teeth_are_an_upper_and_a_lower_one(face, down):
     np.testing.assert_array_equal(parts["lower_teeth"].mesh.points, rows[1][0])
 
 
-def test_parts_survive_a_file(dressed, tmp_path):
-    again = fw.read_face(fw.write_face(dressed, tmp_path / "a.face"))
-    assert tuple(again.parts) == NAMES
-    for name, part in dressed.parts.items():
-        assert again.parts[name].follows == part.follows
-        np.testing.assert_array_equal(again.parts[name].mesh.points, part.mesh.points)
-        np.testing.assert_array_equal(again.parts[name].mesh.regular_faces, part.mesh.regular_faces)
-    for mine, eye in zip(again.eyes, dressed.eyes, strict=True):
-        np.testing.assert_allclose(mine.centre, eye.centre, atol=1e-9)
-
-
 def test_parts_are_in_the_picture(dressed):
     style = Style(size=(90, 120))
     whole = picture(dressed.mesh, dressed, style).astype(int)

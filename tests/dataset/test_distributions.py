@@ -34,14 +34,6 @@ def test_choices_are_as_frequent_as_their_weights():
     assert abs((values == 3.0).mean() - 0.75) < 4.0 * np.sqrt(0.75 * 0.25 / 4000)
 
 
-def test_a_normal_distribution_has_its_mean_and_deviation():
-    random = np.random.default_rng(6)
-    drawn = Distribution.of({"normal": [2.0, 0.5]}, "x")
-    values = np.array([drawn.draw(random) for _ in range(4000)])
-    assert abs(values.mean() - 2.0) < 4.0 * 0.5 / np.sqrt(4000)
-    assert abs(values.std() - 0.5) < 4.0 * 0.5 / np.sqrt(8000)
-
-
 def test_a_number_is_fixed_and_a_list_is_a_choice():
     random = np.random.default_rng(1)
     assert {Distribution.of(3, "x").draw(random) for _ in range(5)} == {3.0}

@@ -8,10 +8,9 @@ names                     | never taken twice
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
+from studio_pages import head_files
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
@@ -27,18 +26,9 @@ def heard():
     return told, lambda what, share: told.append((what, share))
 
 
-def written(folder, face):
-    mesh = face.mesh.copy()
-    mesh.point_data.clear()
-    mesh.save(folder / "head.ply")
-    landmarks = {name: place.tolist() for name, place in face.landmarks.items()}
-    (folder / "head.json").write_text(json.dumps(landmarks))
-    return ["head.ply", "head.json"]
-
-
 def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
     told, tell = heard()
-    names = written(tmp_path, face)
+    names = head_files(face, tmp_path)
     name, loaded = opened(tmp_path, names, face.atlas, tell)
     own = fw.fit_face(tmp_path / "head.ply", tmp_path / "head.json")
     assert name == "head.ply"
@@ -65,7 +55,7 @@ def test_a_written_series_is_a_clip(tmp_path, face):
     player = Player(face, data)
     assert np.allclose(player.times(data), 0.04 * np.arange(1, 7))
     frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments(data))]
-    written(tmp_path, face)
+    head_files(face, tmp_path)
     write_series(frames, [0.0, *player.times(data)], tmp_path / "jaw.vtkhdf")
     name, loaded = opened(tmp_path, ["jaw.vtkhdf", "head.json"], face.atlas, heard()[1])
     assert name == "jaw.vtkhdf"

@@ -17,7 +17,7 @@ from http.client import HTTPResponse
 from pathlib import Path
 
 import pytest
-from studio_pages import port, sent
+from studio_pages import head_files, port, sent
 
 from facewrinkle.errors import ParameterError
 from facewrinkle.live import library
@@ -26,11 +26,7 @@ from facewrinkle.live.protocol import LARGEST_MESSAGE
 
 @pytest.fixture
 def scan(face, tmp_path):
-    mesh = face.mesh.copy()
-    mesh.point_data.clear()
-    mesh.save(tmp_path / "head.ply")
-    landmarks = {name: place.tolist() for name, place in face.landmarks.items()}
-    return {"head.ply": (tmp_path / "head.ply").read_bytes(), "head.json": json.dumps(landmarks).encode()}
+    return {name: (tmp_path / name).read_bytes() for name in head_files(face, tmp_path)}
 
 
 @pytest.mark.slow

@@ -102,18 +102,6 @@ def test_eyes_of_ones_own_are_written_in_place_of_painted_ones(dressed, tmp_path
     assert material.alphaMode == "MASK"
 
 
-def test_a_face_file_keeps_parts_with_photos_and_the_report(dressed, tmp_path):
-    told = dataclasses.replace(dressed, report=("Mended this.", "And that."))
-    again = fw.read_face(fw.write_face(told, tmp_path / "a.face"))
-    assert again.report == told.report
-    np.testing.assert_array_equal(again.parts["hair"].texture, PHOTO)
-    uv = again.parts["hair"].mesh.active_texture_coordinates
-    expected = dressed.parts["hair"].mesh.active_texture_coordinates
-    np.testing.assert_array_equal(uv, expected.astype(np.float32))  # what drawing wants
-    np.testing.assert_array_equal(again.parts["eye_r"].mesh["Colors"], dressed.parts["eye_r"].mesh["Colors"])
-    assert again.parts["eye_r"].texture is None
-
-
 def test_photos_of_parts_are_in_the_picture(dressed):
     green = np.zeros((4, 4, 4), np.uint8)
     green[..., 1], green[..., 3] = 255, 255
