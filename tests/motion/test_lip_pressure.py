@@ -1,7 +1,7 @@
-"""The pressure with which a muscle closes the lips.
+"""What the lips meet, and the pressure with which a muscle closes them.
 
 what                    checked against
-what lips face          every vertex with every triangle
+partners along a line   where the line meets the planes of all triangles; densely sampled sides, beside it
 forces                  their sum and moment: they move nothing as a whole; towards each other
 """
 
@@ -10,74 +10,74 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.motion.lip_surfaces import _facing, _seen, closing_forces
+from facewrinkle.motion.lip_surfaces import CLOSE_BY, around_mouth, closing_forces, reached
 
 
-def lowest_under(local, i, triangles, sign, far):
-    """The triangle that vertex i sees, by looking at all of them: its gap and its number."""
-    seen = []
-    for t, corners in enumerate(triangles):
-        if i in corners:
-            continue
-        flat = np.vstack([local[corners][:, [0, 2]].T, np.ones(3)])
-        if abs(np.linalg.det(flat)) < 1e-12:
-            continue
-        share = np.linalg.solve(flat, [*local[i, [0, 2]], 1.0])
-        gap = sign * (local[i, 1] - share @ local[corners, 1])
-        if share.min() >= 0.0 and 0.0 <= gap < far:
-            seen.append((gap, t))
-    return min(seen, default=None)
+def hits(triangles, place, direction):
+    """Where a line meets triangles: their numbers, and how far along it."""
+    found = {}
+    for number, (a, b, c) in enumerate(triangles):
+        weights = np.linalg.solve(np.array([b - a, c - a, -direction]).T, place - a)
+        if min(weights[0], weights[1], 1.0 - weights[0] - weights[1]) >= 0.0:
+            found[number] = abs(weights[2])
+    return found
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_nearest_triangle_is_found_among_large_and_small_ones(sign):
+def test_the_nearest_triangle_on_a_line_is_found_among_large_and_small_ones():
     rng = np.random.default_rng(11)
-    large, small = rng.uniform(-1.0, 1.0, (12, 3, 3)), rng.uniform(-1.0, 1.0, (60, 1, 3))
-    corners = np.concatenate([large, small + rng.uniform(-0.05, 0.05, (60, 3, 3))])
-    local = np.concatenate([corners.reshape(-1, 3), rng.uniform(-1.0, 1.0, (80, 3))])
-    triangles = np.arange(3 * len(corners), dtype=np.int32).reshape(-1, 3)
-    own = np.arange(100, len(local))
-    vertices, found, shares, gaps, signs = _seen(local, own, triangles, sign, 0.6)
-    expected = {i: hit for i in own if (hit := lowest_under(local, i, triangles, sign, 0.6))}
-    assert 20 < len(expected) < len(own)
-    assert {t < 12 for _, t in expected.values()} == {True, False}
-    assert vertices.tolist() == list(expected)
-    assert found.tolist() == [triangles[t].tolist() for _, t in expected.values()]
-    np.testing.assert_allclose(gaps, [gap for gap, _ in expected.values()], atol=1e-9)
-    np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-12)
-    assert set(signs) == {sign}
+    small = rng.uniform(-1.0, 1.0, (60, 1, 3)) + rng.uniform(-0.05, 0.05, (60, 3, 3))
+    triangles = 3.0 * np.concatenate([rng.uniform(-1.0, 1.0, (12, 3, 3)), small])
+    reaching = 0
+    for place in rng.uniform(-3.0, 3.0, (80, 3)):
+        direction = rng.normal(size=3)
+        direction /= np.linalg.norm(direction)
+        number, weights, beside = reached(triangles, place, direction)
+        foot = weights @ triangles[number] - place
+        assert weights.sum() == pytest.approx(1.0)
+        found = hits(triangles, place, direction)
+        if found:
+            reaching += 1
+            assert beside < CLOSE_BY
+            assert number == min(found, key=found.get)
+            np.testing.assert_allclose(foot, (foot @ direction) * direction, atol=1e-4)
+    assert 20 < reaching < 75
 
 
-def test_nothing_is_seen_where_there_is_nothing():
-    nothing, triangle = np.empty(0, int), np.array([[0, 1, 2]], np.int32)
-    for own, triangles in ((nothing, triangle), (np.arange(3), triangle[:0]), (np.arange(3), triangle)):
-        assert all(len(part) == 0 for part in _seen(np.eye(3), own, triangles, 1.0, 9.0))
+def test_the_nearest_triangle_beside_a_line_is_that_of_densely_sampled_sides():
+    rng = np.random.default_rng(4)
+    triangles, share = rng.normal(size=(4, 3, 3)), np.linspace(0.0, 1.0, 2001)[:, None]
+    for place in rng.normal([8.0, 0.0, 0.0], size=(30, 3)):
+        number, _, beside = reached(triangles, place, np.array([0.0, 1.0, 0.0]))
+        sides = [np.concatenate([t[k] + share * (t[k - 1] - t[k]) for k in range(3)]) for t in triangles]
+        away = [np.linalg.norm((side - place)[:, [0, 2]], axis=1).min() for side in sides]
+        assert number == np.argmin(away)
+        assert beside == pytest.approx(min(away), abs=1e-3)
+
+
+def test_nothing_is_reached_where_there_is_nothing():
+    assert reached(np.empty((0, 3, 3)), np.zeros(3), np.array([0.0, 1.0, 0.0]))[2] == np.inf
 
 
 @pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_lips_face_each_other_along_the_height(face, real_face, stem):
+def test_lips_are_pressed_on_each_other_along_the_height(face, real_face, stem):
     face = face if stem is None else real_face(stem)
-    points, up = face.points * face.unit, face.frame.axes[1]
-    vertices, corners, shares, signs = _facing(face)
-    assert len(vertices) > 20
-    way = points[vertices] - np.einsum("kc,kcj->kj", shares, points[corners])
-    height = way @ up
-    np.testing.assert_allclose(way, height[:, None] * up, atol=1e-9)
-    assert (signs * height >= 0.0).all()
+    up, points = face.frame.axes[1], face.points * face.unit
+    forces = closing_forces(face, np.ones(len(points)))
+    along = forces @ up
+    np.testing.assert_allclose(forces, along[:, None] * up, atol=1e-9)
+    assert (along < -0.5).sum() > 20
+    assert (along > 0.5).sum() > 20
+    assert not along[~around_mouth(face)].any()
     middle = 0.5 * (face.landmarks["upper_lip_mid"] + face.landmarks["lower_lip_mid"]) @ up * face.unit
-    assert (points[vertices[signs > 0]] @ up > middle - 2.0).all()  # upper lip
-    assert not set(vertices[signs > 0]) & set(vertices[signs < 0])
+    assert (points[along < -0.5] @ up).mean() > middle > (points[along > 0.5] @ up).mean() - 2.0
 
 
 def test_the_pressure_of_the_lips_on_each_other_moves_nothing_as_a_whole(face):
     rng = np.random.default_rng(0)
     area = rng.uniform(0.5, 2.0, len(face.points))
     forces = closing_forces(face, area)
+    size = np.abs(forces).sum()
     np.testing.assert_allclose(forces.sum(axis=0), 0.0, atol=1e-9)
-    np.testing.assert_allclose(np.cross(face.points, forces).sum(axis=0), 0.0, atol=1e-8)
-    vertices, corners, shares, signs = _facing(face)
-    opposite = np.einsum("kc,kci->ki", shares, forces[corners])
-    parting = ((forces[vertices] - opposite) @ face.frame.axes[1]) * signs
-    assert (parting < 0.0).all()
+    assert np.abs(np.cross(face.points, forces).sum(axis=0)).max() < CLOSE_BY * size
     # Twice the area, twice the force.
     np.testing.assert_allclose(closing_forces(face, 2.0 * area), 2.0 * forces, rtol=1e-12)

@@ -17,7 +17,7 @@ import facewrinkle as fw
 from analysis.oracle import DEEPEST, Oracle
 from analysis.sequences import sequence
 from facewrinkle.motion._contact_kernels import gaps_of
-from facewrinkle.motion.lip_surfaces import THINNEST, aside, behind_lips
+from facewrinkle.motion.lip_surfaces import THINNEST, behind_lips
 from facewrinkle.motion.solids import met_solids
 
 
@@ -97,17 +97,3 @@ def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
         assert found.lips < DEEPEST
         assert not found.inverted
     skin.reset()
-
-
-def test_the_nearest_triangle_aside_is_that_of_densely_sampled_sides():
-    rng = np.random.default_rng(4)
-    local, samples = rng.normal(size=(12, 3)), rng.normal([8.0, 0.0, 0.0], size=(30, 3))
-    triangles = rng.permutation(12).reshape(4, 3)
-    distance, which = aside(samples, local, triangles)
-    share = np.linspace(0.0, 1.0, 2001)[:, None]
-    sides = [
-        np.concatenate([local[t[k]] + share * (local[t[k - 1]] - local[t[k]]) for k in range(3)]) for t in triangles
-    ]
-    offsets = [np.linalg.norm(s[:, None, [0, 2]] - samples[:, [0, 2]], axis=2).min(axis=0) for s in sides]
-    np.testing.assert_allclose(distance, np.min(offsets, axis=0), atol=1e-3)
-    np.testing.assert_allclose(np.array(offsets)[which, np.arange(30)], distance, atol=1e-3)
