@@ -242,6 +242,19 @@ def written(path: str | Path) -> Iterator[Path]:
         yield whole
 
 
+def write_whole(path: str | Path, content: str | bytes) -> None:
+    """Write a file, text in UTF-8, whole or not at all; see :func:`written`.
+
+    Examples
+    --------
+    >>> write_whole("/dev/null", "text")
+    Traceback (most recent call last):
+    facewrinkle.errors.OutputError: '/dev/null' is no ordinary file, and is not written to. Name another file.
+    """
+    with written(path) as whole:
+        whole.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
 @contextmanager
 def _refusals(path: str | Path) -> Iterator[None]:
     try:

@@ -13,7 +13,7 @@ from ..anatomy.atlas import DEFAULT_ATLAS, Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
 from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
-from ..files import output_file, reading, written
+from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
@@ -56,8 +56,7 @@ def atlas(*, out: Path | None = None) -> None:
     if out is None:
         sys.stdout.write(text)
         return
-    with written(output_file(out, (".toml",))) as whole:
-        whole.write_text(text, encoding="utf-8")
+    write_whole(output_file(out, (".toml",)), text)
 
 
 def _of_face(path: Path) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Literal
 
 from ..anatomy.face_file import SUFFIX
 from ..errors import ParameterError
-from ..files import output_folder, output_target, written
+from ..files import output_folder, output_target, write_whole
 from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
@@ -136,8 +136,7 @@ def rig(
             for mixed, error in found
         )
     if errors or made.drivers or same_mesh:
-        with written(folder / f"{stem}.rig.json") as whole:
-            whole.write_text(facts_text(made, errors), encoding="utf-8")
+        write_whole(folder / f"{stem}.rig.json", facts_text(made, errors))
         files.append(folder / f"{stem}.rig.json")
     names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
     rows[f"files in {folder}"] = "\n".join(names)

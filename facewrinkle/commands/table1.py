@@ -15,7 +15,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import check_range
-from ..files import output_folder, written
+from ..files import output_folder, write_whole
 from ..plotting import Scene
 from ..plotting.views import Style
 from ..simulation import Simulation
@@ -120,8 +120,7 @@ def tabulate(
             "paper": [dataclasses.asdict(row) for row in PAPER],
         }
         for name, whole in (("table1.txt", text), ("table1.json", json.dumps(content, indent=2))):
-            with written(folder / name) as file:
-                file.write_text(whole + "\n", encoding="utf-8")
+            write_whole(folder / name, whole + "\n")
 
 
 def _processors() -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from ..files import written
+from ..files import write_whole
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
 from .shards import failed_in, read_table
 from .spec import Spec, code_digest
@@ -39,10 +39,8 @@ def write_card(folder: Path, spec: Spec, count: int) -> None:
     table = read_table(folder, ("index", "attempt", *SHOWN))
     failed = sum(len(failed_in(archive)) for archive in folder.glob("shard-*.tar"))
     redrawn = float(np.mean(np.array(table["attempt"], bool))) if len(table["index"]) else 0.0
-    with written(folder / "distributions.png") as partial:
-        Path(partial).write_bytes(_histograms(table))
-    with written(folder / "README.md") as partial:
-        Path(partial).write_text(_text(spec, count, table, failed, redrawn), encoding="utf-8")
+    write_whole(folder / "distributions.png", _histograms(table))
+    write_whole(folder / "README.md", _text(spec, count, table, failed, redrawn))
 
 
 def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:

@@ -21,7 +21,7 @@ from msgspec import to_builtins
 
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
-from ..files import inside_only, is_inside_only, output_folder, written
+from ..files import inside_only, is_inside_only, output_folder, write_whole
 from ..progress import Progress, silent
 from .card import write_card
 from .plan import first_sample_of
@@ -177,8 +177,7 @@ def _begin(folder: Path, spec: Spec, count: int) -> None:
     elif any(path.name != RUNNING for path in folder.iterdir()):
         raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
     state = to_builtins(State(spec.digest, __version__, code_digest(), count, spec.written))
-    with written(folder / STATE) as partial:
-        partial.write_text(json.dumps(state, indent=1), encoding="utf-8")
+    write_whole(folder / STATE, json.dumps(state, indent=1))
 
 
 def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:

@@ -23,7 +23,7 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from ..errors import MissingPackageError, OutputError, check_whole, missing_package
-from ..files import written
+from ..files import write_whole, written
 from .plan import person_at
 from .sample import Sample, SampleMaker, key_of
 from .spec import Spec, code_digest
@@ -116,8 +116,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                 tar.addfile(member, store)
     if failures:
         failures.sort(key=itemgetter("index"))
-        with written(archive.with_suffix(FAILED)) as partial:
-            Path(partial).write_text(json.dumps(failures, indent=1, sort_keys=True), encoding="utf-8")
+        write_whole(archive.with_suffix(FAILED), json.dumps(failures, indent=1, sort_keys=True))
     write_table(sorted(rows, key=itemgetter("index")), table)
 
 

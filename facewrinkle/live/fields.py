@@ -26,9 +26,6 @@ NOTHING = 65535
 FIELDS = ("W", "epsilon", "lambda", "gamma", "theta", "split_gamma", "muscle", "family", "level")
 """Fields that a page can show."""
 
-NAMED = ("muscle", "family", "level")
-"""Fields of whole numbers."""
-
 NAMES = {
     "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
     "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset", "lower": "lower by (mm)",
@@ -100,7 +97,7 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
     values = {
         name: float(np.asarray(data[name])[vertex])
         for name in FIELDS
-        if name in data and name not in NAMED and _means(name, data, vertex)
+        if name in data and name not in ("muscle", "family", "level") and _means(name, data, vertex)
     }
     found: dict[str, Any] = {
         "vertex": vertex,

@@ -26,7 +26,7 @@ from ..anatomy.face_file import write_face
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
-from ..files import not_written, output_folder, written
+from ..files import not_written, output_folder, write_whole
 from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from ..processes import environment
@@ -66,8 +66,7 @@ class Folder:
             raise OutputError(f"the studio writes files with plain names, received {name!r}.")
         path = self._claimed(name) if anew else self.path / name
         try:
-            with written(path) as whole:
-                whole.write_bytes(data)
+            write_whole(path, data)
         except OutputError:
             if anew:
                 path.unlink(missing_ok=True)

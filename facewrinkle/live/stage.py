@@ -32,12 +32,6 @@ from .wishes import Player, layers_of, mixture_of
 STILL, STILL_STEPS = 2e-3, 6
 """The face is still when no point moves by more than the first, mm, in so many steps."""
 
-OF_FACE = ("face", "identity", "landmarks")
-"""Parts of a document that make another face."""
-
-OF_LAYERS = ("folds", "regions", "patterns")
-"""Parts of a document that make other layers."""
-
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -261,9 +255,11 @@ class Stage(threading.Thread):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
-                if self._player is None or any(applied[name] != data[name] for name in OF_FACE):
+                if self._player is None or any(
+                    applied[name] != data[name] for name in ("face", "identity", "landmarks")
+                ):
                     self._change_face(data)
-                elif any(applied[name] != data[name] for name in OF_LAYERS):
+                elif any(applied[name] != data[name] for name in ("folds", "regions", "patterns")):
                     self._player.simulation.use_layers(layers_of(data, self.face))
                 assert self._player is not None
                 self._player.cry(data["tears"], self._clock)

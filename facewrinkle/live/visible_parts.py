@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import io
 import itertools
-from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -30,8 +30,6 @@ from ..mesh.arrays import COLORS, CORNERS, corner_texture
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR
 from .encoding import LARGEST, Box, Part, small_normals
-
-T = TypeVar("T")
 
 VERSIONS = itertools.count(1)
 """Numbers of the triangles of skins, each of another one."""
@@ -73,7 +71,11 @@ class VisibleParts:
         self._triangles: IntArray = np.empty((0, 3), np.int64)
         self._of_triangles: dict[str, np.ndarray] = {}
         self._arrays: dict[tuple[str, str], np.ndarray] = {}
-        self._made: dict[str, Any] = {}
+        self._balls = [b for b in self._appearance.balls if b.open and f"eye_{b.eye.side}" not in self._appearance.own]
+        self._eyeballs = [_eye(ball) for ball in self._balls]
+        inside = self._mouth.inside(face.points, 0.0) if len(self._mouth.loop) or self._mouth.bag else {}
+        self._teeth = {name: _rigid(mesh) for name, mesh in inside.items() if name not in self._appearance.own}
+        self._brows = [] if self._appearance.brows is None else [_brows(self._appearance.brows, face)]
 
     def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
         """Return the parts in a frame of a simulation, or in the mesh of the face.
@@ -98,13 +100,6 @@ class VisibleParts:
             return before
         self._arrays[part, name] = values
         return values
-
-    def _once(self, name: str, make: Callable[[], T]) -> T:
-        """Return what is made at the first call, and stays."""
-        if name not in self._made:
-            self._made[name] = make()
-        found: T = self._made[name]
-        return found
 
     def _skin(self, frame: pv.PolyData, exact: bool) -> Part:
         triangles = np.asarray(frame.regular_faces)
@@ -146,15 +141,12 @@ class VisibleParts:
 
     def _eyes(self, points: Array, state: FrameState) -> list[Part]:
         parts = []
-        balls = [b for b in self._appearance.balls if b.open and f"eye_{b.eye.side}" not in self._appearance.own]
-        for ball in balls:
-            name = f"eye_{ball.eye.side}"
+        for ball, eye in zip(self._balls, self._eyeballs, strict=True):
             gaze = state.gazes.get(ball.eye.side, ball.eye.gaze)
             lids = ball.lid_heights(points, np.linspace(-1.1, 1.1, 48)).astype(np.float32)  # radii from the middle
-            eye = self._once(name, lambda ball=ball: _eye(ball))  # type: ignore[misc]
             axes = np.round(ball.axes(np.asarray(gaze)), 6).ravel().tolist()
-            arrays = {**eye.arrays, "lids": self._same(name, "lids", lids)}
-            parts.append(Part(name, "eye", arrays, {**eye.info, "axes": axes}))
+            arrays = {**eye.arrays, "lids": self._same(eye.name, "lids", lids)}
+            parts.append(Part(eye.name, "eye", arrays, {**eye.info, "axes": axes}))
         for margin in self._appearance.lid_margins:
             mesh = margin.at(points)
             parts.append(self._mesh(f"rim_{margin.eye.side}", mesh, "skin_part"))
@@ -164,14 +156,9 @@ class VisibleParts:
         mouth, parts = self._mouth, []
         if len(mouth.loop):
             parts.append(self._mesh("mouth", mouth.pocket(points), "plain"))
-        if not (len(mouth.loop) or mouth.bag):
-            return parts
-        shown = mouth.parted(points)
+        shown = bool(self._teeth) and mouth.parted(points)
         turn, shift = mouth.motion(points, state.jaw_angle, state.mandible) if shown else (np.eye(3), np.zeros(3))
-        for name in ("upper_teeth", "lower_teeth", "tongue"):
-            if name in self._appearance.own:
-                continue
-            arrays = self._once(name, lambda name=name: _rigid(mouth.inside(self.face.points, 0.0)[name]))  # type: ignore[misc]
+        for name, arrays in self._teeth.items():
             matrix = np.eye(4)
             if name != "upper_teeth":
                 matrix[:3, :3], matrix[:3, 3] = turn, shift
@@ -180,13 +167,8 @@ class VisibleParts:
         return parts
 
     def _hair(self, points: Array) -> list[Part]:
-        parts = []
-        for row in self._appearance.lashes:
-            parts.append(self._lashes(f"lashes_{row.eye.side}", row, points))
-        if self._appearance.brows is not None:
-            brows = self._appearance.brows
-            parts.append(self._once("brows", lambda: _brows(brows, self.face)))
-        return parts
+        rows = self._appearance.lashes
+        return [*(self._lashes(f"lashes_{row.eye.side}", row, points) for row in rows), *self._brows]
 
     def _lashes(self, name: str, row: Lashes, points: Array) -> Part:
         lines = row.lines(points).points
@@ -217,10 +199,10 @@ class VisibleParts:
             arrays["normal"] = self._same(name, "normal", small)
         places = mesh.active_texture_coordinates if textured else None
         if places is not None:
-            arrays["texture"] = self._once(f"{name} texture", lambda: np.asarray(places, np.float32))
+            arrays["texture"] = self._same(name, "texture", np.asarray(places, np.float32))
         else:
-            arrays["colour"] = self._once(f"{name} colour", lambda: _colours(mesh))
-        arrays["index"] = self._once(f"{name} index", lambda: _indices(triangles))
+            arrays["colour"] = self._same(name, "colour", _colours(mesh))
+        arrays["index"] = self._same(name, "index", _indices(triangles))
         return Part(name, kind, arrays)
 
     def photos(self) -> dict[str, bytes]:
