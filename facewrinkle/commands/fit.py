@@ -30,7 +30,7 @@ def fit(
     /,
     *,
     landmarks: Path | None = None,
-    units: str | None = None,
+    units: float | str | None = None,
     texture: Path | None = None,
     atlas: Path | None = None,
     out: Path | None = None,

@@ -74,20 +74,6 @@ def face_facts(face: Face) -> dict[str, str]:
     return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}
 
 
-def parse_units(text: str | None) -> str | float | None:
-    """Return the name of a unit, or the number of millimetres in it.
-
-    Examples
-    --------
-    >>> parse_units("cm"), parse_units("10")
-    ('cm', 10.0)
-    """
-    try:
-        return text if text is None else float(text)
-    except ValueError:
-        return text
-
-
 def parse_weights(text: str, usual: float | None = 1.0) -> dict[str, float]:
     """Return numbers by name, from "mouthSmile=0.8, jawOpen"; `usual` where none is given.
 
@@ -242,7 +228,7 @@ class FaceOptions:
 
     face: Path | None = None
     landmarks: Path | None = None
-    units: str | None = None
+    units: float | str | None = None
     identity: str | None = None
     atlas: Path | None = None
     texture: Path | None = None
@@ -263,7 +249,7 @@ class FaceOptions:
     def fitted(self, mesh: Path | pv.PolyData, report: Report | None = None) -> Face:
         """Return the face of a mesh; `report` shows the progress of the search."""
         progress = None if report is None else report.progress
-        return fit_face(mesh, self.landmarks, parse_units(self.units), self._own_atlas, progress, self.texture)
+        return fit_face(mesh, self.landmarks, self.units, self._own_atlas, progress, self.texture)
 
     @property
     def _own_atlas(self) -> Atlas | None:
@@ -301,11 +287,10 @@ class FaceOptions:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
         of_face = {"landmarks": self.landmarks, "identity": self.identity, "atlas": self.atlas}
         refuse(f"belongs to a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
-        units = parse_units(self.units)
-        found = surface(self.face, units or "mm", self.texture)
+        found = surface(self.face, "mm" if self.units is None else self.units, self.texture)
         own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
         unit = millimetres(unit_by_size(own)) if size is None else size / own
-        return found if units is not None else replace(found, unit=unit)
+        return replace(found, unit=unit) if self.units is None else found
 
 
 @Parameter(name="*")
