@@ -101,7 +101,11 @@ class Answers:
 
     def _told_document(self) -> dict[str, Any]:
         data = self._document.data
-        return {"data": data, "history": self._document.history, "handles": handles_of(data, self._stage.face)}
+        handles = {  # where patterns and tears are
+            table: {name: _attached(np.array(entry[key]), self._stage.face) for name, entry in data[table].items()}
+            for table, key in (("patterns", "centre"), ("tears", "start"))
+        }
+        return {"data": data, "history": self._document.history, "handles": handles}
 
     def greeting(self) -> dict[str, Any]:
         """Return what a page is told first: names, ranges, and the face."""
@@ -384,14 +388,6 @@ def _attached(place: np.ndarray, face: Face) -> dict[str, Any]:
 
 def _short(vector: np.ndarray) -> list[float]:
     return [round(float(x), 4) for x in vector]
-
-
-def handles_of(data: Mapping[str, Any], face: Face) -> dict[str, dict[str, Any]]:
-    """Return where patterns and tears are: the vertex that each goes along with, and how far from it."""
-    return {
-        table: {name: _attached(np.array(entry[key]), face) for name, entry in data[table].items()}
-        for table, key in (("patterns", "centre"), ("tears", "start"))
-    }
 
 
 def views_of(face: Face) -> dict[str, list[float]]:
