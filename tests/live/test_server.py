@@ -337,6 +337,8 @@ def test_two_pages_see_the_same_and_a_new_one_gets_everything(studio):
                 await late.until(lambda got: "step" in got)
                 await two.ask("continue", on=False)
                 await late.until(lambda got: got.get("is") == "earlier")  # nobody is asked any more
+                for seen in (one, two, late):
+                    await seen.settled(studio)
                 return got["data"]["mixture"], one, two, late
 
     mixture, one, two, late = asyncio.run(visit())
