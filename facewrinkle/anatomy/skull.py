@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import diags_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from ..array_types import Array
 from ..geometry.laplacian import graph_laplacian
-from ..geometry.nested_dissection import nested_dissection
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops, unique_edges
 
@@ -139,15 +138,10 @@ def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  
     degree = np.bincount(edges.ravel(), minlength=len(points))
     # Both sides times the degrees: so the matrix is symmetric, and its factors stay small if they are well ordered.
     mass = np.maximum(degree, 1).astype(float)
-    system = csr_array(diags_array(mass) + radius**2 * graph_laplacian(edges, weight, len(points)))
-    order = nested_dissection((system.indptr, system.indices), points)
-    factor = splu(
-        system[order][:, order].tocsc(), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-    )
+    system = diags_array(mass) + radius**2 * graph_laplacian(edges, weight, len(points))
+    factor = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
 
     def smooth(values: Array) -> Array:
-        out = np.empty(values.shape)
-        out[order] = factor.solve((mass[:, None] * values)[order])
-        return out
+        return np.asarray(factor.solve(mass[:, None] * values))
 
     return smooth

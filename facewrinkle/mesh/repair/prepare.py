@@ -13,7 +13,7 @@ from ...checks import vector, vectors
 from ...errors import LARGEST, MeshError, ParameterError, missing_package, warn
 from ...geometry import topology
 from ...geometry.sampling import triangle_samples
-from ..arrays import COLORS, CORNERS, IMAGE, MESH, MOVED, PART, SOURCE, with_data
+from ..arrays import COLORS, CORNERS, MESH, MOVED, PART, SOURCE, corner_texture, with_data
 from ..formats.reading import MeshLike, read_surface
 from .topology_repair import ROUNDING, RepairedMesh, areas_doubled, mended, merged_points, unfolded, votes_of
 
@@ -145,26 +145,19 @@ def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray 
 
 def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None) -> CleanSurface:
     """Return the repaired triangles with the data of the source at their points and corners."""
-    marked = np.zeros(len(skin.points), bool)
-    marked[skin.triangles] = True
-    used, triangles = np.flatnonzero(marked), (np.cumsum(marked) - 1)[skin.triangles]
+    used, triangles = np.unique(skin.triangles, return_inverse=True)
+    triangles = triangles.reshape(-1, 3)
     kept = skin.origin[used]
-    clean = with_data(source, triangles, kept)
+    clean = with_data(source, triangles, kept, skin.corners[:, 0] // 3)
     clean.points = skin.points[used]
     if COLORS in clean.point_data:
         clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
         if not np.ptp(clean.point_data[COLORS], axis=0).any():
             del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
-    if IMAGE in source.cell_data:
-        clean.cell_data[IMAGE] = np.asarray(source.cell_data[IMAGE])[skin.corners[:, 0] // 3]
-    faces = np.asarray(source.regular_faces)
-    texture = source.active_texture_coordinates
-    if CORNERS in source.cell_data:
-        at_corners = np.asarray(source.cell_data[CORNERS], dtype=np.float64).reshape(-1, 2)[skin.corners]
-        clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
-    elif texture is not None:
-        at_corners = np.asarray(texture, dtype=np.float64)[faces.ravel()[skin.corners]]
-        if not np.array_equal(at_corners, np.asarray(texture)[kept][triangles]):
+    texture, of_points = corner_texture(source), clean.active_texture_coordinates
+    if texture is not None:
+        at_corners = texture.reshape(-1, 2)[skin.corners]
+        if CORNERS in clean.cell_data or of_points is None or not np.array_equal(at_corners, of_points[triangles]):
             clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
     numbers = np.full_like(kept, -1) if skin.rebuilt else kept
     return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), numbers, skin.report, others)
