@@ -26,11 +26,11 @@ from ...errors import MeshError, warn
 from ...files import bytes_of, sibling_file
 from .compression import COMPRESSED, DRACO, MESHOPT, decoder, draco_arrays, meshopt_bytes
 from .merging import srgb
-from .polygons import Primitive, image_place, strip_triangles
+from .polygons import Primitive, image_place
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-TRIANGLES, STRIP, FAN = 4, 5, 6
+TRIANGLES = 4
 
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
 """Default properties of a node; rotations are quaternions (x, y, z, w)."""
@@ -278,9 +278,9 @@ class Document:
         return found if used - found else set()
 
     def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, name: str) -> Primitive | None:
-        """One primitive in the coordinates of the scene; None for points and lines."""
-        mode, attributes = primitive.get("mode", TRIANGLES), primitive["attributes"]
-        if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
+        """One primitive in the coordinates of the scene; None for what is no list of triangles."""
+        attributes = primitive["attributes"]
+        if primitive.get("mode", TRIANGLES) != TRIANGLES or "POSITION" not in attributes:
             return None
         self._undo_draco(primitive)
         points = self._vectors(attributes["POSITION"], 3)
@@ -290,7 +290,7 @@ class Document:
             order = self.numbers(primitive["indices"])[:, 0]
             if order.dtype.kind not in "iu" or order.max() >= n:
                 raise self.broken(f"its faces use points up to {order.max()}, and it has {n}")
-        triangles = _triangles(order.astype(np.int64), mode)
+        triangles = order[: len(order) - len(order) % 3].astype(np.int64).reshape(-1, 3)
         targets = [target.get("POSITION") for target in primitive.get("targets") or []]
         shapes = np.array([np.zeros((n, 3)) if t is None else self._vectors(t, 3) for t in targets]).reshape(-1, n, 3)
         weights = None if bones is None else self._weights(attributes, n, len(bones))
@@ -432,12 +432,3 @@ def _local_matrices(nodes: Mapping[int, dict[str, Any]], moved: Mapping[int, Map
     for row, matrix in fixed.items():
         out[row] = matrix
     return out
-
-
-def _triangles(order: npt.NDArray[np.int64], mode: int) -> npt.NDArray[np.int64]:
-    """Triangles (m, 3) of a list, a strip or a fan of points."""
-    if mode == TRIANGLES:
-        return order[: len(order) - len(order) % 3].reshape(-1, 3)
-    if mode == FAN:
-        return np.stack([np.full(max(len(order) - 2, 0), order[0]), order[1:-1], order[2:]], axis=1)
-    return strip_triangles(order)

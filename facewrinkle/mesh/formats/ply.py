@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...files import bytes_of
-from .polygons import Polygons, check_vertices, image_place, strip_triangles, textured
+from .polygons import Polygons, check_vertices, image_place, textured
 
 NUMBERS = {
     name: kind
@@ -64,11 +64,6 @@ def read_ply(path: Path) -> Polygons:
     points = np.stack([vertex[axis] for axis in "xyz"], axis=1).astype(np.float64)
     nothing = np.zeros(0, dtype=np.int64)
     lengths, numbers = face.get("vertex_indices") or face.get("vertex_index") or (nothing, nothing)
-    if not len(lengths) and "tristrips" in found:
-        _, strips = found["tristrips"]
-        _, numbers = strips.get("vertex_indices") or strips.get("vertex_index") or (nothing, nothing)
-        numbers = _of_strips(numbers).ravel()
-        lengths = np.full(len(numbers) // 3, 3)
     if (lengths < 3).any():
         number = int(np.argmax(lengths < 3))
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
@@ -79,14 +74,6 @@ def read_ply(path: Path) -> Polygons:
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
     images = np.full(len(lengths), image_place(path.parent, image))
     return Polygons(points, lengths, numbers, texture, corners, colors, images)
-
-
-def _of_strips(numbers: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) of strips that are separated by -1."""
-    ends = np.flatnonzero(np.append(numbers, -1) == -1)
-    strips = [numbers[begin:end] for begin, end in zip(np.append(0, ends[:-1] + 1), ends, strict=True)]
-    triangles = [strip_triangles(strip) for strip in strips if len(strip) > 2]
-    return np.concatenate([np.zeros((0, 3), np.int64), *triangles])
 
 
 def _broken(path: Path, reason: str) -> MeshError:

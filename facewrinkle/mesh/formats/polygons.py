@@ -132,20 +132,6 @@ def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
     return triangles
 
 
-def strip_triangles(order: np.ndarray) -> np.ndarray:
-    """Triangles (m, 3) of a strip of points, all oriented alike; those that name a point twice only link strips.
-
-    Examples
-    --------
-    >>> strip_triangles(np.array([0, 1, 2, 3])).tolist()
-    [[0, 1, 2], [2, 1, 3]]
-    """
-    triangles = np.stack([order[:-2], order[1:-1], order[2:]], axis=1)
-    triangles[1::2] = triangles[1::2][:, [1, 0, 2]]
-    a, b, c = triangles.T
-    return np.asarray(triangles[(a != b) & (b != c) & (c != a)])
-
-
 def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the words of each line that has any, without comments, with continued lines put together."""
     words: list[str] = []
