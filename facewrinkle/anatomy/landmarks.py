@@ -47,7 +47,7 @@ PAIRED = [
 ]
 NAMES: tuple[str, ...] = (*MIDLINE, *(name.format(side) for name in PAIRED for side in "lr"))
 
-MOUTH_LANDMARKS = ("upper_lip_mid", "lower_lip_mid", "mouth_l", "mouth_r")
+MOUTH_LANDMARKS = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 
 NOT_ON_SKIN = ("eye_l_centre", "eye_r_centre")
 

@@ -46,11 +46,10 @@ def _template_map() -> tuple[Array, Array]:
     """The template's heights and their weights, both (rings, sectors), about its nose."""
     face = template()
     points = surface_samples(face.points, face.triangles, SAMPLES)
-    heights = np.empty((RINGS, SECTORS))
-    _polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, heights)
+    heights = _polar_map(points, face.landmarks["nose_tip"], np.eye(3), MAP_RADIUS, RINGS, SECTORS)
     heights = 0.5 * (heights + heights[:, (SECTORS // 2 - 1 - np.arange(SECTORS)) % SECTORS])
-    ring = (np.arange(RINGS)[:, None] + 0.5) / RINGS
-    return heights, np.where(np.isfinite(heights) & (heights > -0.9), ring, 0.0)
+    ring, seen = (np.arange(RINGS)[:, None] + 0.5) / RINGS, heights > -0.9
+    return np.where(seen, heights, 0.0), np.where(seen, ring, 0.0)
 
 
 def candidates(points: Array) -> Iterator[list[tuple[float, Pose]]]:
@@ -179,29 +178,23 @@ def _best_rolls(
     Only points within reach of a nose are compared.
     """
     cost, roll = np.empty(axes.shape[:2]), np.empty(axes.shape[:2], np.int64)
-    heights = np.empty(template.shape)
     for k in range(axes.shape[0]):
         around = points[((points - noses[k]) ** 2).sum(axis=1) <= reach * reach]
         for a in range(axes.shape[1]):
-            _polar_map(around, noses[k], axes[k, a], radius, heights)
+            heights = _polar_map(around, noses[k], axes[k, a], radius, *template.shape)
             values = _mismatch(heights, template, weights, cap, missing)
-            even = 2 * np.argmin(values[::2])
-            best = even
-            for turn in (even - 1, even + 1):
-                if values[turn] < values[best]:
-                    best = turn
-            cost[k, a], roll[k, a] = values[best], best
+            roll[k, a] = np.argmin(values)
+            cost[k, a] = values[roll[k, a]]
     return cost, roll
 
 
 @compiled
-def _polar_map(points: Array, nose: Array, axes: Array, radius: float, heights: Array) -> None:
+def _polar_map(points: Array, nose: Array, axes: Array, radius: float, rings: int, sectors: int) -> Array:
     """Largest height of the points over the rings and sectors about a nose, over the radius; -inf where there is none.
 
     `axes` are two directions across and the direction in which the nose looks; the rings are of equal width.
     """
-    rings, sectors = heights.shape
-    heights[:] = -np.inf
+    heights = np.full((rings, sectors), -np.inf)
     for p in range(points.shape[0]):
         dx, dy, dz = points[p, 0] - nose[0], points[p, 1] - nose[1], points[p, 2] - nose[2]
         x = dx * axes[0, 0] + dy * axes[0, 1] + dz * axes[0, 2]
@@ -212,6 +205,7 @@ def _polar_map(points: Array, nose: Array, axes: Array, radius: float, heights: 
             sector = int((turn - np.floor(turn)) * sectors) % sectors
             z = (dx * axes[2, 0] + dy * axes[2, 1] + dz * axes[2, 2]) / radius
             heights[ring, sector] = max(heights[ring, sector], z)
+    return heights
 
 
 @compiled
@@ -220,26 +214,13 @@ def _mismatch(heights: Array, template: Array, weights: Array, cap: float, missi
 
     A common difference of their heights does not count.
     """
-    rings, sectors = heights.shape
+    sectors = heights.shape[1]
     twice = np.concatenate((heights, heights), axis=1)
-    offset, total = np.zeros(sectors), np.full(sectors, 1e-12)
-    for i in range(rings):
-        for j in range(sectors):
-            z, w = template[i, j], weights[i, j]
-            if w > 0.0:
-                turned = twice[i, j : j + sectors]
-                for turn in range(sectors):
-                    known = w if turned[turn] > -np.inf else 0.0
-                    offset[turn] += known * max(-cap, min(cap, turned[turn] - z))
-                    total[turn] += known
-    offset /= total
-    cost = np.zeros(sectors)
-    for i in range(rings):
-        for j in range(sectors):
-            z, w = template[i, j], weights[i, j]
-            if w > 0.0:
-                turned = twice[i, j : j + sectors]
-                for turn in range(sectors):
-                    off = min(abs(turned[turn] - z - offset[turn]), cap)
-                    cost[turn] += w * (off if turned[turn] > -np.inf else missing)
+    cost = np.empty(sectors)
+    for turn in range(sectors):
+        difference = twice[:, turn : turn + sectors] - template
+        known = weights * np.isfinite(difference)
+        offset = (known * np.minimum(np.maximum(difference, -cap), cap)).sum() / (known.sum() + 1e-12)
+        off = np.minimum(np.abs(difference - offset), cap)
+        cost[turn] = (missing * weights + known * (off - missing)).sum()
     return cost / weights.sum()

@@ -13,10 +13,9 @@ from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from ...array_types import Array, BoolArray, IntArray
 from ...geometry.depth_buffer import depth_buffer
+from ..landmarks import MOUTH_LANDMARKS
 from .depth import Grid, depth_map, openings_closed
 from .template import Pose, template
-
-MOUTH = ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid")
 
 MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
 
@@ -103,7 +102,7 @@ def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> t
 def _beyond_corners() -> Array:
     """Offset (2, 2) of the ends of the template's furrow from the corners of its mouth."""
     face = template()
-    expected = np.array([face.landmarks[name][:2] for name in MOUTH])
+    expected = np.array([face.landmarks[name][:2] for name in MOUTH_LANDMARKS])
     found = _ends(face.points, face.triangles, expected)
     assert found is not None
     return np.asarray(found[0] - expected[:2])

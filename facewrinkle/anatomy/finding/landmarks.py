@@ -10,14 +10,14 @@ import numpy.typing as npt
 from scipy.ndimage import grey_dilation, map_coordinates
 from threadpoolctl import threadpool_limits
 
-from ...array_types import Array, BoolArray, IntArray
+from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import MeshLike, closest_places, read_surface, to_polydata
 from ...mesh.repair.topology_repair import degenerate
 from ...progress import Progress, bar
-from ..landmarks import NAMES, complete
+from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
 from .depth import peak
-from .features import MOUTH, below_furrow, chin, furrow
+from .features import below_furrow, chin, furrow
 from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, pose_from_landmarks, template
@@ -27,23 +27,18 @@ Landmarks = Mapping[str, Array]
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
 """Landmarks that cannot be read off the front view: completed from the template and the others."""
 
-WITH_MOUTH = (*MOUTH, "subnasale", "pogonion", "menton")
+WITH_MOUTH = (*MOUTH_LANDMARKS, "subnasale", "pogonion", "menton")
 """Landmarks that move with the mouth, all of which come from one variant if its mouth is open or drawn aside."""
 
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
 
-# The face's mouth is that of the variant with the highest mean correlation around the landmarks of the mouth.
-SIMILAR = 0.02
-"""Variants whose correlation is lower than the highest by at most this may be as right: their scatter counts."""
-
-# Confidence in a landmark: a share by correlation, 0 at the first and 1 at the second number, times a share by scatter.
 LANDMARK_CORRELATION = (0.70, 0.95)
-"""Correlation of curvature around a landmark: the second is that of faces that are like the template there."""
+"""Correlation of curvature around a landmark: the confidence in it is 0 at the first and 1 at the second, which is that
+of faces that are like the template there.
+"""
 CHOICE = 0.03
 """A variant with a correlation lower by this around a landmark has a third of the weight there."""
-DISAGREEMENT = 0.12
-"""Scatter of a landmark among the variants that halves its confidence, in distances between the pupils."""
 ESTIMATE = 0.3
 """Confidence of a landmark that cannot be measured, at most."""
 UNSEEN, SEEN = 0.5, 0.7
@@ -189,17 +184,13 @@ def placed_landmarks(
     match, variants = matches[0], [template(k).landmarks for k in range(len(matches))]
     around = [_correlation_around(m, landmarks) for m, landmarks in zip(matches, variants, strict=True)]
     correlations = dict(zip(NAMES, np.transpose(around), strict=True))
-    likeness = np.mean([correlations[name] for name in MOUTH], axis=0)
-    mouth = int(np.argmax(likeness))
-    similar = np.asarray(likeness > likeness[mouth] - SIMILAR)
-    places, certainty, rivals = _consensus(matches, variants, correlations, mouth, similar)
+    mouth = int(np.argmax(np.mean([correlations[name] for name in MOUTH_LANDMARKS], axis=0)))
+    places, certainty = _consensus(matches, variants, correlations, mouth)
     measured: tuple[str, ...] = ()
     if not matches[mouth].mouth_open:
         measured = (*_close_mouth(points, triangles, match, places), *_place_chin(points, triangles, match, places))
-    for name, place in places.items():
-        others = place[None] if name in measured else rivals[name]
-        scatter = np.sqrt(((others - place) ** 2).sum(axis=1).mean()) / match.pose.size
-        certainty[name] = share(certainty[name], LANDMARK_CORRELATION) / (1.0 + (scatter / DISAGREEMENT) ** 2)
+    for name in places:
+        certainty[name] = share(certainty[name], LANDMARK_CORRELATION)
     if not (matches[mouth].mouth_open or "lower_lip_mid" in measured):
         certainty["lower_lip_mid"] *= UNSEEN
     for name in CHIN:
@@ -214,10 +205,9 @@ def placed_landmarks(
 
 
 def _consensus(
-    matches: list[Match], variants: list[dict[str, Array]], correlations: Mapping[str, Array], mouth: int,
-    similar: BoolArray,
-) -> tuple[dict[str, Array], dict[str, float], dict[str, Array]]:  # fmt: skip
-    """Means of the landmarks over the variants, their correlations, and the places (k, 3) that the variants give.
+    matches: list[Match], variants: list[dict[str, Array]], correlations: Mapping[str, Array], mouth: int
+) -> tuple[dict[str, Array], dict[str, float]]:
+    """Means of the landmarks over the variants, and their correlations.
 
     Landmarks that move with the mouth come from the `mouth` variant if that is not at rest.
     """
@@ -225,17 +215,15 @@ def _consensus(
     names = [name for name in NAMES if name not in OFF_FRONT]
     by_variant = np.array([_placed(match, variants[k], names) for k, match in enumerate(matches)])
     certainty = {name: float(values[:rest].mean()) for name, values in correlations.items()}
-    places, rivals = {}, {}
+    places = {}
     for name, candidates in zip(names, by_variant.swapaxes(0, 1), strict=True):
-        correlation = correlations[name][:rest]
-        weights = np.exp((correlation - correlation.max()) / CHOICE)
-        places[name] = np.average(candidates[:rest], axis=0, weights=weights)
-        rivals[name] = candidates[:rest]
-        if name in WITH_MOUTH:
-            rivals[name] = candidates[similar]
-            if mouth >= rest:
-                places[name], certainty[name] = candidates[mouth], float(correlations[name][mouth])
-    return places, certainty, rivals
+        correlation = correlations[name]
+        if name in WITH_MOUTH and mouth >= rest:
+            places[name], certainty[name] = candidates[mouth], float(correlation[mouth])
+        else:
+            weights = np.exp((correlation[:rest] - correlation[:rest].max()) / CHOICE)
+            places[name] = np.average(candidates[:rest], axis=0, weights=weights)
+    return places, certainty
 
 
 def _close_mouth(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:
@@ -243,7 +231,7 @@ def _close_mouth(points: Array, triangles: IntArray, match: Match, places: dict[
 
     Return the names of those that were measured on the furrow and below it.
     """
-    expected = match.pose.local(np.array([places[name] for name in MOUTH]))[:, :2]
+    expected = match.pose.local(np.array([places[name] for name in MOUTH_LANDMARKS]))[:, :2]
     found = furrow(points, triangles, match.pose, expected)
     if found is None:
         return ()
@@ -253,14 +241,14 @@ def _close_mouth(points: Array, triangles: IntArray, match: Match, places: dict[
     sideways = np.sign(left) * min(abs(left), abs(right)) if left * right > 0.0 else 0.0
     raised = certain(np.array([[0.0, meeting - expected[2:, 1].mean()]]))[0, 1]
     lips = expected[2:] + np.array([sideways, raised])
-    places |= dict(zip(MOUTH, _raised(match, np.concatenate([ends, lips]), match.surface.depth), strict=True))
+    places |= dict(zip(MOUTH_LANDMARKS, _raised(match, np.concatenate([ends, lips]), match.surface.depth), strict=True))
     chin = match.pose.local(np.array([places[name] for name in CHIN]))[:, :2] + [0.0, raised]
     places |= dict(zip(CHIN, _raised(match, chin, match.surface.depth), strict=True))
     lip = below_furrow(points, triangles, match.pose, float(lips[1, 0]), meeting)
     if lip is None:
-        return MOUTH[:2]
+        return MOUTH_LANDMARKS[:2]
     places["lower_lip_mid"] = _raised(match, np.array([[lips[1, 0], lip]]), match.surface.depth)[0]
-    return (*MOUTH[:2], "lower_lip_mid")
+    return (*MOUTH_LANDMARKS[:2], "lower_lip_mid")
 
 
 def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[str, Array]) -> tuple[str, ...]:

@@ -6,7 +6,6 @@ Where the whole mesh shows no face, its parts are searched, and then what stands
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from itertools import chain
 
 import numpy as np
@@ -105,8 +104,6 @@ def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, P
         pose = aligned(*near, start)
         poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
         yield
-    if not poses:
-        raise LandmarkError(NO_FACE)
     poses.sort(key=lambda pair: -pair[0])
 
 
@@ -127,22 +124,14 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
         Matches with the template's variants, the mean face first.
     triangles : ndarray of int, shape (k, 3)
         Those of the part that is the face.
-
-    Raises
-    ------
-    LandmarkError
-        If nothing looks like a face at all.
     """
     found: list[tuple[list[Match], IntArray]] = []
     others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
     for part in chain([triangles], () if pose is not None else others):
-        with suppress(LandmarkError):  # nothing looks like a face
-            *_, (matches, face) = progress(_search(points, part, pose), "Finding the face", STEPS)
-            found.append((matches, face))
-            if matches[0].confidence > REFUSED:
-                break
-    if not found:
-        raise LandmarkError(NO_FACE)
+        *_, (matches, face) = progress(_search(points, part, pose), "Finding the face", STEPS)
+        found.append((matches, face))
+        if matches[0].confidence > REFUSED:
+            break
     return max(found, key=lambda result: result[0][0].confidence)
 
 
