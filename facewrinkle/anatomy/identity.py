@@ -227,18 +227,13 @@ def head_of(identity: Identity) -> Head:
 def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArray[np.uint8]:
     """Colours (..., 3) of the mean head, tinted for a person; `hair` (...) is the share of hair in each."""
     skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
-    shades = np.rint(np.clip(np.arange(256.0)[:, None] * skin, 0.0, 255.0)).astype(np.uint8)
-    out = np.stack([shades[colour[..., channel], channel] for channel in range(3)], axis=-1)
-    hairy = hair > 0.0
-    colour, share = colour[hairy], hair[hairy][:, None]
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
-    brightness = colour.mean(axis=-1, keepdims=True)
+    brightness, share = colour.mean(axis=-1, keepdims=True), hair[..., None]
     strands = strands * np.minimum(THINNEST / np.maximum(brightness, 1.0), 1.0)
     shown = colour * (skin + share * (strands - skin))
     shown += grey * share * (np.minimum(GREY * (0.5 + 0.5 * brightness / BROWN), BRIGHTEST) - shown)
-    out[hairy] = np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
-    return out
+    return np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
 
 
 @cache

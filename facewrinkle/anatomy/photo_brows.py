@@ -10,9 +10,9 @@ import pyvista as pv
 from scipy.ndimage import gaussian_filter
 
 from ..array_types import Array
-from ..geometry.depth_buffer import rasterise
+from ..geometry.depth_buffer import depth_buffer
 from ..geometry.interpolation import barycentric
-from ..mesh import corner_texture
+from ..mesh import closest_places, corner_texture
 from ..mesh.arrays import COLORS
 from .landmarks import FaceFrame
 
@@ -88,14 +88,12 @@ def _brightness(
     points, triangles = frame.local(np.asarray(mesh.points, np.float64)), np.asarray(mesh.regular_faces)
     corners, texture, colours = points[triangles], corner_texture(mesh), mesh.point_data.get(COLORS)
     ahead = np.flatnonzero(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
-    number, depth = np.empty(shape, np.int32), np.full(shape, -np.inf)
-    x, y = ((points[:, k] - low[k]) / STEP for k in range(2))
-    z, skin = np.ascontiguousarray(points[:, 2]), np.ascontiguousarray(triangles[ahead], np.int32)
-    rasterise(x, y, z, skin, -np.inf, np.inf, 0, number, depth)
+    depth = depth_buffer(points, triangles[ahead], (low[0], low[1]), STEP, (shape[0], shape[1]))
     bright, known = np.zeros(shape), np.isfinite(depth)
     row, column = np.nonzero(known)
-    seen = ahead[number[known]]
-    weights = barycentric(np.column_stack([low + STEP * np.stack([column, row], 1), depth[known]]), corners[seen])
+    places = np.column_stack([low + STEP * np.stack([column, row], 1), depth[known]])
+    seen, _ = closest_places(mesh, frame.world(places))
+    weights = barycentric(places, corners[seen])
     if image is not None and texture is not None:
         u, v = np.einsum("nc,nci->in", weights, texture[seen])
         height, width = image.shape[:2]
@@ -103,5 +101,5 @@ def _brightness(
         bright[known] = image[row, np.clip((u % 1.0 * width).astype(int), 0, width - 1), :3].mean(axis=1)
     elif colours is not None and np.ndim(colours) == 2:
         full = 1.0 if colours.dtype.kind == "u" else 255.0
-        bright[known] = full * np.einsum("nc,nci->ni", weights, colours[skin[number[known]], :3]).mean(axis=1)
+        bright[known] = full * np.einsum("nc,nci->ni", weights, colours[triangles[seen], :3]).mean(axis=1)
     return bright, known

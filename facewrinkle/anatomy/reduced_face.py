@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..array_types import IntArray
 from ..mesh import to_polydata
-from .cavities import Cavities, Lining
+from .cavities import Lining
 from .eyelid_opening import EyelidOpening
 from .face import Face
 from .muscles import JointWeights
@@ -74,25 +74,9 @@ class ReducedFace(Face):
         return dataclasses.replace(opening, upper=upper, lower=lower, rims=(rims[0], rims[1]))
 
     @cached_property
-    def mouth_opens(self) -> bool:
-        """See :class:`Face`."""
-        return self.whole.mouth_opens
-
-    @cached_property
-    def lid_rims(self) -> dict[str, npt.NDArray[np.int32]]:
-        """See :class:`Face`."""
-        rims = {side: self._numbers[rim].astype(np.int32) for side, rim in self.whole.lid_rims.items()}
-        return {side: rim[rim >= 0] for side, rim in rims.items()}
-
-    @cached_property
     def behind_lips(self) -> float:
         """See :class:`Face`."""
         return self.whole.behind_lips
-
-    @cached_property
-    def cavities(self) -> Cavities:
-        """See :class:`Face`."""
-        return self.whole.cavities
 
     @cached_property
     def lining(self) -> Lining:

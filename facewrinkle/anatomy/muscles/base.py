@@ -271,26 +271,15 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     corners = points[triangles]
     centres = corners.mean(axis=1)
     sizes = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
-    between = [centres, *(0.5 * (corners[:, side] + corners[:, side - 1]) for side in range(3))]
-    x, y, z = np.ascontiguousarray(centres.T)
-    out = []
+    between = 0.5 * (corners + np.roll(corners, 1, axis=1))
+    places = np.concatenate([corners, between, centres[:, None]], axis=1)
+    out = np.zeros((0, len(triangles)), bool)
     for muscle in muscles:
         middle, reach = muscle.reach
-        away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2
+        away = ((centres - middle) ** 2).sum(axis=1)
         near = np.flatnonzero(away <= (1.0 + 1e-9) * (reach + sizes) ** 2)
-        inside = np.zeros(len(points), bool)
-        inside[triangles[near]] = True
-        candidates = np.flatnonzero(inside)
-        inside[candidates] = muscle.wrinkling_region(points[candidates])
-        touched = _any_corner(inside, triangles[near])
-        for places in between:
-            others = np.flatnonzero(~touched)
-            touched[others] = muscle.wrinkling_region(places[near[others]])
+        touched = muscle.wrinkling_region(places[near].reshape(-1, 3)).reshape(-1, 7).any(axis=1)
         ring = np.zeros(len(points), bool)
         ring[triangles[near[touched]]] = True
-        out.append(_any_corner(ring, triangles))
-    return np.array(out, bool).reshape(-1, len(triangles))
-
-
-def _any_corner(marked: BoolArray, triangles: npt.NDArray[np.int32]) -> BoolArray:
-    return np.asarray(marked[triangles[:, 0]] | marked[triangles[:, 1]] | marked[triangles[:, 2]])
+        out = np.vstack([out, ring[triangles].any(axis=1)])
+    return out
