@@ -27,7 +27,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
 from facewrinkle.anatomy.finding.candidates import thinned
 from facewrinkle.anatomy.finding.depth import Grid, curvature, depth_map, peak
-from facewrinkle.anatomy.finding.features import MOUTH, below_furrow, furrow
+from facewrinkle.anatomy.finding.features import below_furrow, furrow
 from facewrinkle.anatomy.finding.matching import (
     FINE,
     SCALES,
@@ -41,7 +41,7 @@ from facewrinkle.anatomy.finding.search import near_pose
 from facewrinkle.anatomy.finding.template import Pose, template
 from facewrinkle.anatomy.finding.warp import Warp, basis, contrast_normalised, fitted_warp, resampled
 from facewrinkle.anatomy.fitting import UNSURE
-from facewrinkle.anatomy.landmarks import NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
+from facewrinkle.anatomy.landmarks import MOUTH_LANDMARKS, NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
 from facewrinkle.geometry.sampling import surface_samples
 from facewrinkle.geometry.topology import boundary_loops
@@ -177,7 +177,10 @@ def test_corners_of_the_mouth_are_found_where_they_are_drawn_to(drawn, noise):
             there[:, :2] += np.exp(-square / 0.3**2)[:, None] * shift
         return there
 
-    pose, expected = Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)), np.array([face.landmarks[n] for n in MOUTH])
+    pose, expected = (
+        Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)),
+        np.array([face.landmarks[n] for n in MOUTH_LANDMARKS]),
+    )
     points = moved(face.points) + noise * rng.normal(size=face.points.shape)
     found, meeting = furrow(points, face.triangles, pose, expected[:, :2])
     upper, lower = moved(expected)[2:, 1]
@@ -190,7 +193,10 @@ def test_a_smooth_chin_has_no_corners_of_a_mouth():
     face = template()
     ball = pv.Icosphere(radius=1.4, nsub=5)
     points = np.asarray(ball.points, dtype=np.float64) * [0.8, 1.2, 0.8] + [0.0, -0.5, -0.8]
-    pose, expected = Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)), np.array([face.landmarks[n] for n in MOUTH])
+    pose, expected = (
+        Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)),
+        np.array([face.landmarks[n] for n in MOUTH_LANDMARKS]),
+    )
     assert furrow(points, ball.regular_faces, pose, expected[:, :2]) is None
 
 
@@ -426,7 +432,7 @@ def test_a_lower_lip_bulges():
 @pytest.mark.parametrize("shift", [-8.0, 6.0])
 def test_lips_and_chin_go_along_with_a_mouth_that_is_low_or_high(face, shift):
     """Farther than a warp finds it: the furrow between the lips does."""
-    middle = np.mean([face.landmarks[name] for name in MOUTH], axis=0)
+    middle = np.mean([face.landmarks[name] for name in MOUTH_LANDMARKS], axis=0)
 
     def moved(points):
         away = np.linalg.norm((points - middle) * [0.5, 1.0, 1.0], axis=-1, keepdims=True)
@@ -434,8 +440,8 @@ def test_lips_and_chin_go_along_with_a_mouth_that_is_low_or_high(face, shift):
 
     marks = {name: moved(place) for name, place in face.landmarks.items()}
     found = find_landmarks(to_polydata(moved(face.points), face.triangles), given={n: marks[n] for n in PLACE})
-    assert errors(found.landmarks, marks, MOUTH).max() < 6.0
-    assert min(found.confidences[name] for name in MOUTH) > UNSURE
+    assert errors(found.landmarks, marks, MOUTH_LANDMARKS).max() < 6.0
+    assert min(found.confidences[name] for name in MOUTH_LANDMARKS) > UNSURE
 
 
 @pytest.mark.slow
