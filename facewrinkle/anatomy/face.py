@@ -14,9 +14,10 @@ import pyvista as pv
 
 from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError
+from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
-from ..mesh import to_polydata
+from ..mesh import closest_places, to_polydata
 from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
@@ -413,15 +414,13 @@ class Face:
         state = self.state_of(frame)
         names = [name for name in self.landmarks if name not in NOT_ON_SKIN]
         places = np.array([self.landmarks[name] for name in names]).reshape(-1, 3)
-        corners = triangles[:0]
+        moved = {name: state.from_rest(place) for name, place in self.landmarks.items()}
         if names:
-            corners = triangles[np.asarray(to_polydata(rest, triangles).find_closest_cell(places)).ravel()]
-        before, after = (_frames_of_triangles(where[corners]) for where in (rest, points))
-        local = np.linalg.solve(before, (places - rest[corners[:, 0]])[..., None])
-        on_skin = dict(zip(names, points[corners[:, 0]] + (after @ local)[..., 0], strict=True))
-        return {
-            name: on_skin[name] if name in on_skin else state.from_rest(place) for name, place in self.landmarks.items()
-        }
+            cells, on_skin = closest_places(to_polydata(rest, triangles), places)
+            corners = triangles[cells]
+            now = np.einsum("nk,nki->ni", barycentric(on_skin, rest[corners]), points[corners])
+            moved |= dict(zip(names, now + (places - on_skin) @ state.head[:3, :3].T, strict=True))
+        return moved
 
     @property
     def skull(self) -> pv.PolyData:
@@ -476,11 +475,3 @@ def per_face(face: Face, name: str, key: Hashable, make: Callable[[], T]) -> T:
         made[key] = thing
     found: T = made[key]
     return found
-
-
-def _frames_of_triangles(corners: Array) -> Array:
-    """Two sides and the unit normal (n, 3, 3) of triangles (n, 3, 3), as columns."""
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    normal = np.cross(a, b)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    return np.stack([a, b, normal], axis=2)

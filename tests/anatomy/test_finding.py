@@ -37,7 +37,6 @@ from facewrinkle.anatomy.finding.matching import (
     surface_map,
     template_map,
 )
-from facewrinkle.anatomy.finding.search import near_pose
 from facewrinkle.anatomy.finding.template import Pose, template
 from facewrinkle.anatomy.finding.warp import Warp, basis, contrast_normalised, fitted_warp, resampled
 from facewrinkle.anatomy.fitting import UNSURE
@@ -217,20 +216,6 @@ def test_a_face_cut_tight_is_as_like_one_as_the_whole(face, seed):
         found.append(matched(points, triangles, aligned(points, triangles, pose_from_landmarks(marks))).confidence)
     assert min(found) > 0.8
     assert abs(found[0] - found[1]) < 0.06
-
-
-def test_a_pose_is_aligned_on_fewer_triangles_of_many(face, monkeypatch):
-    mesh, marks = other_identity(face.mesh.subdivide(3), face.landmarks, 1)
-    points, triangles = np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int64)
-    start = pose_from_landmarks(marks)
-    near = near_pose(points, triangles, start)
-    assert len(near[1]) < len(triangles) // 4
-    all_, fewer = aligned(points, triangles, start), aligned(*near, start)
-    assert np.linalg.norm(fewer.origin - all_.origin) < 0.01 * start.size
-    assert fewer.size == pytest.approx(all_.size, rel=0.01)
-    assert np.trace(fewer.axes @ all_.axes.T) > 1.0 + 2.0 * np.cos(np.radians(0.5))
-    monkeypatch.setattr("facewrinkle.anatomy.finding.search.MANY_TRIANGLES", len(triangles))
-    assert near_pose(points, triangles, start)[1] is triangles
 
 
 @pytest.mark.parametrize("stem", ["ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male"])
@@ -561,8 +546,8 @@ def _apart(size):
     "triangles, why",
     [
         (_far_reaching, r"lie over each other.*at most 25 times.*received 7\d\d times"),
-        (_apart(1.0), "only 1 of them hang together; 200 are needed"),
-        (_apart(0.02), "only 1 of them hang together; 200 are needed"),
+        (_apart(1.0), r"as 1 of \d+ hang together; 200 are needed"),
+        (_apart(0.02), r"as 1 of \d+ hang together; 200 are needed"),
     ],
     ids=["between any points", "large", "small"],
 )
@@ -608,7 +593,7 @@ def test_what_cannot_be_searched():
         find_landmarks(to_polydata(np.diag([1.0, 1.0, np.nan]), np.array([[0, 1, 2]])))
     with pytest.raises(MeshError, match="no triangles with an area"):
         find_landmarks(to_polydata(np.outer(np.arange(3.0), [1, 1, 1]), np.array([[0, 1, 2]])))
-    with pytest.raises(LandmarkError, match="no face was found.*its 1 triangles are too few"):
+    with pytest.raises(LandmarkError, match="no face was found.*as 1 of 1 hang together"):
         fw.fit_face(to_polydata(np.eye(3), np.array([[0, 1, 2]])))
 
 
@@ -617,7 +602,7 @@ def test_a_handful_of_triangles_is_not_searched():
         raise AssertionError("it is searched")
 
     for mesh, count in ((pv.Box().triangulate(), 12), (pv.Sphere(theta_resolution=10, phi_resolution=11), 180)):
-        with pytest.raises(LandmarkError, match=f"its {count} triangles are too few to show one; 200"):
+        with pytest.raises(LandmarkError, match=f"as {count} of {count} hang together; 200"):
             find_landmarks(mesh, progress)
     with pytest.raises(AssertionError, match="it is searched"):
         find_landmarks(pv.Sphere(theta_resolution=10, phi_resolution=12), progress)

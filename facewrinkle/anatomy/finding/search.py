@@ -41,10 +41,6 @@ MOST_LAYERS = 25.0
 """Area of all triangles over that of their bounding box, at most: heads have 0.3 to 0.6, and a surface that lies over
 itself so often, such as triangles at random, takes minutes to search.
 """
-MANY_TRIANGLES = 150_000
-"""Triangles beyond which a pose is aligned on a coarser mesh."""
-NEAR = 4.5
-"""Distance from a face within which triangles may belong to it, in distances between the pupils."""
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
 UNEVEN = 0.004
@@ -83,13 +79,13 @@ def _search(points: Array, triangles: IntArray, pose: Pose | None) -> Iterator[t
     for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
         pose = best.pose
         if template(variant).mouth_open:
-            pose = aligned(*near_pose(points, triangles, pose), pose, variant)
+            pose = aligned(points, triangles, pose, variant)
         matches.append(matched(points, triangles, pose, variant))
         yield matches, triangles
 
 
 def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
-    return matched(points, triangles, aligned(*near_pose(points, triangles, pose), pose))
+    return matched(points, triangles, aligned(points, triangles, pose))
 
 
 def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, Pose]]) -> Iterator[None]:
@@ -100,9 +96,8 @@ def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, P
         yield
     starts.sort(key=lambda pair: pair[0])
     for _, start in distinct(starts, TRIED):
-        near = near_pose(points, triangles, start)
-        pose = aligned(*near, start)
-        poses.append((pose_score(surface_map(*near, pose, COARSE), template_map(COARSE)), pose))
+        pose = aligned(points, triangles, start)
+        poses.append((pose_score(surface_map(points, triangles, pose, COARSE), template_map(COARSE)), pose))
         yield
     poses.sort(key=lambda pair: -pair[0])
 
@@ -141,19 +136,14 @@ def check_surface(points: Array, triangles: IntArray) -> None:
     Raises
     ------
     LandmarkError
-        If they are too few, if too few of them hang together, or if they lie over each other again and again.
+        If too few of them hang together, or if they lie over each other again and again.
     """
     remedy = "Give a finer mesh, or at least three landmarks that are not in a line."
-    if len(triangles) < FEWEST_TRIANGLES:
-        raise LandmarkError(
-            f"no face was found on the mesh: its {len(triangles)} triangles are too few to show one; "
-            f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
-        )
     connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
-            f"no face was found on the mesh: its triangles are no surface, as only {connected} of them hang together; "
-            f"{FEWEST_TRIANGLES} are needed at least. {remedy}"
+            f"no face was found on the mesh: its triangles are no surface that could show one, as {connected} of "
+            f"{len(triangles)} hang together; {FEWEST_TRIANGLES} are needed at least. {remedy}"
         )
     x, y, z = np.ptp(points[triangles], axis=(0, 1))
     layers = 0.25 * areas_doubled(points, triangles).sum() / max(x * y + y * z + z * x, 1e-300)
@@ -163,47 +153,6 @@ def check_surface(points: Array, triangles: IntArray) -> None:
             f"at most {MOST_LAYERS:g} times that of their bounding box, received {layers:.3g} times. Check that the "
             "file holds what it should, or give landmarks."
         )
-
-
-def near_pose(points: Array, triangles: IntArray, pose: Pose) -> tuple[Array, IntArray]:
-    """Return the mesh on which a pose is aligned: all of it, or, of a large one, the part near the pose, coarsened."""
-    if len(triangles) <= MANY_TRIANGLES:
-        return points, triangles
-    return clustered(points, triangles, pose.origin, NEAR * pose.size, 0.5 * COARSE.step * pose.size)
-
-
-def clustered(
-    points: Array, triangles: IntArray, centre: Array, radius: float, spacing: float
-) -> tuple[Array, IntArray]:
-    """Return a coarser mesh of the triangles that reach into a ball, by vertex clustering.
-
-    All corners in one cube of a grid become their mean; triangles with two corners in one cube are dropped.
-
-    Examples
-    --------
-    >>> x, y = np.meshgrid(np.arange(9.0), np.arange(2.0))
-    >>> points = np.stack([x.ravel(), y.ravel(), np.zeros(18)], axis=1)
-    >>> low = np.arange(8)
-    >>> triangles = np.concatenate([np.stack([low, low + 1, low + 9], 1), np.stack([low + 1, low + 10, low + 9], 1)])
-    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 2.0)]
-    [3, 0]
-    >>> [len(array) for array in clustered(points, triangles, np.zeros(3), 3.5, 0.5)]
-    [10, 8]
-    """
-    within = ((points - centre) ** 2).sum(axis=1) < radius**2
-    triangles = triangles[within[triangles].any(axis=1)]
-    used = np.zeros(len(points), bool)
-    used[triangles] = True
-    corners = points[used]
-    cell = np.floor((corners - corners.min(axis=0, initial=np.inf)) / spacing).astype(np.int64)
-    wide = cell.max(axis=0, initial=0) + 1
-    _, cluster = np.unique((cell[:, 0] * wide[1] + cell[:, 1]) * wide[2] + cell[:, 2], return_inverse=True)
-    size = np.bincount(cluster)
-    number = np.zeros(len(points), np.int64)
-    number[used] = cluster
-    merged = number[triangles]
-    proper = (merged != np.roll(merged, 1, axis=1)).all(axis=1)
-    return np.stack([np.bincount(cluster, c) / size for c in corners.T], axis=1), merged[proper]
 
 
 def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:

@@ -109,10 +109,7 @@ class Document:
     def _buffer(self, index: int) -> bytes:
         if index not in self._buffers:
             uri = self._at("buffers", index).get("uri")
-            if uri is None:
-                self._buffers[index] = self._blob
-            else:
-                self._buffers[index] = self._linked(uri)
+            self._buffers[index] = self._blob if uri is None else self._linked(uri)
         return self._buffers[index]
 
     def _linked(self, uri: str) -> bytes:
@@ -267,7 +264,7 @@ class Document:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
         solid = [part for part in mesh["primitives"] if part.get("material") not in self.transparent]
-        found = [self._primitive(part, world[node], bones, self.label(node)) for part in solid]
+        found = [self._primitive(part, world[node], bones) for part in solid]
         return [replace(part, mesh=node) for part in found if part is not None]
 
     @cached_property
@@ -277,7 +274,7 @@ class Document:
         found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_transparent(material)}
         return found if used - found else set()
 
-    def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, name: str) -> Primitive | None:
+    def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None) -> Primitive | None:
         """One primitive in the coordinates of the scene; None for what is no list of triangles."""
         attributes = primitive["attributes"]
         if primitive.get("mode", TRIANGLES) != TRIANGLES or "POSITION" not in attributes:
@@ -313,7 +310,7 @@ class Document:
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
-        return Primitive(name, points, triangles, at_corners, colors, shapes, image, weights)
+        return Primitive(points, triangles, at_corners, colors, shapes, image, weights)
 
     def _weights(self, attributes: dict[str, Any], n: int, count: int) -> csr_array | None:
         """Weights (n, count) of the bones at each point, from all sets of four that the file has."""
@@ -379,9 +376,8 @@ class Document:
         entry = self._at("images", number)
         if entry.get("bufferView") is None:
             return self._linked(entry["uri"])
-        view = self._at("bufferViews", entry["bufferView"])
-        start = int(view.get("byteOffset", 0))
-        return self._buffer(view["buffer"])[start : start + int(view["byteLength"])]
+        data, start, length = self._view(entry["bufferView"])
+        return data[start : start + length]
 
     def _vectors(self, index: Any, width: int) -> Array:
         values = self.numbers(index).astype(np.float64)

@@ -67,7 +67,6 @@ class Primitive:
 
     Attributes
     ----------
-    name : str
     points : ndarray, shape (n, 3)
     triangles : ndarray of int64, shape (m, 3)
     texture : ndarray, shape (m, 3, 2), or None
@@ -83,7 +82,6 @@ class Primitive:
         Number of the mesh that it belongs to: the materials of a mesh of a glTF file are several primitives.
     """
 
-    name: str
     points: np.ndarray
     triangles: np.ndarray
     texture: np.ndarray | None = None

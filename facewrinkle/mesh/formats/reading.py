@@ -161,14 +161,12 @@ def _read_with_vtk(path: Path) -> Any:
     if path.suffix.lower() == ".vtm":
         _check_pieces(path)
     probe(path)
-    data = None
+    data, messages = None, []
     with pv.vtk_verbosity("off"), pv.VtkErrorCatcher(send_to_logging=False) as caught:
         try:
             data = pv.get_reader(str(path)).read()
         except Exception as problem:  # every format fails in its own way
             messages = [str(problem).splitlines()[-1]]
-        else:
-            messages = []
     messages = [event.alert.splitlines()[0] for event in caught.error_events if event.alert] + messages
     if data is None or _is_empty(data):
         useful = [line for line in messages if not line.startswith("Algorithm")]

@@ -77,7 +77,6 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
     """Return a mesh at a time code, transformed by a matrix (4, 4); None if it is empty."""
     from pxr import UsdGeom
 
-    name = mesh.GetPrim().GetName()
     points, counts, vertices = (
         np.array(attribute.Get(time) if attribute.HasValue() else [])
         for attribute in (mesh.GetPointsAttr(), mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
@@ -86,7 +85,8 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
         return None
     if counts.sum() != len(vertices) or counts.min() < 0 or vertices.min() < 0 or vertices.max() >= len(points):
         raise MeshError(
-            f"{path.name}: the faces of {name} use points that do not exist. The file is damaged: export it again."
+            f"{path.name}: the faces of {mesh.GetPrim().GetName()} use points that do not exist. The file is damaged: "
+            "export it again."
         )
     corners, sizes = np.arange(len(vertices)), counts
     if counts.min() < 3:  # lines and points
@@ -101,7 +101,7 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
     face = np.repeat(np.arange(len(sizes)), sizes)[split[:, 0]]
     images = "" if texture is None else _inside(path, _images(mesh, len(sizes)))[face]
     colors = _colors(mesh, len(points), time)
-    return Primitive(name, placed, vertices[split].astype(np.int64), texture, colors, image=images)
+    return Primitive(placed, vertices[split].astype(np.int64), texture, colors, image=images)
 
 
 def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
