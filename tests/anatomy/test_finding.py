@@ -461,6 +461,7 @@ def test_a_chin_is_found_where_it_turns_under(face, moved):
     assert "menton" not in found.estimated
 
 
+@pytest.mark.slow
 def test_a_chin_that_is_cut_off_is_doubted(face):
     """A mask that ends just below the front of the chin: nothing tells where the chin turns under."""
     low = face.points[face.triangles].mean(axis=1)[:, 1] < face.landmarks["menton"][1] + 6.0

@@ -64,6 +64,7 @@ def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
 # --- Table 1 --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_table1_measures_and_writes(tmp_path, capsys):
     options = ["--iterations", "8", "--drawings", "2", "--out", str(tmp_path)]
     assert main(["table1", *options]) == 0

@@ -62,6 +62,7 @@ def test_express_reports_what_it_did(tmp_path, capsys):
     assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
 
 
+@pytest.mark.slow
 def test_express_quiet_prints_nothing(tmp_path, capfd):
     name = "AU1=0.5,corrugator_l"
     assert main(["express", name, *FEW, "--quiet", "--out", str(tmp_path)]) == 0
@@ -136,7 +137,8 @@ def test_the_expression_without_wrinkles_is_the_same_with_a_skin_that_was_used(f
     np.testing.assert_array_equal(performance.bare(used.motion).points, performance.bare().points)
 
 
-@pytest.mark.parametrize("folds", ["wave", pytest.param("paper", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("folds", ["wave", "paper"])
 def test_a_depth_that_skin_does_not_allow_is_said_and_can_be_had(tmp_path, capsys, folds):
     command = ["express", "happiness", *FEW, "--no-movie", "--folds", folds, "--out", str(tmp_path)]
     assert main([*command, "--depth", "5"]) == 0
@@ -153,6 +155,7 @@ def deepest_furrow(printed):
     return float(re.search(r"deepest furrow\D+([\d.]+) mm", printed)[1])
 
 
+@pytest.mark.slow
 def test_maps_of_an_expression(tmp_path, capsys):
     quick = ["--frames", "4", "--max-level", "1", "--size", "60", "--no-movie"]
     assert main(["express", "AU1", "--maps", "64", *quick, "--out", str(tmp_path)]) == 0

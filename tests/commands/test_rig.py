@@ -32,6 +32,7 @@ def test_a_rig_with_its_sheet_and_page(tmp_path, capsys):
     assert read_glb(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["targetNames"] == ["jawOpen", "browInnerUp"]
 
 
+@pytest.mark.slow
 def test_a_rig_of_a_face_file(face, tmp_path):
     path = fw.write_face(face, tmp_path / "anna.face")
     options = ["--shapes", "visemes", "--wrinkles", "none", "--level", "0", "--format", "gltf", "--quiet"]
@@ -80,6 +81,7 @@ def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkey
     assert "Shapes 1/2" in capsys.readouterr().err.splitlines()
 
 
+@pytest.mark.slow
 def test_expressions_and_patterns_are_written_as_animations(tmp_path, capsys):
     quick = ["--no-movie", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
     path = tmp_path / "frown.glb"

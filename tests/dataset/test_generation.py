@@ -122,6 +122,7 @@ def clip(tmp_path_factory):
     return generate(spec, tmp_path_factory.mktemp("set") / "clip", count=1)
 
 
+@pytest.mark.slow
 def test_a_clip_goes_from_rest_into_the_expression(clip):
     assert [problems for _, problems in check(clip, remade=1)] == [[], [], []]
     rates, units, meshes = [], [], []

@@ -211,7 +211,7 @@ def noisy(count: int, size: int = 100, arrays: int = 1):
         yield to_polydata(points, ball.regular_faces, data)
 
 
-@pytest.mark.parametrize("count", [25, 26, 27, 40])
+@pytest.mark.parametrize("count", [26, *(pytest.param(count, marks=pytest.mark.slow) for count in (25, 27, 40))])
 def test_a_full_disk_keeps_the_old_series(small_disk, count, capfd):
     path = write_series(noisy(1, 10), [0], small_disk / "series.vtkhdf")
     before = path.read_bytes()

@@ -54,7 +54,7 @@ def refined(face, path, first=0, layers=None):
     return np.array(bare), sim
 
 
-@pytest.mark.parametrize("unit", [1.0, 10.0])
+@pytest.mark.parametrize("unit", [pytest.param(1.0, marks=pytest.mark.slow), 10.0])
 def test_a_refined_series_is_played_without_its_wrinkles(face, tmp_path, unit):
     mesh = face.mesh.copy()
     mesh.points = face.points / unit

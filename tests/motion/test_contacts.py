@@ -38,6 +38,7 @@ def skin(face):
     return Skin(face)
 
 
+HEADS = [None, pytest.param("makehuman_head_male", marks=pytest.mark.slow)]
 KINDS = ("solids", "lips", "lids", "flats")
 
 
@@ -247,7 +248,7 @@ def test_lips_that_are_pressed_together_stop_each_other(face):
 
 
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("stem", HEADS)
 def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_face, stem, time_step):
     """From wide open to pressed in a jump, and back; in every step."""
     face = face if stem is None else real_face(stem)
@@ -270,7 +271,7 @@ def test_a_lower_lip_that_lies_high_stays_below_the_other(real_face, what):
         assert oracle.findings(skin.step(), face.jaw_angle(rates)).lips < DEEPEST
 
 
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("stem", HEADS)
 def test_lips_stay_before_the_teeth(face, real_face, stem):
     face = face if stem is None else real_face(stem)
     skin, oracle = Skin(face, time_step=0.1), Oracle(face)
@@ -318,7 +319,7 @@ CLOSED = dict.fromkeys(("orbicularis_oculi_l", "orbicularis_oculi_r"), 1.0)
 TIGHT = {f"{name}_{s}": 1.0 for name in ("orbicularis_oculi_palpebral", "orbicularis_oculi_orbital") for s in "lr"}
 
 
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("stem", HEADS)
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
 def test_lids_meet_and_do_not_pass_each_other(face, real_face, stem, time_step):
     face = face if stem is None else real_face(stem)

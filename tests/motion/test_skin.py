@@ -260,7 +260,7 @@ def test_energy_does_not_grow_once_muscles_rest(face, time_step):
 # --- time steps, long runs ----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("time_step", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("time_step", [0.1, pytest.param(1.0, marks=pytest.mark.slow), 10.0])
 def test_time_steps_reach_the_same_steady_state(face, steady, time_step):
     skin = Skin(face, time_step)
     for name in FREE:
@@ -285,7 +285,7 @@ def test_a_steady_state_is_one_for_the_shortest_steps_too(face, steady, time_ste
         assert np.abs(skin.displacement - steady[name]).max() < 1e-4
 
 
-@pytest.mark.parametrize("time_step", [1e-4, 0.02, 10.0])
+@pytest.mark.parametrize("time_step", [1e-4, pytest.param(0.02, marks=pytest.mark.slow), 10.0])
 def test_any_time_step_is_stable(coarse, time_step):
     skin, rng = Skin(coarse, time_step), np.random.default_rng(11)
     for _ in range(7):

@@ -64,7 +64,13 @@ def steps_to_rest(skin, most):
     return np.inf
 
 
-@pytest.mark.parametrize("name", sorted(fw.EXPRESSIONS))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[] if name in ("anger", "closing_eye", "kiss", "surprise") else pytest.mark.slow)
+        for name in sorted(fw.EXPRESSIONS)
+    ],
+)
 def test_every_release_ends_at_rest(skins, name):
     skin = skins[0]
     assert np.abs(held(skin, fw.EXPRESSIONS[name], 20)).max() > 1.0
@@ -152,7 +158,9 @@ def test_a_steady_state_is_one_whatever_came_before(skins, name):
     assert np.abs(one - other).max() < 1e-6
 
 
-@pytest.mark.parametrize("name", ["happiness", "surprise", "closing_eye"])
+@pytest.mark.parametrize(
+    "name", ["happiness", *(pytest.param(name, marks=pytest.mark.slow) for name in ("surprise", "closing_eye"))]
+)
 def test_a_steady_state_is_that_of_a_ramp(skins, name):
     rates = fw.EXPRESSIONS[name]
     for share in (0.2, 0.4, 0.6, 0.8):
@@ -178,7 +186,7 @@ def test_lids_and_lips_do_not_pass_what_they_meet_in_random_jumps(face, time_ste
             assert max(found.lips, found.teeth) < 5.0 * DEEPEST  # edges cut in, but nothing comes through
 
 
-@pytest.mark.parametrize("time_step", [0.005, 0.02, 0.5])
+@pytest.mark.parametrize("time_step", [pytest.param(0.005, marks=pytest.mark.slow), 0.02, 0.5])
 @pytest.mark.parametrize("jump", [({"jaw": 1.0}, {}), ({}, {"jaw": 1.0}), ({"jaw": 0.3}, {"jaw": 0.9})])
 def test_the_chin_is_never_farther_out_than_its_way(face, time_step, jump):
     """The jaw opens or shuts in one step: no vertex is flung beyond where it was and where it goes."""

@@ -125,7 +125,10 @@ def settled(skins, rates, steps=25):
     return [skin.displacement.copy() for skin in skins]
 
 
-@pytest.mark.parametrize("name", ["happiness", "surprise", "anger", "kiss", "pain"])
+@pytest.mark.parametrize(
+    "name",
+    ["happiness", "kiss", *(pytest.param(name, marks=pytest.mark.slow) for name in ("surprise", "anger", "pain"))],
+)
 def test_the_skin_moves_as_if_simulated_whole(both, name):
     own, whole = settled(both, fw.EXPRESSIONS[name])
     apart = np.linalg.norm(own - whole, axis=1)
