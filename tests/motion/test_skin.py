@@ -10,7 +10,6 @@ time steps of 0.1 ms to 10 s      each other's steady states
 long runs of random contractions  finite, bounded
 skull, eyeballs                   signed distances of all vertices, in all expressions of the library
 left, right                       each other, mirrored
-lids                              the gap between the margins of the mesh's own hole
 insertions                        they move towards the attachment
 """
 
@@ -449,60 +448,6 @@ def test_insertions_move_towards_the_attachment(face, name):
     shift = skin.displacement[near].mean(axis=0)
     assert np.linalg.norm(shift) > 0.5
     assert shift @ (a - i) / np.linalg.norm(shift) / np.linalg.norm(a - i) > 0.5
-
-
-def test_the_mouth_is_pursed(face):
-    skin = Skin(face)
-    skin.contract({"orbicularis_oris": 1.0})
-    before = np.linalg.norm(face.landmarks["mouth_l"] - face.landmarks["mouth_r"])
-    for _ in range(40):
-        x = skin.step()
-    corners = cKDTree(face.points).query([face.landmarks["mouth_l"], face.landmarks["mouth_r"]])[1]
-    assert np.linalg.norm(x[corners[0]] - x[corners[1]]) < before - 1.0
-
-
-def gap(face, side, x):
-    """Heights of the opening between the lids, its hole in the mesh, over the middle half of its width."""
-    eye = next(eye for eye in face.eyes if eye.side == side)
-    rest = [np.linalg.norm(face.points[loop] - eye.centre, axis=1).max() for loop in boundary_loops(face.triangles)]
-    loop = boundary_loops(face.triangles)[int(np.argmin(rest))]
-    lateral = np.cross(eye.up, eye.gaze)
-    across, height = (face.points[loop] - eye.centre) @ lateral, (face.points[loop] - eye.centre) @ eye.up
-    line = np.interp(across, [across.min(), across.max()], [height[np.argmin(across)], height[np.argmax(across)]])
-    now_across, now = (x[loop] - eye.centre) @ lateral, (x[loop] - eye.centre) @ eye.up
-    grid = np.linspace(*(across.min() + np.ptp(across) * np.array([0.25, 0.75])), 12)
-    edges = []
-    for chosen in (height > line, height <= line):
-        order = np.argsort(now_across[chosen])
-        edges.append(np.interp(grid, now_across[chosen][order], now[chosen][order]))
-    return edges[0] - edges[1]
-
-
-def test_lids_close_and_open_again(face):
-    skin = Skin(face)
-    open_left, open_right = (gap(face, side, face.points) for side in "lr")
-    assert open_left.mean() > 5.0
-    skin.contract({"orbicularis_oculi_l": 1.0})
-    for _ in range(60):
-        x = skin.step()
-    assert gap(face, "l", x).max() < 0.5
-    assert gap(face, "l", x).min() > -1.0
-    np.testing.assert_allclose(gap(face, "r", x), open_right, atol=0.1)
-    skin.contract({})
-    for _ in range(100):
-        x = skin.step()
-    assert np.array_equal(gap(face, "l", x), open_left)
-
-
-def test_half_a_contraction_is_between_rest_and_the_whole(face):
-    ends = []
-    for rate in (0.25, 0.5, 1.0):
-        skin = Skin(face)
-        skin.contract({"zygomaticus_major_l": rate})
-        for _ in range(40):
-            skin.step()
-        ends.append(np.abs(skin.displacement).max())
-    assert 0.1 * ends[2] < ends[0] < ends[1] < ends[2]
 
 
 # --- use ----------------------------------------------------------------------------------------

@@ -94,15 +94,6 @@ def test_the_level_cap_holds(face, level):
         assert sim.forest.level.max() >= 2
 
 
-def test_a_stricter_threshold_needs_more_triangles(face):
-    counts = []
-    for gamma_c in (0.2, 0.05, 0.01):
-        sim = fw.Simulation(face, fw.Refinement(gamma_c=gamma_c, samples=1.0))
-        sim.express("frowning")
-        counts.append(list(sim.run(30, ramp=0.3))[-1].n_cells)
-    assert counts[0] < counts[1] < counts[2]
-
-
 @pytest.mark.parametrize("name", PAPER)
 def test_release_takes_all_triangles_back(face, played, name):
     last = played(name).released[-1]

@@ -15,6 +15,7 @@ import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleError, LandmarkError, MeshError, ParameterError, UnknownNameError
+from facewrinkle.layers.patterns_on_skin.kinds import Cheek, pattern_of
 
 TOP = (0.0, 0.0, 40.0)
 
@@ -147,6 +148,11 @@ def test_errors_in_python_and_of_the_accessor(ball, way, case):
             "function.*Compression",
         ),
         (lambda f, b: fw.PatternLayer("cheek", region=3), ParameterError, "must be a Region, received 3"),
+        (lambda f, b: fw.PatternLayer("forhead", TOP, size=1.0), UnknownNameError, "'forehead'"),
+        (lambda f, b: fw.PatternLayer("cheek", TOP, size=1.0, numbr=3), UnknownNameError, "'number'"),
+        (lambda f, b: fw.PatternLayer("forehead", TOP, size=1.0, style="arc"), UnknownNameError, "'arcs'"),
+        (lambda f, b: fw.PatternLayer([], TOP, size=1.0), ParameterError, "received none"),
+        (lambda f, b: pattern_of(Cheek(), {"number": 3}), ParameterError, "no more parameters"),
         (lambda f, b: fw.PatternLayer(lambda x, y, t: x, TOP, size=9.0, extent=3), ParameterError, "two numbers.*3"),
         (lambda f, b: fw.Compression(along=(0, 0, 0)), ParameterError, "along must be a direction"),
         (lambda f, b: fw.Compression(along="up"), ParameterError, "along must be three finite numbers"),

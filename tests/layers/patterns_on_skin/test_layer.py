@@ -19,14 +19,11 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
 from facewrinkle.layers import patterns
 from facewrinkle.layers.patterns_on_skin.kinds import (
-    KINDS,
     Cheek,
-    Forehead,
     Frown,
-    pattern_of,
 )
 from facewrinkle.layers.patterns_on_skin.region import outline_norm
 
@@ -73,22 +70,6 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
     assert np.ptp(by_spacing["W"]) > 0.5
     with pytest.raises(ParameterError, match=rf"spacing must lie in .* region is {across:.0f} mm long"):
         fw.Simulation(face, layers=[fw.PatternLayer(name, **place, spacing=700.0)])
-
-
-def test_names_and_parameters():
-    assert set(KINDS) == {"forehead", "eye_corner", "cheek", "frown", "dimple", "eye_pouch"}
-    assert Forehead(style="m").beta == 4.5
-    assert Cheek(number=3).beta == pytest.approx(3 * np.pi)
-    with pytest.raises(UnknownNameError, match="'forehead'"):
-        fw.PatternLayer("forhead", (0, 0, 0), size=1.0)
-    with pytest.raises(UnknownNameError, match="'number'"):
-        fw.PatternLayer("cheek", (0, 0, 0), size=1.0, numbr=3)
-    with pytest.raises(UnknownNameError, match="'arcs'"):
-        Forehead(style="arc")
-    with pytest.raises(ParameterError, match="no more parameters"):
-        pattern_of(Cheek(), {"number": 3})
-    with pytest.raises(ParameterError, match="received none"):
-        fw.PatternLayer([], (0, 0, 0), size=1.0)
 
 
 def test_odd_gamma_on_a_region_about_the_origin(slab):
