@@ -185,16 +185,10 @@ def _shares(points, nodes, radius, offsets, ring, length):
     n = len(points)
     way, waiting = np.full(n, np.inf), np.zeros(n, np.bool_)
     queue, touched = np.empty(n, np.int64), np.empty(n, np.int64)
-    vertices, numbers, values = np.empty(20 * n, np.int32), np.empty(20 * n, np.int32), np.empty(20 * n)
-    at = 0
+    vertices, numbers, values = [], [], []
     for i in range(len(nodes)):
         node, reach = nodes[i], radius[i]
         count = _spread(node, points, reach, offsets, ring, length, way, queue, waiting, touched)
-        if at + count > len(values):
-            more = len(values) // 2 + count
-            vertices = np.concatenate((vertices, np.empty(more, np.int32)))
-            numbers = np.concatenate((numbers, np.empty(more, np.int32)))
-            values = np.concatenate((values, np.empty(more)))
         for k in range(count):
             v = touched[k]
             square = 0.0
@@ -207,7 +201,8 @@ def _shares(points, nodes, radius, offsets, ring, length):
                 fade = 1.0 - t * t * (3.0 - 2.0 * t)
                 share = fade * (1.0 - d) ** 4 * (4.0 * d + 1.0) / (d * d + SINGULAR * SINGULAR)  # smooth, 0 at d = 1
                 if share > LEAST:
-                    vertices[at], numbers[at], values[at] = v, i, share
-                    at += 1
+                    vertices.append(v)
+                    numbers.append(i)
+                    values.append(share)
             way[v] = np.inf
-    return vertices[:at], numbers[:at], values[:at]
+    return np.array(vertices), np.array(numbers), np.array(values)
