@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
 from ..array_types import Array, IntArray
-from ..geometry.nested_dissection import nested_dissection
+from ..geometry.orders import nested_dissection
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
 

@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 from facewrinkle.geometry.laplacian import graph_laplacian
-from facewrinkle.geometry.morton import morton_order
-from facewrinkle.geometry.nested_dissection import SMALLEST, nested_dissection
+from facewrinkle.geometry.orders import SMALLEST, morton_order, nested_dissection
 from facewrinkle.geometry.topology import unique_edges
 
 

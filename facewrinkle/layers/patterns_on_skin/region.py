@@ -17,7 +17,7 @@ from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_inte
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.equations import attenuation, band
 from ...geometry.interpolation import interpolated
-from ...geometry.morton import morton_order
+from ...geometry.orders import morton_order
 from ...geometry.topology import vertex_rings
 from ..base import SurfacePoints
 
