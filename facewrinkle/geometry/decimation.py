@@ -127,37 +127,19 @@ def _lines(
 
 @compiled
 def _neighbours(v, triangles, alive, head, following, out):
-    """Write the neighbours of a vertex to `out`, drop dead triangles from its list, and return the count.
-
-    More than fit count as one too many.
-    """
-    count = 0
-    last, corner = -1, head[v]
+    """Write the neighbours of a vertex to `out`, and return the count; more than fit count as one too many."""
+    count, corner = 0, head[v]
     while corner >= 0:
         t = corner // 3
-        after = following[corner]
-        if not alive[t]:
-            if last < 0:
-                head[v] = after
-            else:
-                following[last] = after
-            corner = after
-            continue
+        corner = following[corner]
         for k in range(3):
             w = triangles[t, k]
-            if w == v:
+            if not alive[t] or w == v or (out[:count] == w).any():
                 continue
-            known = False
-            for i in range(count):
-                if out[i] == w:
-                    known = True
-                    break
-            if not known:
-                if count == len(out):
-                    return count + 1
-                out[count] = w
-                count += 1
-        last, corner = corner, after
+            if count == len(out):
+                return count + 1
+            out[count] = w
+            count += 1
     return count
 
 
@@ -240,31 +222,16 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
     if n_other > len(other) or n_other + count - apexes - 2 > len(other):
         return False
     shared = 0
-    first, second = -1, -1
-    for i in range(count):
-        for j in range(n_other):
-            if ring[i] == other[j]:
-                shared += 1
-                first, second = second, ring[i]
-                if (
-                    _sides(v, ring[i], triangles, alive, head, following) == 1
-                    and _sides(u, ring[i], triangles, alive, head, following) == 1
-                ):
-                    return False
-    if shared != apexes:
-        return False
-    if shared == 2:  # a tetrahedron would become a triangle with two sides
-        corner = head[v]
-        while corner >= 0:
-            t = corner // 3
-            corner = following[corner]
-            if alive[t]:
-                found = 0
-                for k in range(3):
-                    found += triangles[t, k] == first or triangles[t, k] == second
-                if found == 2:
-                    return False
-    return True
+    for w in ring[:count]:
+        if (other[:n_other] == w).any():
+            shared += 1
+            if (
+                _sides(v, w, triangles, alive, head, following) == 1
+                and _sides(u, w, triangles, alive, head, following) == 1
+            ):
+                return False
+    # With three triangles around v, one may be there already: a tetrahedron would become a triangle with two sides.
+    return shared == apexes and not (shared == 2 and count == 3)
 
 
 @compiled
@@ -358,8 +325,7 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, 
         if head[v] >= 0:
             remaining += 1
             count = _neighbours(v, triangles, alive, head, following, ring)
-            if count <= MOST_NEIGHBOURS:
-                _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
+            _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
     while len(heap) and remaining > target:
         asked, v = heappop(heap)
         if head[v] < 0 or asked != key[v]:
