@@ -10,9 +10,6 @@ import numba
 
 from ..errors import warn
 
-USUAL: dict[str, Any] = {"no_cfunc_wrapper": True}
-"""Options of all functions. None is handed on as a pointer for C, for which each would be compiled a second time."""
-
 
 def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """Compile a function with `numba.njit`, and keep its machine code for the next start.
@@ -37,11 +34,12 @@ def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     """
     if function is None:
         return partial(compiled, **options)
+    options["no_cfunc_wrapper"] = True  # a pointer for C, for which each would be compiled a second time
     try:
-        return numba.njit(cache=True, **USUAL, **options)(function)
+        return numba.njit(cache=True, **options)(function)
     except RuntimeError:  # numba has no folder for it
         _tell_not_kept()
-        return numba.njit(**USUAL, **options)(function)
+        return numba.njit(**options)(function)
 
 
 @cache

@@ -11,7 +11,7 @@ undoing every split restores M0 exactly.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,8 +21,6 @@ from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, check_range
 from . import _forest_kernels as kernels
 from .topology import as_triangles, unique_edges
-
-AnyArray = TypeVar("AnyArray", bound=np.ndarray)
 
 DEEPEST = 52
 """The highest level. Weights of level L are multiples of 2^-L: after more halvings they would no longer be exact."""
@@ -379,7 +377,7 @@ def _enlarged(table: IntArray, used: int, more: int) -> IntArray:
     return out
 
 
-def frozen(array: AnyArray) -> AnyArray:
+def frozen(array: np.ndarray) -> np.ndarray:
     """Return a read-only view."""
     view = array.view()
     view.flags.writeable = False

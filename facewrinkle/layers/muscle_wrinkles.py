@@ -166,10 +166,8 @@ class MuscleWrinkles(Layer):
             "epsilon": self._epsilon[entries],
             "W": self._k0[muscle] * self.rates[muscle] * height * share,
         }
-        out = {name: np.zeros(n) for name in columns}
-        for name, values in columns.items():
-            out[name][where] = values
-        return {**out, "region": np.isin(np.arange(n), where)}
+        region = np.isin(np.arange(n), where)
+        return {**{name: scattered(region, values, 0.0) for name, values in columns.items()}, "region": region}
 
     def explained(self, vertex: int) -> list[dict[str, float]]:
         """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.

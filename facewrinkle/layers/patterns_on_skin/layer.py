@@ -258,22 +258,17 @@ class PatternLayer(Layer):
         moves = any(pattern.moving for pattern in self._sized)
         steps = np.floor(2.0 * t) if moves else 0.0, np.ceil(4.0 * strength) / 4.0
         if steps != self._steps:
-            self._steps = steps
-            self._found = self._spacing_at(steps[1], state.vertices.points, seconds)
+            points, n = state.vertices.points, len(state.vertices.points)
+            spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
+            self._steps, self._found = steps, (spacing, across, active)
+            if strength > 0.0:
+                if self._tiny:
+                    self._ask(points, spacing, across, active)
+                half, direction = self._wavelengths(seconds)
+                finer = (steps[1] * self._places.weight > FAINT) & (half < spacing[self._where])
+                spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
+                active[self._where] = True
         return self._found
-
-    def _spacing_at(self, strength: float, points: Array, seconds: float) -> tuple[Array, Array, BoolArray]:
-        n = len(points)
-        spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
-        if strength == 0.0:
-            return spacing, across, active
-        if self._tiny:
-            self._ask(points, spacing, across, active)
-        half, direction = self._wavelengths(seconds)
-        finer = (strength * self._places.weight > FAINT) & (half < spacing[self._where])
-        spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
-        active[self._where] = True
-        return spacing, across, active
 
     def _ask(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
         """Ask for triangles around a region that may lie between the vertices: the closer to it, the finer."""

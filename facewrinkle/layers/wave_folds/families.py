@@ -146,15 +146,13 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
 
 def _around(triangles: npt.NDArray[np.int32], n: int) -> csr_array:
     """Return the matrix (n, n) of sums over neighbours: each counts once for every triangle in which it is one."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-    vertex, other = ends.ravel(), ends[:, ::-1].ravel()
-    starts = np.concatenate([[0], np.cumsum(np.bincount(vertex, minlength=n))])
-    return csr_array((np.ones(len(vertex)), other[np.argsort(vertex, kind="stable")], starts), shape=(n, n))
+    ends = triangles[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2).T
+    return csr_array((np.ones(ends.shape[1]), ends), shape=(n, n))
 
 
 def _evened(values: Array, around: csr_array, rounds: int = 3) -> Array:
     """Return values (n, d), each replaced by the mean of itself and its neighbours' mean, some times over."""
-    count = np.maximum(np.diff(around.indptr), 1)[:, None]
+    count = np.maximum(around.sum(axis=1), 1.0)[:, None]
     for _ in range(rounds):
         values = 0.5 * (values + (around @ values) / count)
     return values
