@@ -14,7 +14,6 @@ from scipy.spatial.distance import cdist
 from ..array_types import Array
 from ..geometry.laplacian import graph_laplacian
 from ..geometry.normals import vertex_normals
-from ..geometry.orders import nested_dissection
 from ..geometry.topology import boundary_loops, unique_edges
 
 # Lengths are in distances between the pupils.

@@ -15,9 +15,6 @@ from .compilation import compiled
 from .laplacian import symmetric_factors
 from .topology import incident_triangles, unique_edges
 
-SWEEPS = 2
-"""Further passes over all vertices, once each has a first value."""
-
 
 def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up: npt.ArrayLike, reach: float) -> Array:
     """Positions of the vertices as seen from `centre`: the logarithmic map of the surface.
@@ -236,9 +233,9 @@ def _polar(points, triangles, offsets, around, first, reach, distance, angle):
     for v in range(n):
         if not done[v]:
             distance[v] = np.inf
-    # Now that all neighbours are known, each vertex takes the edge that its line really crosses.
+    # Now that all neighbours are known, each vertex takes the edge that its line really crosses; twice over.
     order = np.argsort(distance)
-    for _ in range(SWEEPS):
+    for _ in range(2):
         for v in order:
             if not done[v]:
                 break

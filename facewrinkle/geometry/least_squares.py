@@ -13,9 +13,6 @@ from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
 BLOCK = 2**20
 """The largest array holds at most this many numbers at any time."""
 
-DEGENERATE = 1e-9
-"""Singular values below this share of the largest one count as zero."""
-
 LEAST = 1e-12
 """Smallest weight relative to the largest: even right next to a point, the others still determine the polynomial."""
 
@@ -116,7 +113,7 @@ def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: fl
         basis = monomials(offset[pending] / scale[pending, None, None], r)
         root = np.sqrt(weight[pending])
         u, sigma, v = np.linalg.svd(basis * root[..., None], full_matrices=False)
-        least = DEGENERATE if len(points) >= basis.shape[2] else np.inf
+        least = 1e-9 if len(points) >= basis.shape[2] else np.inf  # smaller shares of the largest value count as 0
         enough = np.array(sigma[:, -1] > least * sigma[:, 0], dtype=bool, ndmin=1)
         inverse = np.where(enough[:, None], 1.0 / np.where(enough[:, None], sigma, 1.0), 0.0)
         right = np.einsum("qnk,qn->qk", u, root * values)

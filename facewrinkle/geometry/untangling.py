@@ -19,9 +19,6 @@ LEANING = 0.5
 SWEEPS = 100
 """The most sweeps of a round in which vertices are moved: what one triangle gets, the next one may lack."""
 
-ROUNDS = 20
-"""The most rounds in which vertices near triangles that are still turned over go along with their neighbours."""
-
 
 class Untangling:
     """Turns back triangles of a moved mesh that are turned over.
@@ -67,13 +64,14 @@ class Untangling:
         """Return moved points (n, 3) with no triangle turned over; the given ones themselves if none is.
 
         Corners of triangles that are turned over, or nearly so, make room for them. Where they cannot, there and around
-        points go half the way to where the mean motion of their neighbours takes them, and make room again.
+        points go half the way to where the mean motion of their neighbours takes them, and make room again, up to 20
+        times.
         """
         low = self._low(points, LEAST)
         if not len(low):
             return points
         out = self._swept(points, low)
-        for _ in range(ROUNDS):
+        for _ in range(20):
             left = self._low(out, 0.5 * LEAST)
             if not len(left):
                 break

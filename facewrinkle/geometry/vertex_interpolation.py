@@ -22,12 +22,6 @@ DETOUR, DETOUR_FADE = 0.2, 0.2
 of their radius, and not at all from the sum of both on.
 """
 
-RIDGE_LINEAR, RIDGE_QUADRATIC = 1e-12, 1e-6
-"""Penalties that keep the polynomials determinate where nodes are few or on a line."""
-
-LEAST = 1e-9
-"""Smaller weights are left out."""
-
 AT_ONCE = 8192
 """Vertices whose polynomials are fitted at once."""
 
@@ -134,7 +128,8 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
     total = np.maximum(rows.sum(axis=1), 1e-300)
     scale, normal = rows @ radius / total, rows @ normals
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0] + [RIDGE_LINEAR] * 2 + [RIDGE_QUADRATIC] * 3)
+    # Small penalties keep the polynomials determinate where nodes are few or on a line.
+    some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
     for first in range(0, len(points), AT_ONCE):
         chosen = first + np.flatnonzero(some[first : first + AT_ONCE])
         if not len(chosen):
@@ -200,7 +195,7 @@ def _shares(points, nodes, radius, offsets, ring, length):
                 t = min(max((detour - DETOUR) / DETOUR_FADE, 0.0), 1.0)
                 fade = 1.0 - t * t * (3.0 - 2.0 * t)
                 share = fade * (1.0 - d) ** 4 * (4.0 * d + 1.0) / (d * d + SINGULAR * SINGULAR)  # smooth, 0 at d = 1
-                if share > LEAST:
+                if share > 1e-9:
                     vertices.append(v)
                     numbers.append(i)
                     values.append(share)

@@ -15,9 +15,6 @@ from ..geometry.topology import pairs_of
 REACH = 2.5
 """Distance from the skin, in heights of the tear, within which other skin is looked up."""
 
-SAME = 6e-8
-"""Distance along a ray, in widths of the tear, below which it only meets the triangle that it starts on."""
-
 
 def kept_off(
     bottom: Array, rest: Array, normals: Array, height: Array, skin: tuple[Array, Array, IntArray], width: float
@@ -52,8 +49,9 @@ def kept_off(
     balls = balls_around(corners)
     near = cKDTree(bottom).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
     triangle, vertex = pairs_of(near)
+    least = 6e-8 * width  # nearer along its ray, a vertex only meets the triangle that it lies on
     _limit_heights(
-        bottom, rest, normals, vertex, triangle, corners, balls, balls_around(at_rest[beside]), SAME * width, lowered
+        bottom, rest, normals, vertex, triangle, corners, balls, balls_around(at_rest[beside]), least, lowered
     )
     return lowered
 

@@ -32,17 +32,11 @@ NODES, NODE_WEIGHTS = np.polynomial.legendre.leggauss(48)
 GRAVITY = 9810.0
 """mm / s^2."""
 
-LARGEST_SHARE = 0.2
-"""Diameter of the largest drop, in diagonals of the surface's bounding box."""
-
 BIRTH = 0.03
 """Share of its volume with which a drop appears."""
 
 SWING = 0.06
 """Period of the swing of a drop after it has pinched off, s; a 3 mm drop of water rings faster, at some 60 Hz."""
-
-CLEARANCE = 0.02
-"""Distance that a drop keeps from the skin, in diameters."""
 
 
 @dataclass(frozen=True)
@@ -342,12 +336,12 @@ class DrippingTear:
         forward, found = np.tile([0.0, 0.0, 1.0], (len(drop), 1)), np.full(len(drop), -np.inf)
         for way in np.linspace(0.0, fallen, 1 + int(min(2.0 * fallen / self.diameter, 40.0))):
             heights_above(drop - [way, 0.0, 0.0], forward, corners, np.inf, 0.0, found)
-        return max(float(found.max()) + CLEARANCE * self.diameter, 0.0)
+        return max(float(found.max()) + 0.02 * self.diameter, 0.0)  # a little off the skin
 
 
 def _check_size(diameter: float, support: SupportSurface) -> None:
     """Raise a ParameterError for a drop that is too large for the surface."""
-    largest = LARGEST_SHARE * support.size
+    largest = 0.2 * support.size
     if diameter > largest:
         raise ParameterError(
             f"a tear must be smaller than a fifth of the surface, {largest * support.unit:.3g} mm, received "

@@ -21,17 +21,11 @@ from ..geometry.topology import incident_triangles
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
-LEAST_SLOPE = 0.06
-"""Sine of the slope of the surface below which water stays."""
-
 INERTIA = 0.6
 """Share of its direction that water keeps from one step to the next."""
 
 DIVERTED = np.deg2rad(25.0)
 """A fold that turns a stream by more than this from its way down lets some of it spill over."""
-
-BEHIND = 1.7
-"""Depth behind the eyes, in distances between the pupils, at which a face ends."""
 
 HOLLOW = 0.25
 """Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""
@@ -84,7 +78,7 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
         normal /= np.linalg.norm(normal) + 1e-300
         steepest = down - (down @ normal) * normal
         slope = float(np.linalg.norm(steepest))
-        if slope < LEAST_SLOPE:
+        if slope < 0.06:  # where it is nearly level, water stays
             break
         heading = (1.0 - INERTIA) * steepest / slope + INERTIA * heading
         heading = heading - (heading @ normal) * normal
@@ -251,7 +245,7 @@ def _check_side(support: SupportSurface, path: Array) -> None:
     if support.face is None:
         return
     behind = support.face.frame.local(path)[:, 2]
-    if behind.min() < -BEHIND:
+    if behind.min() < -1.7:  # in distances between the pupils
         worst = int(np.argmin(behind))
         raise ParameterError(
             f"the path must run over the front of the face; its point {worst}, {path[worst].round(2)}, is on the wrong "

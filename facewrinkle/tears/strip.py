@@ -15,9 +15,6 @@ from ..geometry.topology import pairs_of
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
 
-STALLED = 0.5
-"""Share of a step across, below which the next point has come to the border of the surface."""
-
 GAP = 0.5
 """Distance, in halves of the width, that the middle of a strip may be from the surface."""
 
@@ -132,7 +129,7 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
             heading = heading - (heading * normal).sum(axis=1, keepdims=True) * normal
             heading /= np.linalg.norm(heading, axis=1, keepdims=True) + 1e-300
             on, there = support.nearest(here + reach / side * heading)
-            stalled = np.linalg.norm(there - here, axis=1) < STALLED * reach / side
+            stalled = np.linalg.norm(there - here, axis=1) < 0.5 * reach / side  # at the border of the surface
             column = side + 1 + way * k
             ends[:, column], rest[:, column], here = ends[:, column - way] | stalled, there, there
     wobble, noise = path.fields(*np.broadcast_arrays(s[:, None], w))

@@ -157,9 +157,6 @@ Furrows = Literal["sharp", "paper"]
 SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
 """The fewest and the most wrinkles from border to border."""
 
-FLAT = 1e-6
-"""Below this sharpness waves are plain sines."""
-
 STEP = 1e-5
 """Distance in the plane of a pattern over which the slope of its phase is measured."""
 
@@ -249,7 +246,7 @@ class Waves(Pattern):
         sharp, upside down, and 0 on average. At the sharpness 0 it is half the sine.
         """
         k = strength * self.sharpness
-        if self.sharpness < FLAT:
+        if self.sharpness < 1e-6:
             return 0.5 * strength * sine
         height = np.expm1(k * sine) if self.furrows == "paper" else i0(k) - np.exp(-k * sine)
         return np.asarray(height / (2.0 * np.sinh(self.sharpness)))

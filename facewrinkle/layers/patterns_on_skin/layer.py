@@ -27,9 +27,6 @@ from .strength import Compression, RegionCompression
 TimeFunction = Callable[[float], float]
 """A function of the time in seconds."""
 
-FAINT = 0.05
-"""A pattern asks for no triangles where its window times its strength is below this."""
-
 LONGEST_EDGE = 0.35
 """A mesh carries a pattern if its edges are at most this share of half a wavelength."""
 
@@ -265,7 +262,8 @@ class PatternLayer(Layer):
                 if self._tiny:
                     self._ask(points, spacing, across, active)
                 half, direction = self._wavelengths(seconds)
-                finer = (steps[1] * self._places.weight > FAINT) & (half < spacing[self._where])
+                # Where a pattern is fainter than a twentieth it asks for none.
+                finer = (steps[1] * self._places.weight > 0.05) & (half < spacing[self._where])
                 spacing[self._where[finer]], across[self._where[finer]] = half[finer], direction[finer]
                 active[self._where] = True
         return self._found

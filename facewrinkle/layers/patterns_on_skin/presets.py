@@ -17,9 +17,6 @@ from ...geometry.closest_point import closest_point
 from .region import check_size
 from .strength import Compression
 
-USUAL_PROPORTION = 0.025
-"""Depth relative to the shorter side of the region, for patterns that no preset is of."""
-
 MIDDLE_BEHIND, FACING = 0.8, 0.2
 """Distance of the middle of a head behind the eyes, in distances between the pupils, and the least cosine between its
 outer skin's normals and the direction away from it.
@@ -33,7 +30,7 @@ def table() -> dict[str, dict[str, Any]]:
 
 
 def proportion(pattern: object) -> float:
-    """Return the depth of a pattern relative to the shorter side of its region, as the preset has it.
+    """Return the depth of a pattern relative to the shorter side of its region, as its preset has it, or a fortieth.
 
     Examples
     --------
@@ -43,7 +40,7 @@ def proportion(pattern: object) -> float:
     for entry in table().values():
         if entry["pattern"] == pattern:
             return float(entry["depth"]) / (MEAN_PUPIL_DISTANCE * min(entry["size"]))
-    return USUAL_PROPORTION
+    return 0.025
 
 
 def names() -> tuple[str, ...]:

@@ -132,9 +132,6 @@ Outline = Literal["ellipse", "box"]
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents p of the p-norm of (u, v), which is 1 at the border."""
 
-SHARE = 0.1
-"""Width and height of a region that are not given, relative to the mesh from corner to corner."""
-
 SMOOTH = 0.15
 """Coordinates are smoothed over this share of the size of a region, to even out uneven triangles."""
 
@@ -234,7 +231,7 @@ class Region:
         centre = closest_point(points, triangles, self._middle(points, weight))
         size: float | tuple[float, float] | None = self.size
         if size is None and weight is None:
-            size = SHARE * float(np.linalg.norm(np.ptp(points, axis=0)))
+            size = 0.1 * float(np.linalg.norm(np.ptp(points, axis=0)))
         half = None if size is None else 0.5 * np.broadcast_to(np.asarray(size, dtype=np.float64), 2)
         self._check_place(points, centre, half)
         chart = self._chart(points, triangles, centre, half)
