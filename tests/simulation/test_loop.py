@@ -358,6 +358,14 @@ def test_settling_ends_although_triangles_come_and_go(face):
     assert sim.layers[0].follows <= 2 * sim.refinement.max_level + 2  # one for all vertices, one that sorts them
 
 
+def test_what_simulates_prints_itself_in_a_line(face):
+    sim, layer = fw.Simulation(face), fw.PatternLayer("dimple", (0, 0, 1), size=3.0)
+    sim.step()
+    assert repr(sim) == f"Simulation({face!r}, Skin, 3 layers, 0.02 s)"
+    assert repr(fw.Recorded.of_positions([face.points, face.points], fps=25)) == "Recorded(0 shapes, 0.04 s)"
+    assert repr(layer) == "PatternLayer('dimple', depth=default)"
+
+
 def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
     late, early = fw.Simulation(face, layers=[]), fw.Simulation(face)
     for sim in (late, early):
