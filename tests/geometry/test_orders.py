@@ -1,4 +1,4 @@
-"""Nested dissection against its definition on grids, and minimum degree by SciPy."""
+"""Nested dissection against its definition on grids, and minimum degree by SciPy; Morton's curve on blocks of cells."""
 
 from __future__ import annotations
 
