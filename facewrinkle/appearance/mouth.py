@@ -43,9 +43,6 @@ BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
 the pupils.
 """
 
-BACK_OF_HEAD = -1.0
-"""Skin farther back than this is not before the gum, but seen through the mouth; as SKIN_LOW."""
-
 GUM_FROM = 0.16
 """Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
 
@@ -198,7 +195,8 @@ class Mouth:
         local = (points - self._centre) @ self._axes.T / self._size
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
         low = float(SKIN_LOW[0]), float(SKIN_LOW[1])
-        front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])), (BACK_OF_HEAD, np.inf))
+        depths = -1.0, np.inf  # skin farther back is seen through the mouth
+        front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])), depths)
         open_near = binary_dilation(~np.isfinite(front), iterations=round(FROM_OPENING / SKIN_STEP))
         nearest = np.where(open_near, np.inf, minimum_filter(front, size=3))
         inside = (places - self._centre) @ self._axes.T / self._size

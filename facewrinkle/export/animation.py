@@ -369,13 +369,10 @@ def _tear_targets(name: str, tear: Sampled, allowed: float) -> tuple[Model, Morp
 
 def _grown(values: Single, forest: RedGreenForest) -> Single:
     """Return values (n0, k) of an earlier frame at all vertices: new ones lie midway between older ones."""
-    n = forest.n_points
-    if len(values) == n:
-        return values
     parents, level = forest.parents, forest.vertex_level
-    out = np.zeros((n, values.shape[1]), np.float32)
+    out = np.zeros((forest.n_points, values.shape[1]), np.float32)
     out[: len(values)] = values
-    new = np.arange(len(values), n)
+    new = np.arange(len(values), len(out))
     for k in np.unique(level[new]):
         at = new[level[new] == k]
         out[at] = 0.5 * (out[parents[at, 0]] + out[parents[at, 1]])

@@ -23,13 +23,23 @@ KINDS = {width: kind for kind, width in WIDTHS.items()}
 """Types of accessors by the number of their columns."""
 VERTICES, INDICES = 34962, 34963
 """Uses of buffer views (ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER)."""
-LINEAR, LINEAR_MIPMAP_LINEAR = 9729, 9987
 
 SKIN_COLOUR = [0.72, 0.41, 0.27, 1.0]
 """Linear light of a mesh with neither texture nor colours."""
-SKIN_ROUGHNESS = 0.55
-ROUGHNESS = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0, "tears": 0.0}
-"""Roughness by the first word of a name: eyes, teeth and tears are wet; "mouth" is the dark behind the lips."""
+
+
+def roughness(name: str) -> float:
+    """Return the roughness of a mesh, by the first word of its name.
+
+    Eyes, teeth and tears are wet; "mouth" is the dark behind the lips.
+
+    Examples
+    --------
+    >>> roughness("eye_l"), roughness("face")
+    (0.05, 0.55)
+    """
+    smoother = {"eye": 0.05, "upper": 0.25, "lower": 0.25, "mouth": 1.0, "tears": 0.0}
+    return smoother.get(name.split("_")[0], 0.55)
 
 
 def gltf(
@@ -118,7 +128,7 @@ class _File:
             return self._textures[picture]
         kind = "png" if picture.startswith(b"\x89PNG") else "jpeg"
         image = self.add("images", {"bufferView": self.view(picture), "mimeType": f"image/{kind}"})
-        sampler = self.add("samplers", {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR})
+        sampler = self.add("samplers", {"magFilter": 9729, "minFilter": 9987})  # with mipmaps
         self._textures[picture] = self.add("textures", {"source": image, "sampler": sampler})
         return self._textures[picture]
 
@@ -130,10 +140,7 @@ class _File:
         }
         if model.uv is not None:
             attributes["TEXCOORD_0"] = self.accessor((model.uv * [1.0, -1.0] + [0.0, 1.0]).astype("<f4"))
-        surface: dict[str, Any] = {
-            "metallicFactor": 0.0,
-            "roughnessFactor": ROUGHNESS.get(name.split("_")[0], SKIN_ROUGHNESS),
-        }
+        surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": roughness(name)}
         if model.png is not None:
             surface["baseColorTexture"] = {"index": self.texture(model.png)}
         elif model.colours is not None:  # they would multiply the texture

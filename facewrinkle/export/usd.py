@@ -12,7 +12,7 @@ from ..array_types import Array, Single
 from ..errors import missing_package
 from ..files import written
 from ..mesh.formats.merging import linear_light
-from .gltf import ROUGHNESS, SKIN_COLOUR, SKIN_ROUGHNESS
+from .gltf import SKIN_COLOUR, roughness
 from .model import Model, Morphs, WeightTrack
 
 SUFFIXES = (".usd", ".usdc", ".usda")
@@ -198,7 +198,7 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[
     material = UsdShade.Material.Define(stage, f"/Face/Materials/{name}")
     surface = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Surface")
     surface.CreateIdAttr("UsdPreviewSurface")
-    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(ROUGHNESS.get(name.split("_")[0], SKIN_ROUGHNESS))
+    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(roughness(name))
     colour = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
     material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)

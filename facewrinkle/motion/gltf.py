@@ -32,10 +32,6 @@ Key = tuple[int, str]
 """A node, and the property of it that moves: "translation", "rotation", "scale" or "weights"."""
 
 
-POSED = (0.0, 1.0, 1.5)
-"""Times at which shapes that are asked for begin to be taken, are taken, and have been held, s."""
-
-
 def read_gltf(
     path: Path,
     mesh: str | None = None,
@@ -122,11 +118,9 @@ def _target_names(mesh: Mapping[str, Any]) -> list[str]:
 
 def _with_ancestors(document: Document, nodes: Iterable[int]) -> frozenset[int]:
     """Return nodes together with all nodes above them."""
-    found: set[int] = set()
-    for node in nodes:
-        while node >= 0 and node not in found:
-            found.add(node)
-            node = document.parents[node]
+    found = set(nodes)
+    while above := {document.parents[node] for node in found} - found - {-1}:
+        found |= above
     return frozenset(found)
 
 
@@ -220,7 +214,8 @@ def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, T
         check_range(f"the weight of the shape {name}", weight, 0.0, 1.0)
         for own in named_shapes(name, skin.names):
             asked[skin.names.index(own)] = weight
-    return {(skin.node, "weights"): Track(np.array(POSED), np.stack([np.zeros_like(asked), asked, asked]))}
+    track = Track(np.array([0.0, 1.0, 1.5]), np.stack([np.zeros_like(asked), asked, asked]))
+    return {(skin.node, "weights"): track}
 
 
 def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:

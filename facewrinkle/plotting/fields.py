@@ -30,9 +30,6 @@ FOLDED = {
 }  # fmt: skip
 """Fields that mean nothing where no muscle, or no family of waves, folds the skin: the arrays that tell by -1."""
 
-MEANINGLESS_COLOUR = "#8d8580"
-"""Colour of skin where a field means nothing."""
-
 
 def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
     """Return options of `add_mesh` that colour skin by a field, with a scalar bar for a window `height` pixels high.
@@ -67,7 +64,7 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
         "height": 0.6,
         "width": 0.06,
     }
-    options: dict[str, Any] = {"cmap": colours, "nan_color": MEANINGLESS_COLOUR, "specular": 0.0, "clim": limits}
+    options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
     if colours == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):

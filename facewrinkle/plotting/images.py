@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from PIL import Image as Pillow
 
 from ..array_types import Array, Image
 from ..checks import picture
@@ -102,8 +103,6 @@ def save_picture(image: Image, path: str | Path, colours: int | None = None) -> 
     ...     path.name, path.stat().st_size < 200
     ('grey.png', True)
     """
-    from PIL import Image as Pillow
-
     path = output_file(path, (".png",))
     pixels = Pillow.fromarray(np.ascontiguousarray(picture(image)))
     if colours is not None:
@@ -122,8 +121,6 @@ def reduced(image: Image, factor: int) -> Image:
     >>> reduced(np.array([[[0], [100]], [[100], [200]]], np.uint8)[..., [0, 0, 0]], 2).tolist()
     [[[100, 100, 100]]]
     """
-    from PIL import Image as Pillow
-
     return np.array(Pillow.fromarray(image).reduce(factor))
 
 

@@ -21,8 +21,7 @@ from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture
 from .fields import field_colouring
 from .images import texels_per_pixel, texture
-from .relief import Relief, send_relief
-from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, hair
+from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, Relief, hair, send_relief
 from .views import LIGHTS, Style, View, aim, height_of
 from .window import begun, window_of
 
@@ -76,10 +75,8 @@ class Scene:
         self.plotter.disable_anti_aliasing()
         self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
-        self._parts: dict[str, pv.PolyData] = {}
         self.drawn_parts: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
-        self._posed: Array | None = None
         self._drawing: Callable[[], Image] | None = None
         self._shown: tuple[pv.PolyData, Any] | None = None
         pixel = height_of(face, self.style) / self._window[1]
@@ -181,14 +178,11 @@ class Scene:
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""
-        if self._posed is not None and np.array_equal(pose, self._posed):
-            return
         back, stay = np.linalg.inv(pose), np.eye(4)
         for name, actor in self._actors.items():
             posed = name == "skin" or name.startswith(OWN_PREFIX)  # as the frame has them
             followed, seen = (back, stay) if posed else (stay, pose)
             actor.user_matrix = followed if self.style.follow else seen
-        self._posed = pose
 
     def _show_skin(self, seen: Seen) -> None:
         skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
@@ -220,10 +214,9 @@ class Scene:
         mapper = self._actors["skin"].GetMapper()
         mapper.SetInputData(skin)
         mapper.SetScalarVisibility(paint is not None)
-        if paint is not None:
-            mapper.SetColorModeToDirectScalars()
-            mapper.SetScalarModeToUsePointFieldData()
-            mapper.SelectColorArray("paint")
+        mapper.SetColorModeToDirectScalars()
+        mapper.SetScalarModeToUsePointFieldData()
+        mapper.SelectColorArray("paint")
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
         """Colours of the vertices, or factors of those of the texture; None if there are none."""
@@ -315,15 +308,13 @@ class Scene:
 
     def _put(self, part: pv.PolyData, name: str, texture: pv.Texture | None = None, **options: Any) -> None:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
-        known = self._parts.get(name)
-        if known is None:
-            self._parts[name] = known = part.copy(deep=False)
-            if "Normals" in known.point_data:
-                known.point_data.active_normals_name = "Normals"
+        if name not in self._actors:
+            known = part.copy(deep=False)
             colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
             self._add(known, name, **colours, **options)
             self._actors[name].mapper.SetInputData(known)  # PyVista puts a filter before it, in Python
         else:
+            known = self._actors[name].mapper.dataset
             known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
         data = known.GetPointData()
         data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
@@ -343,7 +334,7 @@ class Scene:
             options |= {"ambient": 1.0, "diffuse": 1.0}
         actor = self.plotter.add_mesh(mesh, name=name, **{**defaults, **options})
         actor.prop.interpolation = "phong"
-        self._actors[name], self._posed = actor, None
+        self._actors[name] = actor
         textured = "texture" in options
         if material == "hair":
             hair(actor, 0 if quick else len(LIGHTS))

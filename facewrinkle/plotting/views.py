@@ -245,9 +245,7 @@ def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
     focus, towards, right, up = placed(_view_of(style), face)
     distance = height_of(face, style) / (2.0 * np.tan(np.radians(VIEW_ANGLE / 2.0)))
     camera = plotter.camera
-    camera.position = focus + distance * towards
-    camera.focal_point = focus
-    camera.up = face.frame.axes[1]
+    plotter.camera_position = (focus + distance * towards, focus, face.frame.axes[1])
     camera.view_angle = VIEW_ANGLE
     if style.scalars is not None:
         camera.SetWindowCenter(0.3, 0.0)  # room for the scalar bar

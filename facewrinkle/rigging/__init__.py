@@ -3,7 +3,7 @@
 from .linear_rig import Rig, RigError, rig
 from .maps import Maps, bake_maps, write_maps
 from .on_source import SourceShapes, on_source
-from .performer import Performer
+from .poses import Performer
 from .sheet import sheet
 from .takes import Take, read_take
 from .wrinkle_layers import WrinkleLayers, bake_layers, write_layers

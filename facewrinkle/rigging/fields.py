@@ -27,10 +27,6 @@ from ..simulation import Refinement, Simulation
 from .poses import Held, Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side
 
-SAMPLES, BEND = 2.75, 0.1
-"""Vertices from bulge to furrow, and the threshold of Eq. 19: a bit coarser than for pictures, as rigs are sent around.
-"""
-
 Movement = tuple[object, ...]
 """What both sides do in a shape; see :attr:`facewrinkle.rigging.shapes.Shape.movement`."""
 
@@ -57,7 +53,8 @@ class Baker:
 
     def __init__(self, face: Face, layers: list[Layer] | None, level: int) -> None:
         self.face, self._level, self._motion = face, level, Held(face)
-        self.simulation = Simulation(face, Refinement(BEND, level, SAMPLES, coarsen=False), layers, motion=self._motion)
+        coarser = Refinement(gamma_c=0.1, max_level=level, samples=2.75, coarsen=False)  # than for pictures: it is sent
+        self.simulation = Simulation(face, coarser, layers, motion=self._motion)
         self.models: dict[str, Model] = {}
 
     def refine(self, poses: list[Pose], neutral: Pose, progress: Progress = silent) -> None:

@@ -12,8 +12,7 @@ from drawing import SMALL, difference, held
 import facewrinkle as fw
 from facewrinkle.appearance.skin_paint import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
-from facewrinkle.plotting.relief import Relief, send_relief
-from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL
+from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL, Relief, send_relief
 from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
 from facewrinkle.plotting.window import rendered
 
