@@ -294,12 +294,10 @@ def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tup
     if any(own is None for own in borne):
         node, back = model.node, np.linalg.inv(scene.rest[model.node])
         return mesh, replace(recorded, pose=lambda time: scene.world(time)[node] @ back)
-    return mesh, replace(recorded, bones=_bones(scene, model, csr_array(vstack(borne))[kept]))
-
-
-def _bones(scene: _Scene, model: _Model, weights: csr_array) -> Bones:
     joints, bind = scene.document.bones(model.node)
-    return Bones(weights, lambda time: scene.world(time)[joints] @ bind, scene.rest[joints] @ bind)
+    weights_of_bones = csr_array(vstack(borne))[kept]
+    bones = Bones(weights_of_bones, lambda time: scene.world(time)[joints] @ bind, scene.rest[joints] @ bind)
+    return mesh, replace(recorded, bones=bones)
 
 
 def _prolonged(track: Track, time: float) -> Track:

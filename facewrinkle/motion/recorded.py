@@ -270,9 +270,10 @@ class Recorded:
         if atlas is None:
             return units
         if set(units) - set(atlas.action_units):
-            lacking = sorted(set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units), key=_number)
+            lacking = set(units_of(dict.fromkeys(self.names, 1.0))) - set(atlas.action_units)
+            listed = ", ".join(sorted(lacking, key=lambda unit: int(unit.removeprefix("AU"))))
             # The message is the same at all times, so that Python shows it once.
-            warn(f"the recording has shapes without muscles, which are left out: {', '.join(lacking)}.")
+            warn(f"the recording has shapes without muscles, which are left out: {listed}.")
         return {unit: weight for unit, weight in units.items() if unit in atlas.action_units}
 
     def positions_at(self, time: float, rest: Array, numbers: IntArray | slice = slice(None)) -> Array:
@@ -336,10 +337,6 @@ def same_places(ours: Array, theirs: Array) -> bool:
     (True, False)
     """
     return bool(np.abs(ours - theirs).max() <= OFF_REST * np.ptp(theirs, axis=0).max())
-
-
-def _number(unit: str) -> tuple[int, str]:
-    return int(unit.removeprefix("AU")), unit
 
 
 def _times(values: Any, times: npt.ArrayLike | None, fps: float | None) -> Array:

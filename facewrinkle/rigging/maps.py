@@ -141,7 +141,9 @@ def bake_maps(
     wrinkled = Simulation(face, layers=layers)
     bare = Simulation(face, Refinement(max_level=0), layers=[], motion=wrinkled.motion)
     wrinkled.express(expression, intensity)
-    fine, smooth, rest = wrinkled.settle(), _held(bare, wrinkled), face.mesh.copy()
+    fine, rest = wrinkled.settle(), face.mesh.copy()
+    bare.contract(dict(zip(wrinkled.muscles, wrinkled.motion.rates.tolist(), strict=True)))
+    smooth = bare.settle()
     folds = FoldMaps(face, fine, smooth, size)
     height, normal = folds.of(fine, smooth)
     smooth = charted(smooth, face)
@@ -181,13 +183,6 @@ def check_map_size(size: int, largest: int = 8192, remedy: str = "Maps are squar
     if size & (size - 1):
         raise ParameterError(f"the size of a map must be a power of two from 64 to {largest}, received {size}.")
     return size
-
-
-def _held(bare: Simulation, wrinkled: Simulation) -> pv.PolyData:
-    """Return the frame without wrinkles of the pose that another simulation holds."""
-    rates = wrinkled.motion.rates.copy()
-    bare.contract(dict(zip(wrinkled.muscles, rates.tolist(), strict=True)))
-    return bare.settle()
 
 
 def around_head(face: Face, points: Array) -> Array:

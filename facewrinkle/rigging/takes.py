@@ -360,7 +360,9 @@ def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) ->
     codes = [re.fullmatch(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)", text) for text in given]
     if all(codes):
         parts = np.array([[_bounded(x, file) for x in code.groups()] for code in codes if code])
-        rate = fps or (PHONE_FPS if parts[0, 2] == parts[-1, 2] else _counted(parts[:, 3]))
+        most = int(parts[:, 3].max())
+        counted = PHONE_FPS if parts[0, 2] == parts[-1, 2] else next((each for each in RATES if each > most), most + 1)
+        rate = fps or counted
         seconds = parts[:, :3] @ [3600.0, 60.0, 1.0] + parts[:, 3] / rate
         seconds += 86400.0 * np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43200.0)  # past midnight
     else:
@@ -384,12 +386,6 @@ def _bounded(text: str, file: str) -> float:
             f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
         )
     return number
-
-
-def _counted(frames: Array) -> float:
-    """Return the frames per second that time codes count."""
-    most = int(frames.max())
-    return float(next((rate for rate in RATES if rate > most), most + 1))
 
 
 def _listed(names: Iterable[str], most: int = 8) -> str:
