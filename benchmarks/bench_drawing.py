@@ -15,7 +15,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style
-from facewrinkle.plotting.window import rendered
+from facewrinkle.plotting.images import rendered
 
 FRAMES = 40
 MODES = {"quick": (True, 1.0 / 2.0), "as shown": (False, 1.0 / 6.0)}

@@ -63,9 +63,8 @@ class HairCards:
         paint[..., 3] = 255.0 * (half / self.half)[..., None]
         first = 2 * knots * np.arange(count)[:, None, None]
         quads = (first + ring_quads(2, knots, closed=False)).reshape(-1, 4)
-        blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
-        blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
-        self._blank = blank
+        self._blank = pv.PolyData.from_regular_faces(np.zeros((2 * count * knots, 3)), quads)
+        self._blank.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8).reshape(-1, 4)
 
     def along(self, lines: HairLines) -> pv.PolyData:
         """Return the ribbons, with `paint` (rgba), along lines."""

@@ -20,10 +20,9 @@ from ..errors import ParameterError
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture
 from .fields import field_colouring
-from .images import texels_per_pixel, texture
+from .images import begun, texels_per_pixel, texture, window_of
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, Relief, hair, send_relief
 from .views import LIGHTS, Style, View, aim, height_of
-from .window import begun, window_of
 
 OWN_PREFIX = "own "
 """Prefix of the names of actors that show parts that came with the face."""

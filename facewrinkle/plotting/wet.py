@@ -17,9 +17,9 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy.face import Face
 from ..array_types import Image
+from .images import rendered, window_of
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
-from .window import rendered, window_of
 
 FULLY_WET = 0.04
 """Thickness from which a film of tears darkens the skin in full, mm."""
@@ -121,15 +121,13 @@ class TearScene(Scene):
         self._wait()
         for actor in self._tears:
             self.plotter.renderer.RemoveActor(actor)
-        self._tears = []
         self.show(frame)
         tears = list(tears)
         behind = None
         if tears and self.refraction:
             behind = pv.Texture(rendered(self.plotter))
             behind.interpolate = True
-        for tear in tears:
-            self._tears.append(self._wet(tear, behind) if behind is not None else self._plain(tear))
+        self._tears = [self._plain(tear) if behind is None else self._wet(tear, behind) for tear in tears]
 
     def _plain(self, tear: pv.PolyData) -> Any:
         """Add a tear without refraction, which is quicker to draw: for movies."""

@@ -11,20 +11,10 @@ from PIL import ImageDraw
 
 from ..array_types import Image
 from ..plotting import Style, side_by_side, stacked
-from ..plotting.images import texture
+from ..plotting.images import rendered, texture
 from ..plotting.views import aim
-from ..plotting.window import rendered
 from ..progress import Progress, silent
 from .linear_rig import Rig
-
-LIGHTING: dict[str, Any] = {
-    "smooth_shading": True,
-    "split_sharp_edges": False,
-    "ambient": 0.22,
-    "diffuse": 0.7,
-    "specular": 0.08,
-    "specular_power": 14.0,
-}
 
 
 def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = silent) -> Image:
@@ -68,15 +58,25 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = sile
 
 
 def _add(plotter: Any, rig: Rig, part: str, mesh: pv.PolyData) -> None:
-    photo = rig.face.texture if part == "face" else None
-    if part in rig.face.parts:
-        photo = rig.face.parts[part].texture
+    photos = {"face": rig.face.texture} | {name: own.texture for name, own in rig.face.parts.items()}
+    photo = photos.get(part)
+    colours: dict[str, Any] = {"color": "#d8a78c"}
     if photo is not None and mesh.active_texture_coordinates is not None:
-        plotter.add_mesh(mesh, texture=texture(photo), name=part, **LIGHTING)
+        colours = {"texture": texture(photo)}
     elif "Colors" in mesh.point_data:
-        plotter.add_mesh(mesh, scalars="Colors", rgb=True, name=part, show_scalar_bar=False, **LIGHTING)
-    else:
-        plotter.add_mesh(mesh, color="#d8a78c", name=part, **LIGHTING)
+        colours = {"scalars": "Colors", "rgb": True}
+    plotter.add_mesh(
+        mesh,
+        name=part,
+        **colours,
+        show_scalar_bar=False,
+        smooth_shading=True,
+        split_sharp_edges=False,
+        ambient=0.22,
+        diffuse=0.7,
+        specular=0.08,
+        specular_power=14.0,
+    )
 
 
 def _picture(plotter: Any, rig: Rig, shown: dict[str, pv.PolyData], name: str) -> Image:

@@ -9,8 +9,7 @@ import pyvista as pv
 
 from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.plotting import figure, save_picture, side_by_side, stacked
-from facewrinkle.plotting.images import reduced
-from facewrinkle.plotting.window import composed, rendered
+from facewrinkle.plotting.images import composed, reduced, rendered
 
 
 def test_pictures_side_by_side_and_stacked():

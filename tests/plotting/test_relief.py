@@ -12,9 +12,9 @@ from drawing import SMALL, difference, held
 import facewrinkle as fw
 from facewrinkle.appearance.skin_paint import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
+from facewrinkle.plotting.images import rendered
 from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL, Relief, send_relief
 from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
-from facewrinkle.plotting.window import rendered
 
 NEAR = View((0.0, 0.0, 1.0), "malar_l", (0.0, -0.1, 0.0), height=0.5)
 

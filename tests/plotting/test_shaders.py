@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import pyvista as pv
 
+from facewrinkle.plotting.images import rendered
 from facewrinkle.plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL, hair
 from facewrinkle.plotting.views import LIGHTS
-from facewrinkle.plotting.window import rendered
 
 FINE = pv.Sphere(radius=1.0, theta_resolution=240, phi_resolution=240)
 
