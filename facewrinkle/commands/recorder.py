@@ -193,7 +193,7 @@ class Scenes(ExitStack):
     def __init__(self, face: Face) -> None:
         super().__init__()
         self.face = face
-        self._scenes: dict[Style, Scene] = {}
+        self._scene = cache(self._opened)
         self._last: tuple[tuple[Style, ...], pv.PolyData, Drawing] | None = None
 
     def picture(self, frame: pv.PolyData, style: Style) -> Image:
@@ -212,10 +212,8 @@ class Scenes(ExitStack):
         self._last = styles, frame.copy(), drawing  # frames may be filled again
         return drawing
 
-    def _scene(self, style: Style) -> Scene:
-        if style not in self._scenes:
-            self._scenes[style] = self.enter_context(Scene(self.face, style))
-        return self._scenes[style]
+    def _opened(self, style: Style) -> Scene:
+        return self.enter_context(Scene(self.face, style))
 
 
 def _alike(frame: pv.PolyData, other: pv.PolyData, distance: float) -> bool:

@@ -9,6 +9,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache, partial
 from itertools import islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -144,6 +145,11 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
     ----------
     spec : Spec
 
+    Attributes
+    ----------
+    simulation_of : callable
+        Returns a person, by number, with a simulation of the face: the last ones again for the same number.
+
     Examples
     --------
     >>> with SampleMaker(Spec.of({"size": [48, 48]})) as maker:
@@ -154,8 +160,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
 
     def __init__(self, spec: Spec) -> None:
         self.spec = spec
-        self._person: Person | None = None
-        self._simulation: Simulation | None = None
+        self.simulation_of = lru_cache(maxsize=1)(partial(simulation_of, spec))
         self._scene: TearScene | None = None
 
     def close(self) -> None:
@@ -188,19 +193,6 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
                 refused.append(str(problem))
         raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")
 
-    def simulation_of(self, number: int) -> tuple[Person, Simulation]:
-        """Return a person with a simulation of the face, that of the sample before if it shows the same one."""
-        if self._person is None or self._simulation is None or self._person.number != number:
-            person = person_of(self.spec, number)
-            face = face_of(self.spec, person)
-            options: dict[str, Any] = dict(person.folds)
-            if person.scan is not None:
-                options["age"] = max(person.identity["age"], 0.0)
-            step = TIME_STEP if self.spec.clip.frames > 1 else HELD_STEP
-            self._simulation = Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
-            self._person = person
-        return self._person, self._simulation
-
     def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
         person, simulation = self.simulation_of(plan.person)
         clip = self.spec.clip.frames > 1
@@ -210,12 +202,12 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
             time = None if plan.tears is None else plan.tears + number * self.spec.clip.stride * TIME_STEP
             tears = self._tears(simulation.face, plan, frame, time)
             image, labels, facts = self._drawn(simulation, plan, frame, tears, tracker)
-            rates = dict(zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True))
+            rates = zip(simulation.motion.names, simulation.motion.rates.tolist(), strict=True)
             facts |= {
                 "plan": asdict(plan),
                 "person": asdict(person),
                 "refused": refused,
-                "contractions": {name: rate for name, rate in rates.items() if rate > 0.0},
+                "contractions": {name: rate for name, rate in rates if rate > 0.0},
                 "action_units": action_units_of(simulation, plan.expression),
                 "size": list(self.spec.size),
                 "unit": simulation.face.unit,
@@ -285,6 +277,24 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
                 yield simulation.settle(most=150)
             except FaceWrinkleWarning:
                 raise BadDraw("the face does not come to rest") from None
+
+
+def simulation_of(spec: Spec, number: int) -> tuple[Person, Simulation]:
+    """Return a person with a simulation of the face.
+
+    Examples
+    --------
+    >>> person, simulation = simulation_of(Spec.of(), 3)
+    >>> person.number, "AU12" in simulation.face.atlas.action_units
+    (3, True)
+    """
+    person = person_of(spec, number)
+    face = face_of(spec, person)
+    options: dict[str, Any] = dict(person.folds)
+    if person.scan is not None:
+        options["age"] = max(person.identity["age"], 0.0)
+    step = TIME_STEP if spec.clip.frames > 1 else HELD_STEP
+    return person, Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
 
 
 def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:

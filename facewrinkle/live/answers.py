@@ -256,9 +256,9 @@ class Answers:
         try:
             with self._meshes:
                 name, loaded = opened(folder, names, self._library[""].face.atlas, self._tell)
+                name = self._library.add(name, loaded)
         finally:
             self._tell("", 1.0)
-        name = self._library.add(name, loaded)
         self.show(name)
         return {"name": name, "said": list(loaded.said)}
 

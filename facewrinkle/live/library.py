@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import re
-import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -77,7 +76,6 @@ class Library:
 
     def __init__(self, face: Face) -> None:
         self._loaded: dict[str, Loaded] = {"": Loaded(face)}
-        self._lock = threading.Lock()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -90,13 +88,12 @@ class Library:
         return self._loaded[name]
 
     def add(self, name: str, loaded: Loaded) -> str:
-        """Keep a face, under a name that is not taken, and return that name."""
-        with self._lock:
-            taken, number = name, 2
-            while taken in self._loaded:
-                taken, number = f"{name} ({number})", number + 1
-            self._loaded = {**self._loaded, taken: loaded}
-            return taken
+        """Keep a face, under a name that is not taken, and return that name; in one thread at a time."""
+        taken, number = name, 2
+        while taken in self._loaded:
+            taken, number = f"{name} ({number})", number + 1
+        self._loaded = {**self._loaded, taken: loaded}
+        return taken
 
     def face_of(self, data: Mapping[str, Any]) -> Face:
         """Return the face that a document asks for: its name, its identity and the landmarks that were moved."""
