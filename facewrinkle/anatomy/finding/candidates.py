@@ -183,8 +183,7 @@ def _best_rolls(
         for a in range(axes.shape[1]):
             heights = _polar_map(around, noses[k], axes[k, a], radius, *template.shape)
             values = _mismatch(heights, template, weights, cap, missing)
-            roll[k, a] = np.argmin(values)
-            cost[k, a] = values[roll[k, a]]
+            cost[k, a], roll[k, a] = values.min(), 2 * np.argmin(values)
     return cost, roll
 
 
@@ -210,15 +209,15 @@ def _polar_map(points: Array, nose: Array, axes: Array, radius: float, rings: in
 
 @compiled
 def _mismatch(heights: Array, template: Array, weights: Array, cap: float, missing: float) -> Array:
-    """Mean difference (sectors,) of two polar maps, with the first turned by every number of sectors.
+    """Mean difference (sectors / 2,) of two polar maps, with the first turned by every even number of sectors.
 
     A common difference of their heights does not count.
     """
     sectors = heights.shape[1]
     twice = np.concatenate((heights, heights), axis=1)
-    cost = np.empty(sectors)
-    for turn in range(sectors):
-        difference = twice[:, turn : turn + sectors] - template
+    cost = np.empty(sectors // 2)
+    for turn in range(sectors // 2):
+        difference = twice[:, 2 * turn : 2 * turn + sectors] - template
         known = weights * np.isfinite(difference)
         offset = (known * np.minimum(np.maximum(difference, -cap), cap)).sum() / (known.sum() + 1e-12)
         off = np.minimum(np.abs(difference - offset), cap)

@@ -85,16 +85,15 @@ class Document:
 
     def _chunks(self, raw: bytes) -> tuple[bytes, bytes]:
         """The JSON text and the binary chunk of a GLB file."""
-        found = {b"JSON": b"", b"BIN\0": b""}
+        found: dict[bytes, bytes] = {}
         at = 12
         while at + 8 <= len(raw):
             size, kind = int.from_bytes(raw[at : at + 4], "little"), raw[at + 4 : at + 8]
             if at + 8 + size > len(raw):
                 raise self.broken(f"a chunk of {size} bytes is announced, and {len(raw) - at - 8} follow")
             found.setdefault(kind, raw[at + 8 : at + 8 + size])
-            found[kind] = found[kind] or raw[at + 8 : at + 8 + size]
             at += 8 + size
-        return found[b"JSON"], found[b"BIN\0"]
+        return found.get(b"JSON", b""), found.get(b"BIN\0", b"")
 
     # --- numbers -----------------------------------------------------------------------------------
 

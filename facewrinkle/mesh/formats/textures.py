@@ -241,8 +241,6 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
 
 def _reduced(image: Image, factor: float) -> Image:
     """Scale an image down by a factor."""
-    if factor == 1.0:
-        return image
     from PIL import Image as Pillow
 
     size = [max(int(factor * side), 1) for side in image.shape[1::-1]]
