@@ -383,9 +383,5 @@ def firmness(x, triangles, s, full, slopes):
         return 1.0
     share = length / full
     steep = (2.0 - 2.0 * share) / (full * length)
-    for c in range(3):
-        p, q = triangles[s, (c + 1) % 3], triangles[s, (c + 2) % 3]
-        for k in range(3):
-            e, f = (k + 1) % 3, (k + 2) % 3
-            slopes[c, k] = steep * ((x[p, e] - x[q, e]) * normal[f] - (x[p, f] - x[q, f]) * normal[e])
+    slopes_of_area(x, triangles[s, 0], triangles[s, 1], triangles[s, 2], normal, steep, slopes)
     return share * (2.0 - share)

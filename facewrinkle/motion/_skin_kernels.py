@@ -6,9 +6,6 @@ import numpy as np
 
 from ..geometry.compilation import compiled
 
-TOGETHER = 8
-"""Unit vectors that are solved for at once: as many numbers as a line of a processor's cache holds."""
-
 
 @compiled
 def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
@@ -145,6 +142,8 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
             scratch[np.uint32(row_order[i]), k] = right[i, k]
     for j in range(n):
         x, y, z = scratch[j, 0], scratch[j, 1], scratch[j, 2]
+        if x == 0.0 and y == 0.0 and z == 0.0:  # mostly, where forces act at a single vertex
+            continue
         for p in range(np.uint32(indptr[j] + 1), np.uint32(indptr[j + 1])):
             i = indices[p]
             scratch[i, 0] -= lower[p, 0] * x
@@ -161,53 +160,6 @@ def solve(indptr, indices, lower, inverse, row_order, column_order, right, scrat
     for i in range(n):
         for k in range(3):
             out[i, k] = scratch[np.uint32(column_order[i]), k]
-
-
-@compiled
-def solve_units(indptr, indices, lower, inverse, row_order, column_order, vertices, out):
-    """Solve as `solve` does for unit vectors at vertices (k,), into out (k, n, 3): some together, to read factors once.
-
-    What comes before a unit vector's 1 in the order of the factors stays 0.
-    """
-    n, m = inverse.shape[0], vertices.shape[0]
-    columns = np.empty((n, 3, TOGETHER))
-    for first in range(0, m, TOGETHER):
-        count = min(TOGETHER, m - first)
-        for j in range(n):
-            for k in range(3):
-                for b in range(TOGETHER):
-                    columns[j, k, b] = 0.0
-        start = n
-        for b in range(count):
-            row = row_order[vertices[first + b]]
-            for k in range(3):
-                columns[row, k, b] = 1.0
-            start = min(start, row)
-        for j in range(start, n):
-            here, met = columns[j], False
-            for b in range(count):
-                met |= here[0, b] != 0.0 or here[1, b] != 0.0 or here[2, b] != 0.0
-            if not met:
-                continue
-            for p in range(indptr[j] + 1, indptr[j + 1]):
-                there = columns[indices[p]]
-                for k in range(3):
-                    for b in range(count):
-                        there[k, b] -= lower[p, k] * here[k, b]
-        for j in range(n - 1, -1, -1):
-            here = columns[j]
-            for k in range(3):
-                for b in range(count):
-                    here[k, b] *= inverse[j, k]
-            for p in range(indptr[j] + 1, indptr[j + 1]):
-                there = columns[indices[p]]
-                for k in range(3):
-                    for b in range(count):
-                        here[k, b] -= lower[p, k] * there[k, b]
-        for b in range(count):
-            for i in range(n):
-                for k in range(3):
-                    out[first + b, i, k] = columns[column_order[i], k, b]
 
 
 @compiled

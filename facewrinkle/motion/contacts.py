@@ -241,9 +241,6 @@ class Compliance:
     ----------
     solved : callable
         Returns the displacements (n, 3) of all vertices under forces (n, 3).
-    solve_for_units : callable
-        Writes those under unit forces along the coordinates at each of some vertices (k,) to its second argument, of
-        float32 and shape (k, n, 3).
     n : int
         Number of vertices.
 
@@ -251,8 +248,7 @@ class Compliance:
     --------
     Two rows along the first coordinate at vertices that do not feel each other, one 0.1 and one -0.1 mm deep:
 
-    >>> responses = np.eye(2)[:, :, None].repeat(3, axis=2) / 4.0
-    >>> compliance = Compliance(lambda forces: forces / 4.0, lambda at, out: np.copyto(out, responses[at]), n=2)
+    >>> compliance = Compliance(lambda forces: forces / 4.0, n=2)
     >>> vertices, slopes = np.array([[0] * 6, [1] * 6]), np.zeros((2, 6, 3))
     >>> slopes[:, 0, 0] = 1.0
     >>> rows = vertices, slopes, np.array([0.1, -0.1]), np.array([1e9, 1e9])
@@ -262,10 +258,8 @@ class Compliance:
 
     ROUNDS, TOLERANCE, FEW = 12, 1e-8, 40
 
-    def __init__(
-        self, solved: Callable[[Array], Array], solve_for_units: Callable[[IntArray, Responses], None], n: int
-    ) -> None:
-        self._solved, self._solve_for_units, self._n = solved, solve_for_units, n
+    def __init__(self, solved: Callable[[Array], Array], n: int) -> None:
+        self._solved, self._n = solved, n
         self._slots = np.full(n, -1)
         self._columns = np.empty((0, n, 3), np.float32)
         self._filled = 0
@@ -277,7 +271,7 @@ class Compliance:
         small where the skin comes to rest, and is not lost in the rounding of large forces that balance others.
         """
         vertices, slopes, depths, stiffness = rows
-        involved = np.unique(vertices)
+        involved = np.flatnonzero(np.bincount(vertices.ravel()))
         self._solve_for(involved)
         now = np.zeros(len(depths))
         if ahead is not None:
@@ -285,7 +279,8 @@ class Compliance:
         compact = compacted(vertices, slopes, involved, self._slots)
         forces = kernels.contact_forces(compact, self._columns, depths, stiffness, now, self.ROUNDS, self.TOLERANCE)
         out = np.zeros((self._n, 3))
-        np.add.at(out, vertices, (forces - now)[:, None, None] * slopes)
+        # The energy of rows of stiffness 1 falls by as much force as they are deep.
+        kernels.energy_of((vertices, slopes, now - forces, np.ones(len(now))), len(now), out)
         return out
 
     def response(self, rows: Rows, ahead: Array | None = None) -> Array:
@@ -302,7 +297,9 @@ class Compliance:
             longer = np.empty((2 * (self._filled + len(new)), self._n, 3), np.float32)
             longer[: self._filled] = self._columns[: self._filled]
             self._columns = longer
-        filled = self._filled + len(new)
-        self._solve_for_units(new, self._columns[self._filled : filled])
-        self._slots[new] = np.arange(self._filled, filled)
-        self._filled = filled
+        for vertex in new:
+            unit_forces = np.zeros((self._n, 3))
+            unit_forces[vertex] = 1.0
+            self._columns[self._filled] = self._solved(unit_forces)
+            self._slots[vertex] = self._filled
+            self._filled += 1

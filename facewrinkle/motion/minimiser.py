@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
@@ -102,7 +101,7 @@ class Minimiser:
         self.factors = factors
         self._area, self._iterations, self._contacts = area, iterations, contacts
         self._total_area = math.fsum(area)
-        self._compliance = Compliance(factors.solved, factors.solve_for_units, len(area))
+        self._compliance = Compliance(factors.solved, len(area))
         self.reset()
 
     def reset(self) -> None:
@@ -264,7 +263,3 @@ class Factors:
         out, scratch = np.empty_like(right), np.empty_like(right)
         kernels.solve(*self._pattern, self.lower, self._inverse, *self._order, right, scratch, out)
         return out
-
-    def solve_for_units(self, vertices: IntArray, out: npt.NDArray[np.float32]) -> None:
-        """Write the solutions for right-hand sides that are 1 at one of the vertices (k,), else 0, to out (k, n, 3)."""
-        kernels.solve_units(*self._pattern, self.lower, self._inverse, *self._order, vertices, out)

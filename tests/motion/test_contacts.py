@@ -365,14 +365,10 @@ def test_compliance_is_that_of_direct_solves():
     factors, solves = [splu(matrix.tocsc()) for matrix in matrices], []
 
     def solved(forces):
+        solves.append(np.flatnonzero(forces.any(axis=1)))
         return np.stack([factor.solve(forces[:, k]) for k, factor in enumerate(factors)], axis=1)
 
-    def solve_for_units(at, out):
-        solves.append(at)
-        for vertex, column in zip(at, out, strict=True):
-            column[:] = solved(np.eye(n)[vertex][:, None].repeat(3, axis=1))
-
-    compliance = Compliance(solved, solve_for_units, n)
+    compliance = Compliance(solved, n)
     vertices = np.array([rng.choice(n, 6, replace=False) for _ in range(m)])
     slopes, depths, stiffness = rng.normal(size=(m, 6, 3)), rng.normal(size=m), rng.uniform(50.0, 500.0, m)
     slopes[: m // 2, 3:], vertices[: m // 2, 3:] = 0.0, vertices[: m // 2, :1]
