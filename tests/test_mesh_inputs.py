@@ -39,10 +39,6 @@ FORMS = {
 }
 
 
-def _points(face):
-    return face.points
-
-
 def _fitted(mesh, face, folder):
     return fw.fit_face(mesh, face.landmarks).landmarks["nose_tip"]
 
