@@ -73,6 +73,7 @@ def test_a_command_does_not_replace_what_it_read(files, tmp_path, monkeypatch, c
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
+@pytest.mark.slow
 def test_landmarks_that_were_edited_are_written_again(files, tmp_path, monkeypatch):
     """They are kept in it; `fit` says so."""
     shutil.copytree(files, tmp_path, dirs_exist_ok=True)

@@ -315,7 +315,7 @@ def test_long_runs_of_random_contractions(request, which, steps):
     assert not skin.velocity.any()
 
 
-@pytest.mark.parametrize("iterations", [25, 1])
+@pytest.mark.parametrize("iterations", [25, pytest.param(1, marks=pytest.mark.slow)])
 def test_steps_end_no_higher_than_they_began(real_face, monkeypatch, iterations):
     """What implicit Euler minimises is at its end no more than at its beginning, even if it is given up early."""
     skin, rng = Skin(real_face("makehuman_head_male"), iterations=iterations), np.random.default_rng(0)

@@ -172,7 +172,7 @@ def test_a_steady_state_is_that_of_a_ramp(skins, name):
 # --- what it must not enter, and its way --------------------------------------------------------
 
 
-@pytest.mark.parametrize("time_step", [0.02, 0.5])
+@pytest.mark.parametrize("time_step", [0.02, pytest.param(0.5, marks=pytest.mark.slow)])
 def test_lids_and_lips_do_not_pass_what_they_meet_in_random_jumps(face, time_step):
     skin, rng, oracle = Skin(face, time_step), np.random.default_rng(15), Oracle(face)
     lids = [name for name in skin.names if name.startswith(("orbicularis_oculi", "levator_palp", "rectus", "jaw"))]

@@ -183,6 +183,7 @@ def test_a_displacement_that_is_set_is_that_of_the_vertices(fine):
     np.testing.assert_allclose(skin.displacement[vertices], given[vertices], atol=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("stem", "vertices", "most"),
     [("ict_face_narrow", SKIN_VERTICES, RMS), ("makehuman_head_male", 2500, 2.0 * RMS)],  # the latter has no more

@@ -119,6 +119,7 @@ def test_coarsening_goes_on_while_other_muscles_pull(face):
     assert not frame["level"][forehead].any()
 
 
+@pytest.mark.slow
 def test_meshes_settle(face, played):
     """Held contractions end at one mesh: triangles that are split are not taken back the frame after."""
     for name in PAPER:

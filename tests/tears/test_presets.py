@@ -39,6 +39,7 @@ def test_weeping_from_lids_of_all_kinds(real_face, made):
         assert_tear(mesh, face.mesh, face.unit)
 
 
+@pytest.mark.slow
 def test_weeping_on_a_captured_clip(clip):
     """Tears on the wrinkled, refined frames of a face whose captured shapes are played: it smiles, blinks, frowns."""
     face, recorded = clip
