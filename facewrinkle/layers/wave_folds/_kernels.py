@@ -93,7 +93,7 @@ def spacing_for(length, depth):
 
 
 @compiled
-def heights(waves, strain, depth, age, now, relief, leading):
+def heights(waves, strain, depth, now, relief, leading):
     """Heights at n vertices with a strain (n, 6), the same with blunt furrows (`shown`), and the spacing needed.
 
     From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
@@ -126,8 +126,8 @@ def heights(waves, strain, depth, age, now, relief, leading):
         total, mild, finest, lead = 0.0, 0.0, np.inf, -1
         for p in range(first, last):
             big, rest = allowed * deep[p], 0.0
-            if age > 0.0 and old[p] > 0.0:
-                rest = age * old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
+            if old[p] > 0.0:
+                rest = old[p] * (old[p] / furrowed) * max(0.0, 1.0 + min(epsilon[p], 0.0) / TAUT)
             if big + rest <= 0.0:
                 continue
             shape[p], high[p], blunt = fold(theta[p] / np.pi, big, (big + rest) / length[p])

@@ -17,8 +17,8 @@ from ..entries import sorted_by_vertex
 from .families import FoldShapes, tensors_of
 from .ground import Ground
 from .stripes import KEPT, Stripes, Style, found_stripes, zone_of
-from .tissue import anatomical, firmness, grain, wavelengths
-from .waves import AGED, GONE, LONGEST, WHOLE, Waves, directed
+from .tissue import anatomical, firmness, grain, old_depths, wavelengths
+from .waves import GONE, LONGEST, WHOLE, Waves, directed
 
 ENOUGH, MOST = 0.2, 4
 """Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
@@ -77,6 +77,8 @@ class WaveField:
         See :func:`lines_of`.
     amounts : ndarray, shape (n0,), optional
         Factors of the strength at the base vertices.
+    age : float
+        In [0, 1]: 0 has no lines at rest.
 
     Attributes
     ----------
@@ -96,6 +98,7 @@ class WaveField:
         density: float = 1.0,
         style: Style | None = None,
         amounts: Array | None = None,
+        age: float = 0.0,
     ) -> None:
         home = shapes.face or face
         if home is not face and not np.array_equal(home.triangles, face.triangles):
@@ -104,7 +107,7 @@ class WaveField:
                 f"this one has {len(face.triangles)}, or others. Give a new WaveFolds() to the simulation of each face."
             )
         self.lines = lines_of(home, shapes, density, style or Style())
-        self._face, self._unit, self._amounts = face, face.unit, amounts
+        self._face, self._unit, self._amounts, self._age = face, face.unit, amounts, age
         self._length = wavelengths(face) / density
 
     @cached_property
@@ -113,9 +116,13 @@ class WaveField:
 
     @cached_property
     def _of_families(self) -> list[Array]:
-        """Window, firmness, wavelength and compression (n0, 4) of each family, at the base vertices."""
+        """Window, firmness, wavelength and depth at rest (n0, 4) of each family, at the base vertices."""
         firm = firmness(self._face) if self._amounts is None else firmness(self._face) * self._amounts
-        return [np.stack([own.window, firm, self._length, own.compression], axis=1) for own in self.lines.values()]
+        old = old_depths(self._face, self._age)
+        return [
+            np.stack([own.window, firm, self._length, own.window * old * np.sqrt(own.compression)], axis=1)
+            for own in self.lines.values()
+        ]
 
     def level_needed(self, face: Face) -> int:
         """Return the level at which nine in ten triangles with lines have five edges or more in each wavelength."""
@@ -142,14 +149,14 @@ class WaveField:
             some = np.flatnonzero((strength > GONE) & (size > 1e-6))
             if not len(some):
                 continue
-            window, firm, length, most = values[some].T
+            window, firm, length, old = values[some].T
             near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
             longest = np.minimum(2.0 * np.pi / size, LONGEST * length)
-            old = AGED * np.sqrt(most) * strength**2 * window
             family = np.full(len(near), number, np.int32)
             tangents = directed(wave, vertices, near, self._metric)
-            parts.append((near, family, theta, strength, np.ascontiguousarray(window), longest, old, wave, tangents))
+            window, old = np.ascontiguousarray(window), old * strength**2
+            parts.append((near, family, theta, strength, window, longest, old, wave, tangents))
         n = len(vertices.points)
         if not parts:
             return Waves.none(n)

@@ -125,13 +125,13 @@ class WaveFolds(Layer):
         """Return how often triangles have to be split, at most, to carry the folds on a face."""
         return self._found(face).level_needed(face)
 
-    def _found(self, face: Face, factors: Array | None = None) -> WaveField:
+    def _found(self, face: Face, factors: Array | None = None, age: float = 0.0) -> WaveField:
         if self.shapes is None:
             raise ParameterError(
                 "WaveFolds finds its lines from motions of the face, and has none. Give it to a Simulation of a face "
                 "with muscles or with a recording, or set its `shapes`."
             )
-        return WaveField(face, self.shapes, self.density, self.style, factors)
+        return WaveField(face, self.shapes, self.density, self.style, factors, age)
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -147,7 +147,7 @@ class WaveFolds(Layer):
         self._age = max(face.age, 0.0) if self.age is None else self.age
         self._depth = self.depth * face.fold_depth
         self._amounts = amounts(self.amount, face)
-        self._field = self._found(face, self._amounts)
+        self._field = self._found(face, self._amounts, self._age)
         if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines]):
             raise ParameterError(
                 f"the motions of the family {lacking[0]!r} compress the skin by less than {FAINT:.0%} everywhere. Name "
@@ -165,7 +165,7 @@ class WaveFolds(Layer):
         """See :class:`facewrinkle.layers.base.Layer`."""
         waves, relief, beyond = self._waves, self._relief, self._beyond
         kernels.heights(
-            (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, self._age, tuple(self._now),
+            (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, tuple(self._now),
             tuple(relief), self._leading,
         )  # fmt: skip
         relief = relief.levelled(state.areas)

@@ -21,9 +21,6 @@ a wave vector.
 GONE, WHOLE = 0.12, 0.67
 """Strength of the sum of waves below which there is no line, and from which it is whole."""
 
-AGED = 1.2
-"""Depth of the lines of old skin at age 1 over the root of the compression that a family has in full motion, mm."""
-
 
 @dataclass(frozen=True, eq=False)
 class Waves(Entries):
@@ -39,7 +36,7 @@ class Waves(Entries):
     length : ndarray, shape (p,)
         Wavelength, mm.
     old : ndarray, shape (p,)
-        Depth of the lines at rest at age 1, mm.
+        Depth of the lines at rest, mm.
     wave : ndarray, shape (p, 3)
         Wave vector, 1/mm.
     tangents : ndarray, shape (p, 6)

@@ -1,0 +1,211 @@
+"""How real the lines are: depths and spacings by region and age, at rest and in expressions, beside published ones.
+
+A face is cut across the lines of a region by planes, and W, the height over the bare skin, is read along each cut. A
+furrow is as deep as it lies below the lower of the crests on either side; lines are as far apart as the bottoms of
+neighbouring furrows. Of all cuts through a region the deepest furrows count, as in profilometry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.signal import find_peaks
+
+import facewrinkle as fw
+from facewrinkle.simulation.fold_layers import fold_layers
+
+from . import subjects
+from .report import OUTPUT, Report, Table, publish, run
+
+Array = npt.NDArray[np.float64]
+
+AGES = (0.0, 0.5, 1.0)
+CUTS = 9
+"""Planes that cut a region."""
+
+SHALLOW = 0.03
+"""Depth below which a furrow is not counted, mm."""
+
+
+@dataclass(frozen=True)
+class Region:
+    """A region of lines.
+
+    Attributes
+    ----------
+    axis : int
+        The cuts have constant x (0) or constant y (1) in the axes of the head.
+    units : dict
+        The expression that folds it: action units and weights.
+    at_rest, contracted, spacing : str
+        What is published: depths, mm, at rest on old faces and in expressions, and the distance between lines, mm.
+    """
+
+    axis: int
+    units: dict[str, float]
+    at_rest: str
+    contracted: str = ""
+    spacing: str = ""
+
+
+REGIONS = {
+    "corners of the eyes": Region(0, {"AU6": 1.0, "AU12": 1.0}, ".1 to .3, up to .5"),
+    "corners of the mouth": Region(1, {"AU15": 1.0}, ""),
+    "glabella": Region(1, {"AU4": 1.0}, "seen from 40 years on"),
+    "beside the nose": Region(1, {"AU6": 1.0, "AU12": 1.0}, "below .2 to above .8"),
+    "forehead": Region(0, {"AU1": 1.0, "AU2": 1.0}, ".1 to .4", ".5 to 1.5", "rest 6 to 14, contracted 5.8 to 7.9"),
+}
+"""Regions, in the order in which they age on people (Takema and others 1997). Sources are on the page "How real?"."""
+
+
+def in_region(face: fw.Face, points: npt.ArrayLike, name: str) -> npt.NDArray[np.bool_]:
+    """Return which points (n, 3) of a face lie in a region, on both sides, by distances in those between the pupils.
+
+    Examples
+    --------
+    >>> face = fw.default_face()
+    >>> [in_region(face, [face.landmarks["forehead_mid"]], name).item() for name in ("forehead", "glabella")]
+    [True, False]
+    """
+    marks = {mark: places(face, point) for mark, point in face.landmarks.items()}
+    x, y, z = places(face, points).T
+    front = z > min(marks["zygion_l"][2], marks["zygion_r"][2])
+    low = max(marks["brow_l_mid"][1], marks["brow_r_mid"][1]) + 0.1
+    if name == "forehead":
+        high = marks["trichion"][1] if "trichion" in marks else np.inf
+        return np.asarray(front & (y > low) & (y < high) & (np.abs(x) < marks["brow_l_outer"][0]))
+    if name == "glabella":
+        near = np.hypot(x - marks["glabella"][0], y - marks["glabella"][1]) < 0.25
+        return np.asarray(front & near & (y <= low))
+    inside = np.zeros(len(x), bool)
+    for side, out in (("l", 1.0), ("r", -1.0)):
+        eye, mouth, wing = marks[f"eye_{side}_outer"], marks[f"mouth_{side}"], marks[f"ala_{side}"]
+        if name == "corners of the eyes":
+            below = y < marks[f"brow_{side}_outer"][1]
+            inside |= below & (out * (x - eye[0]) > 0.05) & (np.hypot(x - eye[0], y - eye[1]) < 0.4)
+        elif name == "corners of the mouth":
+            inside |= (y < mouth[1]) & (np.hypot(x - mouth[0], y - mouth[1]) < 0.35)
+        else:
+            aside = out * (x - wing[0])
+            inside |= (y < wing[1] + 0.15) & (y > mouth[1]) & (aside > -0.05) & (aside < 0.5)
+    return np.asarray(front & inside)
+
+
+def places(face: fw.Face, points: npt.ArrayLike) -> Array:
+    """Return points (..., 3) in the axes of the head, in distances between the pupils."""
+    return np.asarray((np.asarray(points) - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance)
+
+
+def cuts(face: fw.Face, frame: pv.PolyData, name: str) -> Iterator[tuple[Array, Array]]:
+    """Yield distance along the skin, mm, and W, mm, of each cut through a region, side by side."""
+    axis = REGIONS[name].axis
+    inside = frame.points[in_region(face, frame.points, name)]
+    normal = face.frame.axes[axis]
+    low, high = np.quantile(inside @ normal, (0.02, 0.98))
+    for level in np.linspace(low, high, CUTS):
+        line = frame.slice(normal=normal, origin=level * normal)
+        points, height = np.asarray(line.points), np.asarray(line["W"])
+        along = points @ face.frame.axes[1 - axis]
+        middle = face.frame.origin @ face.frame.axes[0]
+        sides = [points @ face.frame.axes[0] > middle] if axis == 1 and name != "glabella" else []
+        for side in [*sides, *(~each for each in sides)] or [np.ones(len(points), bool)]:
+            some = np.flatnonzero(side & in_region(face, points, name))
+            some = some[np.argsort(along[some])]
+            if len(some) > 4:
+                step = np.linalg.norm(np.diff(points[some], axis=0), axis=1)
+                yield face.unit * np.concatenate([[0.0], np.cumsum(step)]), height[some]
+
+
+def furrows(distance: Array, height: Array) -> tuple[Array, Array]:
+    """Return where furrows are along a cut, and how deep each is below the lower of its crests.
+
+    Examples
+    --------
+    >>> distance = np.linspace(0.0, 30.0, 301)
+    >>> where, deep = furrows(distance, 0.2 * np.cos(2.0 * np.pi * distance / 10.0))
+    >>> where.tolist(), deep.round(2).tolist()
+    ([5.0, 15.0, 25.0], [0.4, 0.4, 0.4])
+    """
+    found, about = find_peaks(-height, prominence=SHALLOW)
+    return distance[found], np.asarray(about["prominences"])
+
+
+def measured(face: fw.Face, name: str, age: float, seed: int, contracted: bool) -> tuple[float, float]:
+    """Return depth and spacing of the lines in a region, mm: the ninth decile of the furrows, and the median distance.
+
+    Where there is no furrow the depth is 0; where there are no two, the spacing is not a number.
+    """
+    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=age, seed=seed))
+    if contracted:
+        sim.express(REGIONS[name].units)
+    frame = sim.settle()
+    found = [furrows(*cut) for cut in cuts(face, frame, name)]
+    deep = np.concatenate([each[1] for each in found])
+    gaps = np.concatenate([np.diff(each[0]) for each in found])
+    return float(np.quantile(deep, 0.9)) if len(deep) else 0.0, float(np.median(gaps)) if len(gaps) else np.nan
+
+
+def report(faces: tuple[str, ...] = ("head-0", "ict-0"), seeds: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Report:
+    """Report depths and spacings on some faces, means over several drawings of the lines."""
+    rows: list[tuple[str | float, ...]] = []
+    numbers: dict[str, dict[str, list[list[float]]]] = {}
+    for subject in faces:
+        face = subjects.subject(subject)
+        for name, region in REGIONS.items():
+            waves = name in ("forehead", "corners of the eyes")
+            found = [
+                np.mean([measured(face, name, age, seed, contracted) for seed in (seeds if waves else seeds[:1])], axis=0)
+                for contracted in (False, True)
+                for age in AGES
+            ]
+            numbers.setdefault(subject, {})[name] = np.array(found).tolist()
+            deep = [f"{depth:.2f}" for depth, _ in found]
+            apart = [f"{found[k][1]:.1f}" if waves else "" for k in (2, 4)]
+            rows.append(
+                (subject, name, *deep[1:3], region.at_rest, *deep[3:], region.contracted, *apart, region.spacing)
+            )
+    eyes, forehead = (numbers[faces[0]][name] for name in ("corners of the eyes", "forehead"))
+    return Report(
+        "realism",
+        "Lines by region and age",
+        "Depth (ninth decile of the furrows, below the lower of their crests) and distance of lines, mm, on cuts across "
+        f"each region; where lines differ from person to person, means of {len(seeds)}. Contracted: AU6+12, AU15, AU4, "
+        "AU6+12 and AU1+2. Published values are in columns of that name; sources are on the page \"How real?\".",
+        f"At age .5 the corners of the eyes have {eyes[1][0] / eyes[2][0]:.0%} of their depth at rest, the forehead "
+        f"{forehead[1][0] / forehead[2][0]:.0%}.",
+        [
+            Table(
+                "Depths and spacings, mm",
+                (
+                    "face", "region", "rest, age .5", "age 1", "published", "contracted, age 0", ".5", "1",
+                    "published", "apart at rest", "contracted", "published",
+                ),  # fmt: skip
+                rows,
+            )
+        ],
+        numbers=numbers,
+    )
+
+
+def main(*, quick: bool = False, out: Path = OUTPUT) -> None:
+    """Measure the lines of faces by region and age.
+
+    Parameters
+    ----------
+    quick
+        The built-in head alone, with one drawing of its lines.
+    out
+        Folder for realism.json and the index page.
+    """
+    known = set(subjects.names())
+    faces = tuple(name for name in ("head-0", "ict-0") if name in known)
+    publish(report(faces[:1], (0,)) if quick else report(faces), out)
+
+
+if __name__ == "__main__":
+    run(main)

@@ -1,0 +1,59 @@
+"""Depths and spacings of lines against cuts of known shape, and the order in which regions age.
+
+what                            checked against
+furrows of a cut                sums of cosines of known depth and length
+cuts of a face                  a sine that is written to W
+order and depth of ageing       Takema and others 1997, Tsukahara and others 2015, published depths
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.realism import REGIONS, cuts, furrows, in_region, main, measured
+
+
+def test_furrows_are_as_deep_as_below_their_lower_crest():
+    distance = np.linspace(0.0, 40.0, 4001)
+    slope = 0.01 * distance  # one crest is lower by .1 mm
+    where, deep = furrows(distance, 0.5 * np.cos(2.0 * np.pi * distance / 10.0) + slope)
+    np.testing.assert_allclose(np.diff(where), 10.0, atol=0.02)
+    np.testing.assert_allclose(deep[1:], 1.0 - 0.05, atol=0.002)
+
+
+def test_cuts_across_lines_that_were_written_find_their_depth_and_distance(face):
+    frame = face.mesh.subdivide(2, "linear")
+    up = (frame.points - face.frame.origin) @ face.frame.axes[1]
+    frame["W"] = 0.3 * np.cos(2.0 * np.pi * up / 8.0)
+    found = [furrows(*cut) for cut in cuts(face, frame, "forehead")]
+    assert len(found) == 9
+    assert np.quantile(np.concatenate([deep for _, deep in found]), 0.9) == pytest.approx(0.6, abs=0.03)
+    gaps = np.concatenate([np.diff(where) for where, _ in found])
+    assert 8.0 < np.median(gaps) < 9.0  # along the skin, which is not upright everywhere
+
+
+def test_regions_are_apart_and_on_both_sides(face):
+    inside = {name: in_region(face, face.points, name) for name in REGIONS}
+    for name, where in inside.items():
+        aside = (face.points[where] - face.frame.origin) @ face.frame.axes[0]
+        assert (aside > 0.0).sum() == pytest.approx((aside < 0.0).sum(), abs=2), name
+    assert max(np.sum(list(inside.values()), axis=0)) == 1
+
+
+@pytest.mark.slow
+def test_old_eyes_have_deeper_lines_than_old_foreheads(face):
+    """On average over people, and both within what is published."""
+    eyes, forehead = (
+        [measured(face, name, 1.0, seed, contracted=False)[0] for seed in range(5)]
+        for name in ("corners of the eyes", "forehead")
+    )
+    assert 0.1 < np.mean(forehead) < np.mean(eyes) < 0.5
+    assert 0.1 < min(forehead) < max(forehead) < 0.4
+
+
+@pytest.mark.slow
+def test_a_quick_report_says_what_is_published_beside_what_is_measured(tmp_path, capsys):
+    main(quick=True, out=tmp_path)
+    assert (tmp_path / "realism.json").exists()
+    assert ".1 to .4" in capsys.readouterr().out
