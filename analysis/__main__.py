@@ -7,7 +7,7 @@ from pathlib import Path
 import facewrinkle as fw
 from facewrinkle.export import output_folder
 
-from . import emotions, folds, motion, performance, profiles, refinement, relief, soundness, subjects, volume
+from . import emotions, folds, motion, performance, profiles, realism, refinement, relief, soundness, subjects, volume
 from .report import OUTPUT, publish, run
 
 
@@ -21,7 +21,7 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
     quick
         Coarser meshes, fewer expressions and repetitions.
     """
-    for module in (profiles, folds, volume, refinement, performance):
+    for module in (profiles, folds, volume, realism, refinement, performance):
         publish(module.report(quick), out)
     faces, count = (subjects.names()[:1], 1) if quick else (subjects.names(), 3)
     publish(soundness.report(soundness.play_all(output_folder(out) / "soundness.jsonl", faces, count)), out)

@@ -150,16 +150,20 @@ def measured(face: fw.Face, name: str, age: float, seed: int, contracted: bool) 
     return float(np.quantile(deep, 0.9)) if len(deep) else 0.0, float(np.median(gaps)) if len(gaps) else np.nan
 
 
-def report(faces: tuple[str, ...] = ("head-0", "ict-0"), seeds: tuple[int, ...] = (0, 1, 2, 3, 4)) -> Report:
-    """Report depths and spacings on some faces, means over several drawings of the lines."""
+def report(quick: bool = False) -> Report:
+    """Report depths and spacings on the built-in head and a captured face, means over several drawings of the lines."""
+    faces, seeds = [name for name in ("head-0", "ict-0") if name in subjects.names()], range(5)
+    if quick:
+        faces, seeds = faces[:1], range(1)
     rows: list[tuple[str | float, ...]] = []
     numbers: dict[str, dict[str, list[list[float]]]] = {}
     for subject in faces:
         face = subjects.subject(subject)
         for name, region in REGIONS.items():
             waves = name in ("forehead", "corners of the eyes")
+            drawn = seeds if waves else seeds[:1]
             found = [
-                np.mean([measured(face, name, age, seed, contracted) for seed in (seeds if waves else seeds[:1])], axis=0)
+                np.mean([measured(face, name, age, seed, contracted) for seed in drawn], axis=0)
                 for contracted in (False, True)
                 for age in AGES
             ]
@@ -173,18 +177,28 @@ def report(faces: tuple[str, ...] = ("head-0", "ict-0"), seeds: tuple[int, ...] 
     return Report(
         "realism",
         "Lines by region and age",
-        "Depth (ninth decile of the furrows, below the lower of their crests) and distance of lines, mm, on cuts across "
-        f"each region; where lines differ from person to person, means of {len(seeds)}. Contracted: AU6+12, AU15, AU4, "
-        "AU6+12 and AU1+2. Published values are in columns of that name; sources are on the page \"How real?\".",
+        "Depth (ninth decile of the furrows, below the lower of their crests) and distance of lines, mm, on cuts across"
+        f" each region; where lines differ from person to person, means of {len(seeds)}. Contracted: AU6+12, AU15, "
+        'AU4, AU6+12 and AU1+2. Published values are in columns of that name; sources are on the page "How real?".',
         f"At age .5 the corners of the eyes have {eyes[1][0] / eyes[2][0]:.0%} of their depth at rest, the forehead "
         f"{forehead[1][0] / forehead[2][0]:.0%}.",
         [
             Table(
                 "Depths and spacings, mm",
                 (
-                    "face", "region", "rest, age .5", "age 1", "published", "contracted, age 0", ".5", "1",
-                    "published", "apart at rest", "contracted", "published",
-                ),  # fmt: skip
+                    "face",
+                    "region",
+                    "rest, age .5",
+                    "age 1",
+                    "published",
+                    "contracted, age 0",
+                    ".5",
+                    "1",
+                    "published",
+                    "apart at rest",
+                    "contracted",
+                    "published",
+                ),
                 rows,
             )
         ],
@@ -202,9 +216,7 @@ def main(*, quick: bool = False, out: Path = OUTPUT) -> None:
     out
         Folder for realism.json and the index page.
     """
-    known = set(subjects.names())
-    faces = tuple(name for name in ("head-0", "ict-0") if name in known)
-    publish(report(faces[:1], (0,)) if quick else report(faces), out)
+    publish(report(quick), out)
 
 
 if __name__ == "__main__":

@@ -45,10 +45,9 @@ layer = fw.Simulation(face, layers=[fw.WaveFolds()]).layers[0]
 print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in layer.lines.items()))
 
 # %%
-# Another seed is another person's lines; `density`, `depth`, `irregularity` and `symmetry` are what an artist would
-# change next.
+# Another seed is another person's lines; `density`, `depth` and `irregularity` are what an artist would change next.
 
-settings = [{"seed": 1}, {"seed": 2}, {"density": 1.4, "seed": 1}, {"irregularity": 0.0, "symmetry": 1.0}]
+settings = [{"seed": 1}, {"seed": 2}, {"density": 1.4, "seed": 1}, {"irregularity": 0.0}]
 figure(side_by_side([picture(played("surprise", layers=[fw.WaveFolds(**s)]), face, forehead) for s in settings]))
 
 # %%

@@ -134,8 +134,8 @@ def test_an_atlas_may_have_triangular_muscles(tmp_path, face):
 
 
 def test_the_brows_are_raised_by_skin_that_converges_from_below_and_above(face):
-    """At 61 % of its height (Cotofana et al.), which on people is 53 to 57 mm (trichion to glabella, Farkas), and 40 here:
-    about 33 mm above the brow, in the middle and over it.
+    """At 61 % of its height (Cotofana et al.), which on people is 53 to 57 mm (trichion to glabella, Farkas), and 40
+    here: about 33 mm above the brow, in the middle and over it.
     """
     skin = fw.Skin(face, time_step=1.0)
     skin.contract(face.atlas.contractions({"AU1": 1.0, "AU2": 1.0}))

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csc_array, diags_array
-from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
-from ...array_types import Array, BoolArray, IntArray
+from ...array_types import Array, BoolArray
 from ...geometry.interpolation import interpolated
 from ...geometry.laplacian import symmetric_factors
 from ...geometry.refinement import RedGreenForest
@@ -23,9 +20,6 @@ FINE, MOST = 0.45, 4
 
 THIN = 1e-3
 """Least height of a triangle that counts, over its longest side."""
-
-FACING = 0.3
-"""A vertex and the mirror image of its twin face alike: the least cosine of their normals."""
 
 Smoother = Callable[[Array], Array]
 
@@ -142,42 +136,3 @@ class Smoothing:
     def white(self, rng: np.random.Generator) -> npt.NDArray[np.float64]:
         """Return random numbers (n,) that weigh alike however the triangles lie."""
         return np.asarray(rng.normal(size=len(self.mass)) / np.sqrt(self.mass))
-
-
-@dataclass(frozen=True, eq=False)
-class OtherSide:
-    """For each vertex the one that is nearest to its mirror image.
-
-    Attributes
-    ----------
-    mirror : ndarray, shape (3, 3)
-        The mirror at the median plane.
-    of, twin : ndarray of int, shape (k,)
-        Vertices, and the twin of each; none on a face without landmarks.
-    way : ndarray, shape (k, 3)
-        From the mirror images of the twins to the vertices, mm.
-    """
-
-    mirror: Array
-    of: IntArray
-    twin: IntArray
-    way: Array
-
-    @classmethod
-    def of_points(cls, face: Face, points: Array, normals: Array, reach: Array) -> Self:
-        """Return the twins of points (n, 3), mm, that face the same way and are nearer than a reach (n,)."""
-        if not face.landmarks:
-            nothing = np.empty(0, np.int64)
-            return cls(np.eye(3), nothing, nothing, np.empty((0, 3)))
-        mirror = np.eye(3) - 2.0 * np.outer(face.frame.axes[0], face.frame.axes[0])
-        images = (points - face.frame.origin * face.unit) @ mirror + face.frame.origin * face.unit
-        away, twin = cKDTree(images).query(points)
-        facing = ((normals[twin] @ mirror) * normals).sum(axis=1)
-        of = np.flatnonzero((away < reach) & (facing > FACING))
-        return cls(mirror, of, twin[of], points[of] - images[twin[of]])
-
-    def added(self, values: Array, share: float, turns: Array | None = None) -> Array:
-        """Return values (n, ...) plus a share of those at the twins; matrices (k, 2, 2) may turn waves (n, 2)."""
-        out, twins = values.copy(), values[self.twin]
-        out[self.of] += share * (twins if turns is None else np.einsum("nij,nj->ni", turns, twins))
-        return out

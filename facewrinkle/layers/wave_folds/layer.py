@@ -40,8 +40,6 @@ class WaveFolds(Layer):
         In [0.5, 2]: below 1, lines fade and return along their way, in shorter pieces; above it, they run on evenly.
     irregularity : float
         0: as parallel and even as the compression lets them be; 1: as on people.
-    symmetry : float
-        In [0, 1]. 0: left and right are drawn independently of each other; 1: nearly mirrored.
     seed : int
         Another seed is another person's lines; another identity of the head keeps them.
     age : float
@@ -83,7 +81,6 @@ class WaveFolds(Layer):
         depth: float = 1.0,
         density: float = 1.0,
         irregularity: float = 1.0,
-        symmetry: float = 0.5,
         seed: int = 0,
         age: float | None = None,
         amount: Amount | None = None,
@@ -96,7 +93,6 @@ class WaveFolds(Layer):
         self.style = Style(
             check_whole("seed", seed, 0, 2**63),
             check_range("irregularity", irregularity, 0.0, 3.0),
-            check_range("symmetry", symmetry, 0.0, 1.0),
             check_range("length", length, 0.5, 2.0, "1 is as on people."),
         )
         self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")

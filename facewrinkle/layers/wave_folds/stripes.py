@@ -22,7 +22,7 @@ from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
 from .families import strength_of, window_of
-from .ground import Ground, OtherSide, Smoother, Smoothing, level_for
+from .ground import Ground, Smoother, Smoothing, level_for
 from .tissue import OTHERS, OWN
 
 STEPS, ALIGNED = 20, (0.55, 1.3)
@@ -54,9 +54,6 @@ no lines, and from which there are all.
 FAINTEST = 0.3
 """Strength of the weakest lines, relative to the strongest."""
 
-ALIKE = 1.1
-"""Weight of the other side of the face at symmetry 1, relative to that of the own side."""
-
 KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "share": np.float32}
 """Arrays that stripes are stored as. Where compression begins decides which triangles have lines: it is kept whole."""
 
@@ -70,15 +67,12 @@ class Style:
     seed : int
     irregularity : float
         0: lines as parallel and alike as the compression lets them; 1: as on faces.
-    symmetry : float
-        0: left and right are drawn independently of each other; 1: nearly mirrored.
     length : float
         Multiplies the distance along the lines within which they are as strong. Where they lie does not change.
     """
 
     seed: int = 0
     irregularity: float = 1.0
-    symmetry: float = 0.5
     length: float = 1.0
 
 
@@ -157,17 +151,16 @@ def found_stripes(
     rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
     normals, local = ground.at(vertex_normals(face.points, face.triangles)), ground.at(length)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    other = OtherSide.of_points(face, ground.points, normals, 0.7 * local)
     area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
 
-    def random(smooth: Smoother, symmetry: float) -> Array:
-        values = smooth(smooth(other.added(smoothing.white(rng), symmetry)))
+    def random(smooth: Smoother) -> Array:
+        values = smooth(smooth(smoothing.white(rng)))
         values = values - values.mean()
         return np.asarray(np.clip(values / max(float(values.std()), 1e-9), -2.0, 2.0))
 
     even = smoothing.over(0.25 * EVEN**2 * area * np.eye(3))
     d, share = _directions(even, ground.at(tensor), normals)
-    turn = WANDER * style.irregularity * random(even, -style.symmetry)[:, None]
+    turn = WANDER * style.irregularity * random(even)[:, None]
     d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
     share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
 
@@ -175,11 +168,10 @@ def found_stripes(
         squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
         return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
 
-    alike = ALIKE * style.symmetry
-    uneven = random(smoothing.over(directed(*STRIATED)), alike)
+    uneven = random(smoothing.over(directed(*STRIATED)))
     wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]
-    psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), wave, other, alike, rng)
-    lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)), alike)
+    psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), rng.random(len(wave)))
+    lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)))
     share = share * np.hypot(*psi.T) * _strengths(lines, style)
     return Stripes(ground, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
 
@@ -222,19 +214,15 @@ def _strengths(lines: Array, style: Style) -> Array:
 # --- phases ------------------------------------------------------------------------------------------
 
 
-def _aligned(smooth: Smoother, wave: Array, other: OtherSide, alike: float, rng: np.random.Generator) -> Array:
+def _aligned(smooth: Smoother, start: Array) -> Array:
     """Return waves (n, 2) of phases that agree along the lines and across them: their cosine and sine, shorter where
     neighbours cannot agree.
 
-    Each step lowers the stripe energy, and brings all to the length 1 again.
+    Each step lowers the stripe energy, and brings all to the length 1 again. They begin at phases (n,) in cycles.
     """
-    phase = 2.0 * np.pi * rng.random(len(wave))
-    psi = np.stack([np.cos(phase), np.sin(phase)], axis=1)
-    images = wave[other.twin] @ other.mirror
-    sign = _signs(images, wave[other.of])
-    turns = _turned(sign * (images * other.way).sum(axis=1), sign)
+    psi = np.stack([np.cos(2.0 * np.pi * start), np.sin(2.0 * np.pi * start)], axis=1)
     for _ in range(STEPS):
-        psi = smooth(other.added(psi, alike, turns))
+        psi = smooth(psi)
         psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), 1e-12)
     return smooth(psi)
 

@@ -103,9 +103,9 @@ def wavelengths(face: Face) -> Array:
 def old_depths(face: Face, age: float) -> Array:
     """Return how deep lines at rest are (n0,), mm, over the root of the compression of the skin in full motion.
 
-    ``1.1 age^t / t^2`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On people
-    the corners of the eyes age first, and the forehead after the folds that everybody has at the same places (Takema
-    and others, Skin Research and Technology 1997).
+    ``1.1 age^t / t^2`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On
+    people the corners of the eyes age first, and the forehead after the folds that everybody has at the same places
+    (Takema and others, Skin Research and Technology 1997).
 
     Examples
     --------

@@ -6,7 +6,6 @@ bounds                arc length of sections, with the length that the compressi
                       surfaces with and without folds, with what is displaced
 rest, histories       W exactly 0 and the mesh at the start; the same heights after other times; two processes
 material              phases do not move; another identity keeps its lines, another seed does not
-left and right        mirrored heights at symmetry 1 and 0
 age                   nothing at 0; furrows at rest, none where the skin is stretched
 refinement            the chord error of a sampled cosine; a held pose changes no triangle; no triangle is turned over
 errors                the messages
@@ -83,7 +82,7 @@ def pressed(sheet):
     return press
 
 
-EVEN = {"irregularity": 0.0, "symmetry": 0.0}
+EVEN = {"irregularity": 0.0}
 PRESSED = (0.0, 0.25)
 
 
@@ -254,18 +253,11 @@ def test_a_mesh_in_metres_has_the_same_lines(face):
         assert likeness(cosines(own, one, name), cosines(metres, other, name)) > 1.0 - 1e-6
 
 
-def test_left_and_right_are_alike_as_far_as_asked_for(face):
-    mirrored = face.points * [-1.0, 1.0, 1.0]
-    twin = cKDTree(face.points).query(mirrored)[1]
-    alike = []
-    for symmetry in (0.0, 0.5, 1.0):
-        field = WaveField(face, fold_shapes(face, fw.Skin(face)), 1.0, Style(symmetry=symmetry))
-        wave = cosines(face, field, "eyes")
-        alike.append(likeness(wave, wave[twin]))
-    assert alike[0] < 0.4
-    assert alike[0] < alike[1] < alike[2]
-    assert alike[2] > 0.6
-    assert alike[1] < 0.98
+def test_left_and_right_are_drawn_each_for_itself(face):
+    """Captured foreheads are alike by .3, for the skin that folds is; where lines lie is not."""
+    twin = cKDTree(face.points).query(face.points * [-1.0, 1.0, 1.0])[1]
+    wave = cosines(face, WaveField(face, fold_shapes(face, fw.Skin(face)), 1.0, Style()), "eyes")
+    assert likeness(wave, wave[twin]) < 0.4
 
 
 def crosses(points, triangles):
@@ -354,7 +346,6 @@ def test_more_lines_where_they_are_denser(sheet, vertically, pressed):
         ({"seed": 1.5}, r"seed must be a whole number, received 1.5"),
         ({"seed": -1}, r"seed must lie in \[0"),
         ({"age": 1.5}, r"age must lie in \[0, 1\], received 1.5"),
-        ({"symmetry": -0.1}, r"symmetry must lie in \[0, 1\]"),
         ({"density": 0.0}, r"density must lie in \[0.25, 4\], received 0. 1 is as on people"),
         ({"depth": float("nan")}, r"depth must lie in"),
         ({"length": 3.0}, r"length must lie in \[0.5, 2\], received 3. 1 is as on people"),

@@ -3,7 +3,6 @@
 what                  checked against
 waves between them    a plane wave in closed form, with vectors of either sign, at any level
 smoothing             the decay of a cosine, in closed form
-twins                 the mirror images, on the symmetric head
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
-from facewrinkle.layers.wave_folds.ground import Ground, OtherSide, Smoothing
+from facewrinkle.layers.wave_folds.ground import Ground, Smoothing
 from facewrinkle.layers.wave_folds.stripes import Stripes
 
 K = np.array([0.3, 0.8, 0.0])
@@ -57,19 +56,3 @@ def test_a_cosine_decays_as_diffusion_says(sheet):
         mode = np.cos(k * (ground.points[:, axis] + 0.5 * length))
         np.testing.assert_allclose(smooth(mode), mode / (1.0 + variance * k**2), atol=5e-3)
     np.testing.assert_allclose(smooth(np.ones(len(mode))), 1.0, rtol=1e-12)
-
-
-def test_twins_are_the_mirror_images(face):
-    zone = np.abs(face.points[face.triangles][:, :, 1].mean(axis=1) - face.landmarks["glabella"][1]) < 25.0
-    ground = Ground(face, zone, 0)
-    normals = ground.at(face.tissue.normals)
-    other = OtherSide.of_points(face, ground.points, normals, np.full(len(normals), 1.0))
-    assert len(other.of) > 0.9 * len(normals)
-    images = ground.points[other.twin] * [-1.0, 1.0, 1.0]
-    np.testing.assert_allclose(ground.points[other.of] - images, other.way, atol=1e-6)
-    values = np.zeros(len(normals))
-    values[ground.points[:, 0] > 1.0] = 1.0
-    both = other.added(values, 0.5)[other.of]
-    x = ground.points[other.of][:, 0]
-    assert (both[x > 2.0] == 1.0).all()
-    assert (both[x < -2.0] == 0.5).all()
