@@ -16,9 +16,8 @@ from ..entries import DEEP_ENOUGH, Relief, scattered
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
-from .field import WaveField
+from .field import Now, WaveField, Waves
 from .stripes import Stripes, Style
-from .waves import Now, Waves
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
