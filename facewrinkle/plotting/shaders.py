@@ -332,7 +332,7 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
-    "0.24, 0.13, 0.09",
+    "0.20, 0.14, 0.11",
     "0.022 * near8 + 0.05 * near32 * near8",
     gloss="smoothstep(-0.03, 0.2, albedo.g)",
     sharp=1,

@@ -9,6 +9,7 @@ patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one; axe-core finds nothing serious
+colours, dark and light            | the contrast of WCAG
 eyes, landmarks, rings, muscles    | dragged: the document
 the list of all controls           | finds sliders, buttons and expressions that were kept
 ranges of fields                   | the pixels; the number under the pointer is that of the frame
@@ -98,7 +99,7 @@ def test_what_is_not_0_is_counted_and_has_another_slider_below(page, studio):
     studio.change(mixture={"AU26": 0.5, "AU12L": 0.3, "AU12R": 0.3, "zygomaticus_minor_l": 0.2}, gaze=[10.0, 0.0])
     active = page.get_by_role("group", name="Active")
     until(lambda: active.locator(".row").count() == 4)
-    headings = page.evaluate("[...document.querySelectorAll('h3')].map((e) => [e.textContent, e.dataset.count])")
+    headings = page.evaluate("[...document.querySelectorAll('h2')].map((e) => [e.textContent, e.dataset.count])")
     assert {title: int(count) for title, count in headings if count} == {"Eyes": 1, "Mouth and chin": 2, "Muscles": 1}
     page.locator(SLIDER.format("Lip corner puller, active")).focus()
     page.keyboard.press("End")
@@ -166,7 +167,7 @@ def test_nothing_is_cut_off_on_small_screens(browser, studio, size):
             button.click()
         assert page.locator(control).is_visible()
         outside = page.evaluate(
-            """() => [...document.querySelectorAll("button, input, select, label, output, h3, canvas, .track span")]
+            """() => [...document.querySelectorAll("button, input, select, label, output, h2, canvas, .track span")]
             .filter((e) => e.checkVisibility() && !e.closest("dialog")).filter((e) => {
               const { left, right, top, bottom } = e.getBoundingClientRect();
               const inside = e.closest("header, .transport, canvas") ? top >= 0 && bottom <= innerHeight : true;
@@ -592,6 +593,27 @@ def test_the_tour_leads_through_the_page(page):
         page.keyboard.press("Enter")  # the button for the next step has the focus
     assert len(titles) == len(set(titles)) == 10
     assert page.evaluate("document.activeElement.id") == "tour-button"
+
+
+@pytest.mark.parametrize("scheme", ["dark", "light"])
+def test_words_are_readable_in_the_colours_that_the_system_asks_for(browser, studio, scheme):
+    """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons."""
+    page = browser.new_page(color_scheme=scheme)
+    page.goto(studio.url)
+    names = ("panel", "raised", "main", "text", "quiet", "accent", "error")
+    read = "(names) => names.map((name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`))"
+    colours = dict(zip(names, page.evaluate(read, list(names)), strict=True))
+    page.close()
+
+    def luminance(name):
+        share = np.array([int(colours[name].strip()[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+        linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+        return linear @ [0.2126, 0.7152, 0.0722]
+
+    assert (luminance("panel") > 0.5) == (scheme == "light")
+    for words, ground in (*((name, "panel") for name in names[3:]), ("text", "raised"), ("text", "main")):
+        low, high = sorted((luminance(words), luminance(ground)))
+        assert (high + 0.05) / (low + 0.05) > 4.5, (words, ground)
 
 
 def test_axe_finds_nothing_serious(page, studio):

@@ -17,7 +17,7 @@ export class FacePanel {
     this.content = [
       element("div", { class: "actions" }, this.choice, element("button", { text: "Open …", title: "A mesh, a recorded clip or a .face file; or drop it onto the page", onclick: () => app.opening.choose() })),
       this.about,
-      element("h3", { text: "Landmarks" }),
+      element("h2", { text: "Landmarks" }),
       element("label", { class: "inline" }, this.shown, "Show, and drag them on the face"),
       element("div", { class: "actions" }, this.back), this.report, this.person,
     ];
@@ -43,7 +43,7 @@ export class FacePanel {
     this.rows.clear();
     this.person.replaceChildren();
     if (!identity.length) return;
-    this.person.append(element("h3", { text: "Person" }));
+    this.person.append(element("h2", { text: "Person" }));
     for (const name of identity) {
       const made = this.panels.numberRow(titled(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the mean head");
       this.rows.set(name, made);

@@ -76,7 +76,7 @@ export class Panels {
 
   /** Factors of the folds of single regions. */
   regions(names) {
-    return [element("h3", { text: "Regions" }), ...names.map((name) => {
+    return [element("h2", { text: "Regions" }), ...names.map((name) => {
       const made = this.numberRow(titled(name), ["regions", name], [0, 4], 2, 1, "Factor of the depth of the waves here");
       made.input.setAttribute("aria-label", `Folds of ${name}`);
       this.updates.push((data) => made.set(data.regions[name] ?? 1));

@@ -103,7 +103,7 @@ const LOOKS = [["Look sideways", "Degrees to the subject's left"], ["Look up", "
 export class Sliders {
   constructor(box, connection) {
     Object.assign(this, { box, connection, rows: [], mixture: {}, looks: [0, 0], locked: true });
-    this.active = element("div", { class: "active-rows", role: "group", "aria-label": "Active", hidden: true }, element("h3", { text: "Active" }));
+    this.active = element("div", { class: "active-rows", role: "group", "aria-label": "Active", hidden: true }, element("h2", { text: "Active" }));
     box.after(this.active);
   }
 
@@ -130,7 +130,7 @@ export class Sliders {
 
   section(title, entries) {
     if (!entries.length) return;
-    const group = element("div", { role: "group", "aria-label": title }, element("h3", { text: title }));
+    const group = element("div", { role: "group", "aria-label": title }, element("h2", { text: title }));
     const add = (name, words, sides, make) => {
       const made = make();
       made.off(this.off[name]);
