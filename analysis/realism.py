@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -40,25 +41,25 @@ class Region:
     ----------
     axis : int
         The cuts have constant x (0) or constant y (1) in the axes of the head.
-    units : dict
-        The expression that folds it: action units and weights.
+    units : str
+        The action units that fold it, joined by +.
     at_rest, contracted, spacing : str
         What is published: depths, mm, at rest on old faces and in expressions, and the distance between lines, mm.
     """
 
     axis: int
-    units: dict[str, float]
+    units: str
     at_rest: str
     contracted: str = ""
     spacing: str = ""
 
 
 REGIONS = {
-    "corners of the eyes": Region(0, {"AU6": 1.0, "AU12": 1.0}, ".1 to .3, up to .5"),
-    "corners of the mouth": Region(1, {"AU15": 1.0}, ""),
-    "glabella": Region(1, {"AU4": 1.0}, "seen from 40 years on"),
-    "beside the nose": Region(1, {"AU6": 1.0, "AU12": 1.0}, "below .2 to above .8"),
-    "forehead": Region(0, {"AU1": 1.0, "AU2": 1.0}, ".1 to .4", ".5 to 1.5", "rest 6 to 14, contracted 5.8 to 7.9"),
+    "corners of the eyes": Region(0, "AU6+AU12", ".1 to .3, up to .5"),
+    "corners of the mouth": Region(1, "AU15", ""),
+    "glabella": Region(1, "AU4", "seen from 40 years on"),
+    "beside the nose": Region(1, "AU6+AU12", "below .2 to above .8"),
+    "forehead": Region(0, "AU1+AU2", ".1 to .4", ".5 to 1.5", "rest 6 to 14, contracted 5.8 to 7.9"),
 }
 """Regions, in the order in which they age on people (Takema and others 1997). Sources are on the page "How real?"."""
 
@@ -72,8 +73,8 @@ def in_region(face: fw.Face, points: npt.ArrayLike, name: str) -> npt.NDArray[np
     >>> [in_region(face, [face.landmarks["forehead_mid"]], name).item() for name in ("forehead", "glabella")]
     [True, False]
     """
-    marks = {mark: places(face, point) for mark, point in face.landmarks.items()}
-    x, y, z = places(face, points).T
+    marks = {mark: face.frame.local(point) for mark, point in face.landmarks.items()}
+    x, y, z = face.frame.local(np.asarray(points)).T
     front = z > min(marks["zygion_l"][2], marks["zygion_r"][2])
     low = max(marks["brow_l_mid"][1], marks["brow_r_mid"][1]) + 0.1
     if name == "forehead":
@@ -96,11 +97,6 @@ def in_region(face: fw.Face, points: npt.ArrayLike, name: str) -> npt.NDArray[np
     return np.asarray(front & inside)
 
 
-def places(face: fw.Face, points: npt.ArrayLike) -> Array:
-    """Return points (..., 3) in the axes of the head, in distances between the pupils."""
-    return np.asarray((np.asarray(points) - face.frame.origin) @ face.frame.axes.T / face.frame.pupil_distance)
-
-
 def cuts(face: fw.Face, frame: pv.PolyData, name: str) -> Iterator[tuple[Array, Array]]:
     """Yield distance along the skin, mm, and W, mm, of each cut through a region, side by side."""
     axis = REGIONS[name].axis
@@ -110,11 +106,11 @@ def cuts(face: fw.Face, frame: pv.PolyData, name: str) -> Iterator[tuple[Array, 
     for level in np.linspace(low, high, CUTS):
         line = frame.slice(normal=normal, origin=level * normal)
         points, height = np.asarray(line.points), np.asarray(line["W"])
-        along = points @ face.frame.axes[1 - axis]
-        middle = face.frame.origin @ face.frame.axes[0]
-        sides = [points @ face.frame.axes[0] > middle] if axis == 1 and name != "glabella" else []
-        for side in [*sides, *(~each for each in sides)] or [np.ones(len(points), bool)]:
-            some = np.flatnonzero(side & in_region(face, points, name))
+        along, inside = points @ face.frame.axes[1 - axis], in_region(face, points, name)
+        left = face.frame.local(points)[:, 0] > 0.0
+        apart = axis == 1 and name != "glabella"  # else a cut lies on one side, or runs over the middle
+        for part in (inside & left, inside & ~left) if apart else (inside,):
+            some = np.flatnonzero(part)
             some = some[np.argsort(along[some])]
             if len(some) > 4:
                 step = np.linalg.norm(np.diff(points[some], axis=0), axis=1)
@@ -135,15 +131,19 @@ def furrows(distance: Array, height: Array) -> tuple[Array, Array]:
     return distance[found], np.asarray(about["prominences"])
 
 
-def measured(face: fw.Face, name: str, age: float, seed: int, contracted: bool) -> tuple[float, float]:
+def held(face: fw.Face, age: float, seed: int, units: str = "") -> pv.PolyData:
+    """Return the frame in which a face of an age, with one drawing of its lines, holds action units joined by +."""
+    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=age, seed=seed))
+    if units:
+        sim.express(dict.fromkeys(units.split("+"), 1.0))
+    return sim.settle()
+
+
+def measured(face: fw.Face, frame: pv.PolyData, name: str) -> tuple[float, float]:
     """Return depth and spacing of the lines in a region, mm: the ninth decile of the furrows, and the median distance.
 
     Where there is no furrow the depth is 0; where there are no two, the spacing is not a number.
     """
-    sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=age, seed=seed))
-    if contracted:
-        sim.express(REGIONS[name].units)
-    frame = sim.settle()
     found = [furrows(*cut) for cut in cuts(face, frame, name)]
     deep = np.concatenate([each[1] for each in found])
     gaps = np.concatenate([np.diff(each[0]) for each in found])
@@ -159,12 +159,13 @@ def report(quick: bool = False) -> Report:
     numbers: dict[str, dict[str, list[list[float]]]] = {}
     for subject in faces:
         face = subjects.subject(subject)
+        frame = cache(partial(held, face))  # regions share faces at rest, and smiles
         for name, region in REGIONS.items():
             waves = name in ("forehead", "corners of the eyes")
             drawn = seeds if waves else seeds[:1]
             found = [
-                np.mean([measured(face, name, age, seed, contracted) for seed in drawn], axis=0)
-                for contracted in (False, True)
+                np.mean([measured(face, frame(age, seed, units), name) for seed in drawn], axis=0)
+                for units in ("", region.units)
                 for age in AGES
             ]
             numbers.setdefault(subject, {})[name] = np.array(found).tolist()

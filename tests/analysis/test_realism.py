@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.realism import REGIONS, cuts, furrows, in_region, main, measured
+from analysis.realism import REGIONS, cuts, furrows, held, in_region, main, measured
 
 
 def test_furrows_are_as_deep_as_below_their_lower_crest():
@@ -44,9 +44,9 @@ def test_regions_are_apart_and_on_both_sides(face):
 @pytest.mark.slow
 def test_old_eyes_have_deeper_lines_than_old_foreheads(face):
     """On average over people, and both within what is published."""
+    frames = [held(face, 1.0, seed) for seed in range(5)]
     eyes, forehead = (
-        [measured(face, name, 1.0, seed, contracted=False)[0] for seed in range(5)]
-        for name in ("corners of the eyes", "forehead")
+        [measured(face, frame, name)[0] for frame in frames] for name in ("corners of the eyes", "forehead")
     )
     assert 0.1 < np.mean(forehead) < np.mean(eyes) < 0.5
     assert 0.1 < min(forehead) < max(forehead) < 0.4
