@@ -5,6 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
+from facewrinkle.geometry.interpolation import barycentric, interpolated
+from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.mesh.arrays import closest_places
+
 
 def fingerprint(mesh: pv.PolyData) -> tuple:
     """All that a function could change in its input."""
@@ -59,3 +63,13 @@ def smallest_angles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     u, v = np.roll(p, -1, axis=-2) - p, np.roll(p, 1, axis=-2) - p
     sine = np.linalg.norm(np.cross(u, v), axis=-1)
     return np.degrees(np.arctan2(sine, (u * v).sum(axis=-1)).min(axis=-1))
+
+
+def signed_distances(points: np.ndarray, skin: pv.PolyData) -> np.ndarray:
+    """Distances of points (n, 3) from a mesh, negative on the side that its normals point away from."""
+    vertices, triangles = np.asarray(skin.points, dtype=float), np.asarray(skin.regular_faces)
+    cells, near = closest_places(skin, points)
+    corners = triangles[cells]
+    normals = interpolated(vertex_normals(vertices, triangles), corners, barycentric(near, vertices[corners]))
+    away = np.asarray(points, dtype=float) - near
+    return np.copysign(np.linalg.norm(away, axis=1), (away * normals).sum(axis=1))
