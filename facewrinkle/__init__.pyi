@@ -1,4 +1,5 @@
 from . import anatomy as anatomy
+from . import animation as animation
 from . import appearance as appearance
 from . import dataset as dataset
 from . import errors as errors
@@ -32,6 +33,8 @@ from .anatomy.muscles import SheetMuscle as SheetMuscle
 from .anatomy.muscles import SphincterMuscle as SphincterMuscle
 from .anatomy.muscles import TriangularMuscle as TriangularMuscle
 from .anatomy.muscles import Wrinkles as Wrinkles
+from .animation.reading import read_animation as read_animation
+from .animation.recorded import Recorded as Recorded
 from .commands.compile import compile_ahead as compile_ahead
 from .errors import FaceWrinkleError as FaceWrinkleError
 from .errors import FaceWrinkleWarning as FaceWrinkleWarning
@@ -47,10 +50,8 @@ from .live import studio as studio
 from .mesh import read_surface as read_surface
 from .mesh import read_texture as read_texture
 from .mesh import refine as refine
-from .motion.animation import read_animation as read_animation
 from .motion.base import Motion as Motion
 from .motion.base import Still as Still
-from .motion.recorded import Recorded as Recorded
 from .motion.skin import Skin as Skin
 from .motion.skin import SkinMaterial as SkinMaterial
 from .rigging import Performer as Performer

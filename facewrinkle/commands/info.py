@@ -11,13 +11,13 @@ from rich.table import Table
 
 from ..anatomy.atlas import DEFAULT_ATLAS, Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
+from ..animation.gltf import shapes_of_gltf
 from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, unknown_name
 from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
 from ..mesh import merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
-from ..motion.gltf import shapes_of_gltf
 from .options import Report, face_facts
 
 

@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 import pyvista as pv
 
+from ..animation.reading import read_animation
+from ..animation.recorded import Recorded
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..geometry.normals import vertex_areas
-from ..motion.animation import read_animation
-from ..motion.recorded import Recorded
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
 from ..rigging import Performer, read_take

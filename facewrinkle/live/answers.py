@@ -15,11 +15,11 @@ from ..anatomy.face import Face
 from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
+from ..animation.action_units import ARKIT, units_of
+from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
-from ..motion.action_units import ARKIT, units_of
-from ..motion.recorded import Recorded
 from ..plotting.views import VIEWS
 from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
 from .fields import FIELDS, colours, labels, probe

@@ -15,11 +15,11 @@ from ..anatomy.face import Face
 from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face, refitted
 from ..anatomy.identity import Identity
+from ..animation.reading import read_animation
+from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
 from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
-from ..motion.animation import read_animation
-from ..motion.recorded import Recorded
 from ..progress import Progress
 
 if TYPE_CHECKING:

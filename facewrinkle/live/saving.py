@@ -23,11 +23,11 @@ from ..anatomy.atlas import Atlas
 from ..anatomy.atlas_file import atlas_text
 from ..anatomy.face import Face
 from ..anatomy.face_file import write_face
+from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
 from ..files import not_written, output_folder, write_whole
-from ..motion.recorded import Recorded
 from ..plotting import Style, TearScene
 from ..processes import environment
 from .document import Document

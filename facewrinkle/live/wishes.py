@@ -10,6 +10,8 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..animation.playback import Playback
+from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError
 from ..geometry.smoothstep import smoothstep
 from ..layers.base import Layer
@@ -17,8 +19,6 @@ from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
 from ..layers.wave_folds.amount import amounts
-from ..motion.playback import Playback
-from ..motion.recorded import Recorded
 from ..plotting.views import VIEW_ANGLE, VIEWS, View
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers

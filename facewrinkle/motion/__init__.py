@@ -1,1 +1,1 @@
-"""Motions: they move the base mesh, by the muscles of a face or by a recording."""
+"""Motions that move the base mesh: the simulated skin with its joints and contacts, or one of your own."""

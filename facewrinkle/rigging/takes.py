@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ..animation.action_units import named_shapes, plain_name, sided
+from ..animation.track import Track
 from ..array_types import Array
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
 from ..files import check_file, reading, text_of
-from ..motion.action_units import named_shapes, plain_name, sided
-from ..motion.track import Track
 from .shapes import ARKIT, SETS
 
 SECONDS = {"time", "times", "t", "s", "sec", "seconds", "timestamp", "timestampms", "timems", "ms", "timesec"}

@@ -10,6 +10,9 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.known_folds import KnownFolds, known_folds
+from ..animation.action_units import units_of
+from ..animation.playback import Playback
+from ..animation.recorded import Recorded
 from ..array_types import Array
 from ..checks import finite
 from ..errors import ParameterError
@@ -17,11 +20,8 @@ from ..layers.wave_folds import GROUPS, FoldShapes
 from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
 from ..layers.wave_folds.stripes import Style
-from ..motion.action_units import units_of
 from ..motion.base import Motion
 from ..motion.material import SkinMaterial
-from ..motion.playback import Playback
-from ..motion.recorded import Recorded
 from ..motion.skin import Skin
 
 STEP, STEPS = 1.0, 3

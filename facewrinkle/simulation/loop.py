@@ -18,6 +18,8 @@ from ..anatomy.eyeball import gaze_of
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
 from ..anatomy.muscles import EyeMuscle
+from ..animation.playback import Playback
+from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
 from ..geometry import _mesh_kernels as kernels
@@ -33,8 +35,6 @@ from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped
 from ..motion.material import SkinMaterial
-from ..motion.playback import Playback
-from ..motion.recorded import Recorded
 from ..motion.skin import Skin
 from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscles
 from .fold_shapes import fold_shapes

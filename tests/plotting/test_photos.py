@@ -10,8 +10,8 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle.animation.recorded import Recorded
 from facewrinkle.mesh import add_seams
-from facewrinkle.motion.recorded import Recorded
 from facewrinkle.plotting import Scene, Style, picture
 from facewrinkle.plotting.images import texels_per_pixel, texture
 

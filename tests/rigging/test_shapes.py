@@ -10,8 +10,8 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.muscles import JawMuscle
+from facewrinkle.animation.action_units import named_shapes, units_of
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
-from facewrinkle.motion.action_units import named_shapes, units_of
 from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
 
 

@@ -16,13 +16,13 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.anatomy.known_folds import known_folds
 from facewrinkle.anatomy.muscles import SheetMuscle
+from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.motion.material import SkinMaterial
-from facewrinkle.motion.playback import Playback
 from facewrinkle.simulation.fold_layers import fold_layers
 from facewrinkle.simulation.fold_shapes import find_folds, fold_shapes, relaxed_shapes
 

@@ -2,7 +2,7 @@
 
 VTK's reader crashes the interpreter if counts or offsets are wrong, and refuses a mesh whose image is missing. Here
 every count is checked against the bytes that are there before it is used. Animations are read by
-:mod:`facewrinkle.motion.gltf`.
+:mod:`facewrinkle.animation.gltf`.
 """
 
 from __future__ import annotations

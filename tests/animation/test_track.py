@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
+from facewrinkle.animation.track import Track
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.motion.track import Track
 
 RNG = np.random.default_rng(11)
 

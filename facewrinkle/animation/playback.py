@@ -17,8 +17,8 @@ from ..anatomy.muscles import EyeMuscle
 from ..array_types import Array, IntArray
 from ..errors import check_range
 from ..geometry.rigid_alignment import RigidAlignment
+from ..motion.base import Undriven
 from .action_units import looks_of
-from .base import Undriven
 from .recorded import OFF_REST, Recorded, same_places
 
 LEAST_MOTION = 0.003

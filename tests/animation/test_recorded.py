@@ -28,12 +28,12 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease
+from facewrinkle.animation.recorded import Bones, Recorded
+from facewrinkle.animation.track import Track
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.layers.compression import StrainField, principal_compression
-from facewrinkle.motion.recorded import Bones, Recorded
-from facewrinkle.motion.track import Track
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 RNG = np.random.default_rng(11)

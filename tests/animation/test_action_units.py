@@ -10,8 +10,8 @@ from __future__ import annotations
 import pytest
 
 import facewrinkle as fw
+from facewrinkle.animation.action_units import ARKIT, units_of
 from facewrinkle.errors import UnknownNameError
-from facewrinkle.motion.action_units import ARKIT, units_of
 
 
 def test_shapes_become_action_units():
