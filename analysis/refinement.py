@@ -14,11 +14,11 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Wrinkles
-from facewrinkle.commands.table1 import PAPER
 from facewrinkle.geometry.interpolation import barycentric
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 
+from .performance import PAPER
 from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
 from .surfaces import (
     EXPRESSIONS,

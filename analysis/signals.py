@@ -39,14 +39,13 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "tear": ("tear", "one_tear", "--seconds", "0.4", "--plain", *SMALL),
     "fit": ("fit", "head.ply", "--landmarks", "head.json"),
     "demo": ("demo",),
-    "table1": ("table1", "--iterations", "5", "--drawings", "1"),
     "info": ("info", "head.ply"),
     "atlas": ("atlas",),
     "rig": ("rig", "--shapes", "jawOpen+eyeBlinkLeft", "--level", "0"),
 }
 """Words of a command by its name; the files are made by :func:`prepare`."""
 
-PRINTS_ONLY = ("table1", "info", "atlas")
+PRINTS_ONLY = ("info", "atlas")
 
 
 def prepare(folder: Path) -> None:

@@ -42,12 +42,11 @@ COMMANDS = {
     "pattern": ("pattern:pattern", "Write pictures and a movie of a wrinkle pattern."),
     "studio": ("studio:studio", "Open a face in the browser, with a slider for everything."),
     "rig": ("rig:rig", "Write a face with blend shapes that wrinkle, for other programs."),
-    "table1": ("table1:table1", "Measure Table 1 of the paper, and print both side by side."),
     "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
     "compile": ("compile:compile_all", "Compile ahead of the first use."),
     "atlas": ("info:atlas", "Print the muscles, action units and expressions as a TOML file to edit."),
     "dataset": ("dataset:dataset", "Generate labelled pictures of faces for training."),
-    "demo": ("demo:demo", "Write pictures and movies of the paper's five expressions, and its Table 1."),
+    "demo": ("demo:demo", "Write pictures and movies of the paper's five expressions."),
 }
 """Where each command is, in :mod:`facewrinkle.commands`, and what it does."""
 

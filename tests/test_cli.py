@@ -165,7 +165,6 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
         (["tear", "weepin"], "weeping"),
         (["tear", "shedding", "--reveal", "depth"], "reveal"),
         (["express", "AU1", "--frames", "2.5"], "2.5"),
-        (["table1", "--iterations", "1.5"], "1.5"),
         (["express", "surprise", "--folds", "none"], '"wave", "paper", "printed"'),
         (["express", "--", "surprise", "--frames", "3"], "What follows -- is no option: put options before it."),
     ],
@@ -221,13 +220,10 @@ def test_the_module_runs():
             ["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing"), marks=pytest.mark.slow
         ),
         (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
-        pytest.param(["table1", "--iterations", "2", "--drawings", "1"], ("Table 1",), marks=pytest.mark.slow),
     ],
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, capsys, command, shown):
-    if command[0] != "table1":
-        command = [*command, "--no-movie", "--size", "60"]
-    command = [*command, "--out", str(tmp_path)]
+    command = [*command, "--no-movie", "--size", "60", "--out", str(tmp_path)]
     assert main(command) == 0
     assert capsys.readouterr().err == ""
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
@@ -267,11 +263,10 @@ NUMBERS = {
     "express": ("intensity", "depth", "gamma-c", "samples", "alpha", "count", "max-level", "frames", "size", "fps"),
     "pattern": ("number", "spacing", "sharpness", "variation", "seed", "strength", "frames", "max-level", "fps"),
     "tear": ("intensity", "speed", "roughness", "seed", "seconds", "fps", "size"),
-    "table1": ("iterations", "drawings"),
 }
 
 
-WHAT = {"express": ["AU4"], "pattern": ["dimple_l"], "tear": ["shedding"], "table1": []}
+WHAT = {"express": ["AU4"], "pattern": ["dimple_l"], "tear": ["shedding"]}
 
 
 @pytest.mark.slow

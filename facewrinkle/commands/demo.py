@@ -1,4 +1,4 @@
-"""``facewrinkle demo``: the paper's five expressions and its Table 1."""
+"""``facewrinkle demo``: the paper's five expressions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from ..simulation.fold_layers import Folds, refinement_for
 from .express import Peak, Performance, record
 from .options import FoldOptions, OutputOptions, Report
 from .recorder import Scenes
-from .table1 import PAPER, tabulate
+
+EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 
 SIZE, FRAMES = 400, 24
 """Pixels of the pictures, and frames until an expression is held."""
@@ -24,14 +25,12 @@ TILE = 204
 """Pixels of a picture on the sheet of wrinkles and triangles."""
 SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
-ITERATIONS, DRAWINGS = 250, 20
-"""For Table 1."""
 SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
 """The folds that are drawn."""
 
 
 def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
-    """Write pictures and movies of the paper's five expressions, with folds as printed and as waves, and Table 1.
+    """Write pictures and movies of the paper's five expressions, with folds as printed and as waves.
 
     Parameters
     ----------
@@ -47,15 +46,13 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         report.say(f"\nFolds {folds!r}: {meaning}\n")
         options = FoldOptions(folds)
         with Scenes(options.face(face)) as scenes:
-            peaks = [perform(row.expression, options, scenes, folder / folds, report) for row in PAPER]
+            peaks = [perform(name, options, scenes, folder / folds, report) for name in EXPRESSIONS]
             sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.png", colours=256)
             report.say(f"\n{sheet}: the five expressions, their wrinkles, and the triangles under them")
             if folds == "wave":
                 rows = [_sides(face.mesh, scenes, "front"), *(_sides(peak.frame, scenes, peak.close) for peak in peaks)]
                 sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colours=256)
                 report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
-    report.say("\nTable 1, with the folds as printed:\n")
-    tabulate(face, report, folder, ITERATIONS, DRAWINGS)
     report.say_time()
 
 

@@ -7,9 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from analysis.performance import PAPER
 from analysis.refinement import Gap, at_equal_count, blind_spots, gap, smallest_angles
 from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
-from facewrinkle.commands.table1 import PAPER
 from facewrinkle.geometry.interpolation import barycentric
 
 
