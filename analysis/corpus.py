@@ -36,7 +36,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import to_polydata
-from facewrinkle.mesh.repair.topology_repair import areas_doubled
+from facewrinkle.mesh.repair import areas_doubled
 from tools.self_intersections import self_intersections
 
 Array = npt.NDArray[np.float64]

@@ -87,7 +87,7 @@ class Face:
     template : Face, optional
         The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional
-        Index of each vertex in the mesh that was given; -1 for all, if it had to be reconstructed. Default: the same.
+        Index of each vertex in the mesh that was given. Default: the same.
     parts : dict of str to Part
         Meshes that came with the face besides its skin, such as ``eye_l``, ``upper_teeth``, ``lashes_l``, ``hair``.
     report : tuple of str

@@ -311,7 +311,7 @@ class Recorded:
         """
         n, points = self.n_points, face.points
         numbers = np.arange(len(points)) if face.source_points is None else face.source_points
-        if numbers.min() >= 0 and numbers.max() < n:
+        if numbers.max() < n:
             if self.rest is None:
                 if face.source_points is not None or n == len(points):
                     return numbers

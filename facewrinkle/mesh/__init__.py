@@ -20,9 +20,9 @@ from .arrays import (
     with_data,
     with_normals,
 )
+from .clean_surface import CleanSurface, prepare
 from .formats.reading import MeshLike, read_surface, triangle_mesh
 from .formats.textures import as_texture, merged_texture, outside_images, read_texture
-from .repair.prepare import CleanSurface, prepare
 from .seams import refine, refine_seams, split_at_seams
 
 __all__ = [

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
-from ..mesh.repair.topology_repair import areas_doubled
+from ..mesh.repair import areas_doubled
 from . import _contact_kernels as kernels
 from .lid_surfaces import facing_lids
 from .lip_surfaces import behind_lips, facing_lips

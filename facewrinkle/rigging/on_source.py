@@ -84,8 +84,8 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     """Return the shapes of a rig on the vertices of the mesh that its face was fitted to.
 
     Vertices that repair has kept have the displacement that they have in the rig; merged twins that of each other; and
-    all others, such as those of a mesh that had to be reconstructed, that of the nearest place of the skin. Eyes,
-    teeth, lashes and hair move by their own vertices, also where the rig shows painted ones in their place.
+    all others that of the nearest place of the skin. Eyes, teeth, lashes and hair move by their own vertices, also
+    where the rig shows painted ones in their place.
 
     Parameters
     ----------
@@ -143,12 +143,10 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
 def _pieces(rig: Rig, skin: Single) -> Iterator[tuple[IntArray, Array, Single]]:
     """Yield the numbers of vertices that are kept, their places at rest, and their displacements in the first shapes.
 
-    A reconstructed mesh has none. Targets that others drive move no parts.
+    Targets that others drive move no parts.
     """
     face = rig.face
     own = np.arange(len(face.points)) if face.source_points is None else face.source_points
-    if own.min() < 0:
-        return
     yield own, face.points, skin
     parts = {name: part for name, part in face.parts.items() if part.source_points is not None}
     if not parts:

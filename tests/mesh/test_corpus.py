@@ -19,7 +19,7 @@ import facewrinkle as fw
 from analysis.corpus import FAULTS, clean_faces, corpus, crossed, flaws, flaws_in_motion, verdict
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
 from facewrinkle.geometry import topology
-from facewrinkle.mesh.repair.topology_repair import areas_doubled
+from facewrinkle.mesh.repair import areas_doubled
 
 COUNT, SEED = 18, 2
 

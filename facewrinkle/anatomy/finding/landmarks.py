@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
 from ...mesh import MeshLike, closest_places, read_surface, to_polydata
-from ...mesh.repair.topology_repair import degenerate
+from ...mesh.repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
 from .depth import peak

@@ -14,7 +14,7 @@ from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.sampling import surface_samples
 from ...geometry.topology import components
-from ...mesh.repair.topology_repair import areas_doubled, votes_of
+from ...mesh.repair import areas_doubled, votes_of
 from ...progress import Progress
 from ..landmarks import REFUSED
 from .candidates import SAMPLES, SIZES, candidates, distinct

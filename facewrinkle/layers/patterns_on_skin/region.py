@@ -112,11 +112,6 @@ def _on_face(values: np.ndarray, face: Face) -> np.ndarray:
     if values.size == 0:
         raise MeshError("the selection holds no vertex.")
     numbers = face.source_points
-    if numbers is not None and numbers.min() < 0:
-        raise MeshError(
-            "the mesh of this face was reconstructed: it has other vertices than the one that was given. Select "
-            "vertices of face.mesh, by weights or bools of all of them."
-        )
     given = len(face.points) if numbers is None else int(numbers.max()) + 1
     if values.dtype.kind in "iu" and values.ndim == 1:
         if len(values) and (values.min() < 0 or (numbers is None and values.max() >= given)):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface
-from facewrinkle.mesh.repair.topology_repair import (
+from facewrinkle.mesh.repair import (
     RepairedMesh,
     areas_doubled,
     mended,

@@ -14,9 +14,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from ...array_types import Array, BoolArray, IntArray
-from ...errors import MeshError
-from ...geometry import topology
+from ..array_types import Array, BoolArray, IntArray
+from ..errors import MeshError
+from ..geometry import topology
 
 SLIVER = 1e-10
 """Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
@@ -41,8 +41,6 @@ class RepairedMesh:
         The corner of the source that each corner comes from, ``3 * triangle + side``.
     origin : ndarray of int64, shape (n,)
         The point of the source that each point comes from.
-    rebuilt : bool
-        True if the points are new ones, and their origins only near.
     report : tuple of str
         One sentence for each repair.
     """
@@ -52,7 +50,6 @@ class RepairedMesh:
     corners: IntArray
     origin: IntArray
     report: tuple[str, ...] = field(default=())
-    rebuilt: bool = False
 
     @classmethod
     def of(cls, points: Array, triangles: NDArray[np.integer]) -> RepairedMesh:
@@ -145,10 +142,10 @@ def _collapsed(mesh: RepairedMesh, flat: BoolArray) -> RepairedMesh:
     sides = mesh.triangles[flat][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     length = np.linalg.norm(mesh.points[sides[:, 0]] - mesh.points[sides[:, 1]], axis=1)
     same = length <= ROUNDING * 1e-3 * np.abs(mesh.points[sides]).max(axis=(1, 2))
-    return merged_points(mesh, sides[same])
+    return _merged_points(mesh, sides[same])
 
 
-def merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
+def _merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
     """Merge pairs (k, 2) of points into the first; triangles that collapse are dropped."""
     if not len(pairs):
         return mesh
@@ -221,7 +218,7 @@ def stitched(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | 
     if not len(pairs):
         return mesh
     before = len(np.unique(mesh.triangles))
-    mesh = merged_points(mesh, pairs)
+    mesh = _merged_points(mesh, pairs)
     merged = before - len(np.unique(mesh.triangles))
     return mesh.reported(f"Joined points at which the mesh was split along seams: {merged} of {before}.")
 

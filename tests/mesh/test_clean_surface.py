@@ -17,7 +17,7 @@ from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface, to_polydata
 
-FACES = Path(__file__).parents[4] / "shared" / "faces"
+FACES = Path(__file__).parents[3] / "shared" / "faces"
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
 needs_faces = pytest.mark.skipif(not FACES.is_dir(), reason="the faces of other projects are not here")
 
@@ -226,6 +226,13 @@ def test_unused_points_go_and_data_stay_with_their_points():
     assert list(surface.mesh.field_data["subject"]) == ["someone"]
     np.testing.assert_array_equal(surface.mesh.points, surface.points)
     np.testing.assert_array_equal(surface.mesh.regular_faces, surface.triangles)
+
+
+def test_landmarks_of_another_mesh_are_refused():
+    source = side_by_side(*(sphere((3.0 * k, 0, 0), 0.5, 8) for k in range(5)))
+    near = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
+    with pytest.raises(MeshError, match="in 5 pieces.*landmarks are those of this mesh"):
+        prepare(source, near=near)
 
 
 @pytest.mark.parametrize("near", [[[0, 0]], [[0, 0, np.nan]]])

@@ -1,1 +1,0 @@
-"""Repair of surfaces, until the algorithms can rely on them."""
