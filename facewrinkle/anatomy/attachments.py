@@ -17,8 +17,8 @@ from ..geometry.topology import vertex_rings
 from ..mesh import joined
 from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
 from .eyeball import Eyeball
-from .jaw import Mandible
 from .parts import Part
+from .skull import Mandible
 
 STILL = 0.01
 """Vertices farther than this off the motion of the head, in distances between the pupils, count little in finding it.

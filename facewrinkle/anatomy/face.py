@@ -27,11 +27,10 @@ from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyebal
 from .eyelids import LidWeights, lid_share, lid_weights
 from .head import BrowHairs
 from .identity import fold_depth
-from .jaw import Mandible, jaw_weights
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
 from .parts import Part, eyes_of
-from .skull import Tissue, tissue_of
+from .skull import Mandible, Tissue, jaw_weights, tissue_of
 from .teeth import behind_lips
 
 T = TypeVar("T")

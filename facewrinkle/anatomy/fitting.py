@@ -43,7 +43,6 @@ from .landmarks import (
     read_landmarks,
 )
 from .parts import Part, follower, named_parts
-from .photo_brows import rise_of_dark_bands
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
     from ..progress import Progress
@@ -215,6 +214,8 @@ def fit_face(
     _check_on_mesh(given, clean.mesh, frame.pupil_distance)
     image = _image(mesh, texture, clean.mesh)
     if search is not None:
+        from .finding import rise_of_dark_bands
+
         rise = frame.pupil_distance * rise_of_dark_bands(clean.mesh, image, found, frame) * frame.axes[1]
         found |= {name: found[name] + rise for name in found if name.startswith("brow_") and name not in given}
     for name in set(estimated) - set(NOT_ON_SKIN):

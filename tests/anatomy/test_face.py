@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import per_face
-from facewrinkle.anatomy.jaw import jaw_weights
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
+from facewrinkle.anatomy.skull import jaw_weights
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.errors import MeshError
 from facewrinkle.geometry.normals import vertex_normals

@@ -25,20 +25,23 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.finding import find_landmarks, pose_from_landmarks
-from facewrinkle.anatomy.finding.candidates import thinned
-from facewrinkle.anatomy.finding.depth import Grid, curvature, depth_map, peak
 from facewrinkle.anatomy.finding.features import below_furrow, furrow
 from facewrinkle.anatomy.finding.matching import (
     FINE,
     SCALES,
+    Warp,
     aligned,
+    basis,
+    contrast_normalised,
+    fitted_warp,
     matched,
     pose_score,
+    resampled,
     surface_map,
     template_map,
 )
-from facewrinkle.anatomy.finding.template import Pose, template
-from facewrinkle.anatomy.finding.warp import Warp, basis, contrast_normalised, fitted_warp, resampled
+from facewrinkle.anatomy.finding.search import thinned
+from facewrinkle.anatomy.finding.template import Grid, Pose, curvature, depth_map, peak, template
 from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import MOUTH_LANDMARKS, NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError

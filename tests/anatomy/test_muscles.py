@@ -339,35 +339,6 @@ def test_lips_that_purse_are_pushed_forward():
 
 # --- invariance ---------------------------------------------------------------------------------
 
-MOVES = {
-    "moved": (np.eye(3), 1.0),
-    "turned": (Rotation.from_rotvec([-0.9, 0.3, 2.0]).as_matrix(), 1.0),
-    "scaled up": (np.eye(3), 1e3),
-    "scaled down": (np.eye(3), 1e-3),
-    "mirrored": (np.diag([-1.0, 1.0, 1.0]), 1.0),
-    "all": (np.diag([1.0, -1.0, 1.0]) @ TURN, 25.4),
-}
-
-
-@pytest.mark.parametrize("move", MOVES)
-@pytest.mark.parametrize("kind", KINDS)
-def test_muscles_move_with_the_face(kind, move):
-    rotation, scale = MOVES[move]
-    muscle = KINDS[kind](folds=linear() if kind == "sheet" else sheet())
-    x = around(muscle)
-    shift = scale * np.array([13.0, -29.0, 47.0])
-    y = scale * x @ rotation.T + shift
-    moved = muscle.transformed(rotation, scale, shift)
-    assert (moved.wrinkling_region(y) == muscle.wrinkling_region(x)).all()
-    for name in ("coordinates", "unit_amplitude", "envelope"):
-        np.testing.assert_allclose(getattr(moved, name)(y), getattr(muscle, name)(x), rtol=0, atol=1e-10)
-    for name in ("force", "fold_direction"):
-        np.testing.assert_allclose(getattr(moved, name)(y), getattr(muscle, name)(x) @ rotation.T, rtol=0, atol=1e-10)
-    np.testing.assert_allclose(moved.half_cycles(y), scale * muscle.half_cycles(x), rtol=1e-10)
-    pattern = muscle.fold_pattern.unit_amplitude(x)
-    np.testing.assert_allclose(moved.fold_pattern.unit_amplitude(y), pattern, rtol=0, atol=1e-10)
-    assert moved.wrinkles is muscle.wrinkles
-
 
 def test_order_and_company_of_points_do_not_matter(muscle):
     x = around(muscle)

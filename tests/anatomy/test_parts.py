@@ -11,8 +11,8 @@ import pyvista as pv
 from dressed_head import NAMES, ellipsoid, lash, together
 
 import facewrinkle as fw
+from facewrinkle.anatomy.finding.features import DARKER, PHOTO_STEP, rise_of_dark_bands
 from facewrinkle.anatomy.parts import ball_of
-from facewrinkle.anatomy.photo_brows import DARKER, STEP, rise_of_dark_bands
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import to_polydata
@@ -283,7 +283,7 @@ def _painted(face, shift, darkness, texture):
 def test_painted_brows_are_found(face, shift, texture):
     mesh, image = _painted(face, shift, 0.6, texture)
     rise = rise_of_dark_bands(mesh, image, face.landmarks, face.frame)
-    assert rise == pytest.approx(shift, abs=1.5 * STEP)
+    assert rise == pytest.approx(shift, abs=1.5 * PHOTO_STEP)
 
 
 def test_without_a_photo_or_dark_bands_brows_stay(face):

@@ -62,18 +62,6 @@ def test_the_fibre_through_a_point_runs_between_equal_shares_of_both_lines():
     np.testing.assert_allclose(fan.force(x), (size * np.cos(share * np.pi / 2))[:, None] * along, atol=1e-12)
 
 
-def test_a_fan_moves_with_the_face():
-    rotation = Rotation.from_rotvec([0.9, 0.2, -0.4]).as_matrix() @ np.diag([-1.0, 1.0, 1.0])
-    fan, shift = TriangularMuscle(*LINES, length=48.0, wrinkles=STYLE), np.array([1.0, 2.0, -9.0])
-    x = around()
-    for scale in (1e-3, 1.0, 1e3):
-        moved, y = fan.transformed(rotation, scale, shift), scale * x @ rotation.T + shift
-        np.testing.assert_allclose(moved.unit_amplitude(y), fan.unit_amplitude(x), atol=1e-9)
-        np.testing.assert_allclose(moved.force(y), fan.force(x) @ rotation.T, atol=1e-9)
-        centre, radius = moved.reach
-        assert (np.linalg.norm(y[moved.wrinkling_region(y)] - centre, axis=1) <= radius * (1 + 1e-12)).all()
-
-
 @pytest.mark.parametrize("ends", [(-10, 10), (-2, 2)], ids=["wider", "narrower"])
 def test_a_fan_with_recoil_pulls_nothing_beyond_its_reach(ends):
     fan = TriangularMuscle(LINES[0], [(x, 0, 0) for x in ends], recoil=0.5)

@@ -16,11 +16,10 @@ from ...mesh import MeshLike, closest_places, read_surface, to_polydata
 from ...mesh.repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
-from .depth import peak
 from .features import below_furrow, chin, furrow
 from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
-from .template import AT_REST, UNMEASURED, Pose, pose_from_landmarks, template
+from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
 Landmarks = Mapping[str, Array]
 

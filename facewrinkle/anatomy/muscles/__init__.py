@@ -7,8 +7,7 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 from .base import FRONTS, Fronts, Muscle, Wrinkles, within, zones
 from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, turned
-from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle
-from .triangular import TriangularMuscle
+from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle, TriangularMuscle
 
 __all__ = [
     "FRONTS",

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -200,18 +198,6 @@ class Crease(Muscle):
     def half_cycles(self, points: npt.ArrayLike) -> Array:
         """From the bottom of the furrow to the top of the crest, for (n, 3) points: half as much."""
         return np.full(len(checked_points(points)), self._furrow)
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The crease after ``x -> scale * rotation @ x + translation``."""
-        turn = np.asarray(rotation, dtype=np.float64)
-        return dataclasses.replace(
-            self,
-            folds=self.folds and self.folds.transformed(rotation, scale, translation),
-            path=scale * np.asarray(self.path) @ turn.T + np.asarray(translation),
-            crest=turn @ self.crest,
-            width=self.width * scale,
-            thickness=self.thickness * scale,
-        )
 
 
 def _dug(q: Array, alpha: float) -> Array:

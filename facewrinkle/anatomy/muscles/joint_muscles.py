@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -48,15 +46,6 @@ class JawMuscle(Muscle):
         self._set(hinge=vector("hinge", self.hinge), axis=unit(vector("axis", self.axis)))
         check_range("angle", self.angle, 0.0, 0.6)
 
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The muscle after ``x -> scale * rotation @ x + translation``."""
-        turn = np.asarray(rotation, dtype=np.float64)
-        return dataclasses.replace(
-            self,
-            hinge=scale * turn @ self.hinge + np.asarray(translation),
-            axis=np.linalg.det(turn) * turn @ self.axis,
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class _OfEye(Muscle):
@@ -68,12 +57,6 @@ class _OfEye(Muscle):
         self._check_common()
         if self.side not in ("l", "r"):
             raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
-
-    def transformed(self, rotation: npt.ArrayLike, scale: float = 1.0, translation: npt.ArrayLike = (0, 0, 0)) -> Self:
-        """The same muscle, or that of the other side if `rotation` mirrors."""
-        if np.linalg.det(np.asarray(rotation, dtype=np.float64)) > 0.0:
-            return self
-        return dataclasses.replace(self, side="r" if self.side == "l" else "l")
 
 
 @dataclass(frozen=True, eq=False)
