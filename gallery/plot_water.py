@@ -31,7 +31,7 @@ starts = [(45.0 * np.cos(a), 45.0 * np.sin(a), depth) for a, depth in zip(angles
 _, starts = stone.find_closest_cell(np.array(starts), return_closest_point=True)
 lengths = [80.0, 35.0, 95.0, 60.0, 25.0]
 streams = [
-    stone.facewrinkle.tear(start=start, width=width, height=1.2, trail=0.5, length=length, branches=1, seed=i)
+    stone.facewrinkle.tear(start=start, width=width, height=1.2, trail=0.5, length=length, seed=i)
     for i, (start, width, length) in enumerate(zip(starts, (4.0, 5.5, 4.4, 5.0, 6.0), lengths, strict=True))
 ]
 

@@ -145,7 +145,7 @@ def _close(face: Face, places: Sequence[Any], tears: list[Tear]) -> View:
     """Return a view of the first tear that runs on a surface, from in front of the place that it comes from."""
     place = np.asarray(places[0], dtype=np.float64)
     first = next((tear for tear in tears if isinstance(tear, SheddingTear)), None)
-    seen = place[None] if first is None else first.paths[0].points
+    seen = place[None] if first is None else first.path.points
     normals = vertex_normals(face.points, face.triangles)
     out = normals[np.linalg.norm(face.points - place, axis=1).argmin()]
     height = max(float(np.ptp(seen, axis=0).max()), 0.1 * HEAD_SIZE / face.unit)

@@ -1,9 +1,8 @@
-"""Paths of tears: down the steepest descent, or through given points; and their branches."""
+"""Paths of tears: down the steepest descent, or through given points."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -24,9 +23,6 @@ from .support_surface import SupportSurface
 INERTIA = 0.6
 """Share of its direction that water keeps from one step to the next."""
 
-DIVERTED = np.deg2rad(25.0)
-"""A fold that turns a stream by more than this from its way down lets some of it spill over."""
-
 HOLLOW = 0.25
 """Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""
 
@@ -37,7 +33,7 @@ WOBBLE = 0.3
 """Share of its width by which the trail narrows and widens."""
 
 
-def descent(support: SupportSurface, start: Array, step: float, length: float, heading: Array | None = None) -> Array:
+def descent(support: SupportSurface, start: Array, step: float, length: float) -> Array:
     """Return the path of water from a point of the surface down the steepest descent.
 
     The slope is that of the interpolated normals, as of a smooth surface; water keeps some of its direction.
@@ -48,8 +44,6 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     start : ndarray, shape (3,)
     step, length : float
         Length of a step, and the most of the whole path.
-    heading : ndarray, shape (3,), optional
-        Direction in which the water arrives. Default: down.
 
     Returns
     -------
@@ -69,7 +63,7 @@ def descent(support: SupportSurface, start: Array, step: float, length: float, h
     """
     fans, down = incident_triangles(support.triangles), support.down
     cells, found = support.nearest(start[None])
-    cell, path, heading = int(cells[0]), [found[0]], down if heading is None else heading
+    cell, path, heading = int(cells[0]), [found[0]], down
     while len(path) <= int(length / step):
         corners, here = support.triangles[cell], path[-1]
         sides = support.points[corners] - here
@@ -158,10 +152,10 @@ def through(support: SupportSurface, given: npt.ArrayLike, width: float) -> Arra
     return path
 
 
-def smoothed(support: SupportSurface, path: Array, spacing: float, rounds: int = 12) -> Array:
+def smoothed(support: SupportSurface, path: Array, spacing: float) -> Array:
     """Return the path on the surface, its corners rounded, with points at equal distances."""
     path = resampled(path, spacing)
-    for _ in range(rounds):
+    for _ in range(12):
         path[1:-1] = 0.25 * path[:-2] + 0.5 * path[1:-1] + 0.25 * path[2:]
     path = support.nearest(path)[1]
     moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-6 * spacing  # at a border, neighbours may become one
@@ -182,62 +176,11 @@ def lengths(path: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
 
 
-def merged(path: Array, others: Sequence[Array], distance: float) -> Array:
+def merged(path: Array, other: Array, distance: float) -> Array:
     """Return the path up to where it comes within `distance` of another one, and from there the other."""
-    for other in others:
-        gap, where = cKDTree(other).query(path)
-        close = np.flatnonzero(gap < distance)
-        if len(close):
-            return np.concatenate([path[: close[0]], other[where[close[0]] :]])
-    return path
-
-
-def branch(support: SupportSurface, path: Array, step: float, width: float) -> Array | None:
-    """Return the path of what spills over where a fold first turns the stream aside; None where no fold does.
-
-    Parameters
-    ----------
-    support : SupportSurface
-    path : ndarray, shape (k, 3)
-    step, width : float
-        Length of a step of the descent, and width of the stream.
-    """
-    if len(path) < 8:
-        return None
-    straight, normal = _without_folds(support, path, 4.0 * width)
-    along = np.gradient(path, axis=0)
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
-    turned = np.einsum("ki,ki->k", along, straight)
-    turned[[0, 1, 2, -1, -2, -3]] = 1.0
-    diverted = np.flatnonzero(turned < np.cos(DIVERTED))
-    if not len(diverted):
-        return None
-    k = int(diverted[0])
-    across = path[k] + np.linspace(0.0, 2.5 * width, 26)[1:, None] * straight[k]
-    over = _from_above(support, across, 2.0 * width * normal[k])
-    if over is None:
-        return None
-    spilled = descent(support, over[-1], step, float(lengths(path)[-1]), straight[k])
-    free = cKDTree(path).query(spilled)[0] > 1.2 * width
-    spilled = spilled[: int(np.argmin(free)) if not free.all() else len(spilled)]
-    if len(spilled) * step < 3.0 * width:
-        return None
-    return np.concatenate([path[k : k + 1], over[:-1], spilled])
-
-
-def _without_folds(support: SupportSurface, path: Array, reach: float) -> tuple[Array, Array]:
-    """Return the directions (k, 3) of descent and the normals (k, 3) of the surface averaged within reach of a path."""
-    around = cKDTree(support.points).query_ball_point(path, reach)
-    normal = np.array([support.normals[near].sum(axis=0) if near else -support.down for near in around])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    straight = support.down - (normal @ support.down)[:, None] * normal
-    return straight / np.maximum(np.linalg.norm(straight, axis=1, keepdims=True), 1e-9), normal
-
-
-def _from_above(support: SupportSurface, points: Array, up: Array) -> Array | None:
-    """Return the points where the surface is first met from above: on top of a fold, not in it. None if it ends."""
-    met = [support.mesh.ray_trace(point + up, point - up, first_point=True)[0] for point in points]
-    return np.array(met, dtype=np.float64) if all(len(point) for point in met) else None
+    gap, where = cKDTree(other).query(path)
+    close = np.flatnonzero(gap < distance)
+    return np.concatenate([path[: close[0]], other[where[close[0]] :]]) if len(close) else path
 
 
 def _check_side(support: SupportSurface, path: Array) -> None:
@@ -271,14 +214,12 @@ def _check_crossing(path: Array, width: float) -> None:
 
 @dataclass(frozen=True, eq=False)
 class StreamPath:
-    """The path of a stream, or of one of its branches, with the irregularities of the water on it.
+    """The path of a stream, with the irregularities of the water on it.
 
     Attributes
     ----------
     points : ndarray, shape (k, 3)
         At rest.
-    begin, scale : float
-        Length of the main path up to where this one begins, and its size as a share of the main one's.
     noise, spacing : ndarray and float
         Bumps over a grid of (s, w), see :func:`facewrinkle.tears.shape.rough_film`.
     wobble : ndarray
@@ -289,15 +230,13 @@ class StreamPath:
     Down a line 16 mm long, with a tenth more width everywhere and no bumps; s and w are known every 0.25 mm:
 
     >>> line = np.array([[0.0, 8, 0], [0, -8, 0]])
-    >>> path = StreamPath(line, 0.0, 1.0, np.zeros((65, 9)), 0.25, np.full(65, 0.1))
+    >>> path = StreamPath(line, np.zeros((65, 9)), 0.25, np.full(65, 0.1))
     >>> wobble, noise = path.fields(np.array([4.0]), np.array([0.5]))
     >>> path.lengths, wobble, noise
     (array([ 0., 16.]), array([0.1]), array([0.]))
     """
 
     points: Array
-    begin: float
-    scale: float
     noise: Array
     spacing: float
     wobble: Array
@@ -315,7 +254,7 @@ class StreamPath:
 
 
 def irregular_path(
-    points: Array, begin: float, scale: float, half: float, roughness: float, degree: int, random: np.random.Generator
+    points: Array, half: float, roughness: float, degree: int, random: np.random.Generator
 ) -> StreamPath:
     """Return a path with random irregularities, for a stream of half width `half`.
 
@@ -323,12 +262,12 @@ def irregular_path(
     """
     noise, spacing = rough_film(float(lengths(points)[-1]), half, roughness, degree, random)
     short, long = (waves(random, len(noise), waviness * half / spacing) for waviness in (1.5, 6.0))
-    return StreamPath(points, begin, scale, noise, spacing, 0.5 * WOBBLE * (short + long))
+    return StreamPath(points, noise, spacing, 0.5 * WOBBLE * (short + long))
 
 
 @dataclass(frozen=True, eq=False)
 class PathFinder:
-    """Finds the path of a stream and those of its branches.
+    """Finds the path of a stream.
 
     Attributes
     ----------
@@ -400,23 +339,3 @@ class PathFinder:
         grown = np.minimum(lengths(path) / (4.0 * half), 1.0)
         turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in MEANDERS)
         return path + (roughness * half * grown * turns)[:, None] * aside
-
-    def branches(self, path: Array, n: int) -> list[tuple[Array, float]]:
-        """Return up to n paths that leave a path at folds, each with the length of the path up to there."""
-        found: list[tuple[Array, float]] = []
-        if not n:
-            return found
-        main = path
-        if self.moved is not self.support:
-            main = replace(self.moved, points=self.rest).bound(path).at(self.moved.points)
-        for _ in range(n):
-            spilled = branch(self.moved, main, self.step, self.width)
-            if spilled is None:
-                break
-            spilled = self.moved.bound(spilled).at(self.rest)
-            for _ in range(4):  # little by little: it must stay on top of the fold
-                spilled = smoothed(self.support, spilled, 0.2 * self.width, 3)
-            k = int(np.argmin(np.linalg.norm(path - spilled[0], axis=1)))
-            found.append((spilled, float(lengths(path)[k])))
-            main = main[: max(k - 4, 0)]
-        return found

@@ -48,20 +48,16 @@ class Shape:
 
     Examples
     --------
-    A tear 3 mm wide and 1 mm high, with its trail, and one of half the size:
+    A tear 3 mm wide and 1 mm high, with its trail:
 
-    >>> Shape(half=1.5, height=1.0, trail=1.0, film=0.05).scaled(0.5)
-    Shape(half=0.75, height=0.5, trail=0.5, film=0.025)
+    >>> Shape(half=1.5, height=1.0, trail=1.0, film=0.05).trail
+    1.0
     """
 
     half: float
     height: float
     trail: float
     film: float
-
-    def scaled(self, factor: float) -> Shape:
-        """Return the shape with all sizes times `factor`."""
-        return Shape(self.half * factor, self.height * factor, self.trail * factor, self.film * factor)
 
 
 def outline(s: Array, front: float, shape: Shape, wobble: Array | float = 0.0) -> Array:

@@ -29,7 +29,7 @@ from .clearance import kept_off
 from .drop import Sampled
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .shape import Shape, extruded, outline, raised, smoothed_head, solid, thickness
-from .strip import Binding, Strip, bind, bulge, strip_along
+from .strip import Binding, bind, bulge, strip_along
 from .support_surface import SupportSurface, support_surface
 
 EDGE = 0.002
@@ -119,14 +119,12 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class Route:
-    """The route of a tear that is shed: its length, its branches, and the folds that divert it.
+    """The route of a tear that is shed: its length, and the folds that divert it.
 
     Attributes
     ----------
     length : float
         The most that the tear runs, mm.
-    branches : int
-        The most branches, which spill over where folds divert the tear.
     into : SheddingTear, optional
         Another stream, which the tear follows from where they meet.
     on : PolyData, optional
@@ -141,13 +139,11 @@ class Route:
     """
 
     length: float = 120.0
-    branches: int = 0
     into: SheddingTear | None = None
     on: pv.PolyData | None = None
 
     def __post_init__(self) -> None:
         check_range("length", self.length, 1e-6, 1e9)
-        check_whole("branches", self.branches, 0, 16)
         if self.into is not None and not isinstance(self.into, SheddingTear):
             raise ParameterError(
                 f"into must be a SheddingTear, the stream to follow, received {type(self.into).__name__}."
@@ -177,7 +173,7 @@ class SheddingTear:
     flow : Flow, optional
         The speed of the tear, and the time for which it stays.
     route : Route, optional
-        The length of the path, its branches, another stream that it joins.
+        The length of the path, another stream that it joins.
     head : {"round", "extruded"}
         A head by a formula, round in front and narrowing into the trail; or, as in the paper (Fig. 9 d and e), the end
         of the tear is extruded to its height and then smoothed.
@@ -191,10 +187,9 @@ class SheddingTear:
 
     Attributes
     ----------
-    paths : tuple of StreamPath
-        The source's path, and those of its branches.
-    strips : tuple of Strip
-        The strips of the surface along these, at rest.
+    path : StreamPath
+    strip : Strip
+        The strip of the surface along the path, at rest.
     shape : Shape
         In the unit of the surface.
     begin, end : float
@@ -250,38 +245,25 @@ class SheddingTear:
         finder = self._path_finder(route)
         found = finder.path(path, start)
         if route.into is not None:
-            found = paths.merged(found, [other.points for other in route.into.paths], 1.2 * half)
+            found = paths.merged(found, route.into.path.points, 1.2 * half)
         found = finder.cut(found)
         if start is not None and route.into is None:
             found = finder.meandered(found, film.roughness, random)
         found = paths.smoothed(self._support, found, 0.4 * half)
-        water = half, film.roughness, int(film.degree), random
-        main = irregular_path(found, 0.0, 1.0, *water)
-        branches = finder.branches(found, int(route.branches))
-        self.paths: tuple[StreamPath, ...] = (
-            main,
-            *(irregular_path(spilled, begin, 0.7, *water) for spilled, begin in branches),
-        )
+        self.path: StreamPath = irregular_path(found, half, film.roughness, int(film.degree), random)
         self.c = flow.c / unit
         self.s = min(2.2 * half, self.length) if flow.s is None else flow.s / unit
         self.s = max(self.s, 1.2 * (half + self.shape.trail))
         self._heights = self._lengths = np.array([0.0, self.length])
         if flow.by == "height":
-            drop = np.maximum.accumulate((main.points - main.points[0]) @ self._support.down)
-            rest = max(self.length - float(main.lengths[-1]), 0.0)  # of branches that are longer
-            self._heights, self._lengths = np.append(drop, drop[-1] + rest), np.append(main.lengths, self.length)
+            drop = (self.path.points - self.path.points[0]) @ self._support.down
+            self._heights, self._lengths = np.maximum.accumulate(drop), self.path.lengths
         self.end = self.begin + max(float(self._heights[-1]) - self.s, 0.0) / self.c + flow.hold
-        self._reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
-        self.strips = tuple(
-            strip_along(self._support, path, self._reach * path.scale, self._spacing) for path in self.paths
-        )
-        self._rest = np.concatenate([strip.rest.reshape(-1, 3) for strip in self.strips])
-        sheets, first = [], 0
-        for strip in self.strips:
-            rows, columns = strip.noise.shape
-            sheets.append(ring_triangles(columns, rows, closed=False, start=first))
-            first += strip.noise.size
-        self._sheet = np.concatenate(sheets)
+        reach = max(half, (1.0 + WOBBLE) * self.shape.trail)
+        self.strip = strip_along(self._support, self.path, reach, self._spacing)
+        self._rest = self.strip.rest.reshape(-1, 3)
+        rows, columns = self.strip.noise.shape
+        self._sheet = ring_triangles(columns, rows, closed=False)
         self._closed = solid(self._rest, self._rest, self._sheet)[1]
         self._binding: Binding | None = None
 
@@ -311,13 +293,13 @@ class SheddingTear:
 
     @property
     def length(self) -> float:
-        """Length of the longest path, in the unit of the surface."""
-        return max(path.begin + float(path.lengths[-1]) for path in self.paths)
+        """Length of the path, in the unit of the surface."""
+        return float(self.path.lengths[-1])
 
     def meets(self, other: SheddingTear) -> bool:
         """Return True if its path comes within its width of another one's, beyond the starts of both."""
-        own, width = self.paths[0].points, 2.0 * self.shape.half
-        gap, where = cKDTree(other.paths[0].points).query(own[len(own) // 20 :])
+        own, width = self.path.points, 2.0 * self.shape.half
+        gap, where = cKDTree(other.path.points).query(own[len(own) // 20 :])
         return bool(((gap < 0.6 * width) & (where > 2)).any())
 
     # --- the tear --------------------------------------------------------------------------------
@@ -352,9 +334,9 @@ class SheddingTear:
         Returns
         -------
         PolyData
-            Closed, of genus 0 (one such solid for each of `paths`), oriented outwards, always of the same triangles,
-            which have no area where the tear has not come; with "Normals", "thickness", and the normal of the skin
-            "under" it. The second half of the points lies on the skin.
+            Closed, of genus 0, oriented outwards, always of the same triangles, which have no area where the tear has
+            not come; with "Normals", "thickness", and the normal of the skin "under" it. The second half of the points
+            lies on the skin.
 
         Raises
         ------
@@ -367,13 +349,9 @@ class SheddingTear:
         # Step two, the base and a copy of it, joined.
         frame, rest = self._support.in_frame(on)
         self._binding = binding = bind(self._rest, rest, frame.triangles, self._binding)
-        normals, values, first = _frame_normals(frame, on), [], 0
-        grids = np.concatenate([binding.bound.at(frame.points), binding.bound.at(normals), self._rest], axis=1)
-        for k, strip in enumerate(self.strips):
-            last = first + strip.noise.size
-            values.append(self._raised(k, front, grids[first:last].reshape(*strip.noise.shape, 9)))
-            first = last
-        bottom, up, at_rest, thick = (np.concatenate(columns) for columns in zip(*values, strict=True))
+        normals = _frame_normals(frame, on)
+        grid = np.concatenate([binding.bound.at(frame.points), binding.bound.at(normals), self._rest], axis=1)
+        bottom, up, at_rest, thick = self._raised(front, grid.reshape(*self.strip.noise.shape, 9))
         height, wet = np.zeros(len(thick)), thick > 0.0
         skin = frame.points, rest, frame.triangles
         height[wet] = kept_off(bottom[wet], at_rest[wet], up[wet], thick[wet], skin, 2.0 * self.shape.half)
@@ -392,39 +370,35 @@ class SheddingTear:
         """Return the tear at times; see :meth:`DrippingTear.sampled`."""
         return Sampled.of(self, times, frames)
 
-    def _raised(self, k: int, front: float, grid: Array) -> tuple[Array, Array, Array, Array]:
-        """Return the points (n, 3) of a strip, their normals, where they are at rest, and the thickness (n,) there.
+    def _raised(self, front: float, grid: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the points (n, 3) of the strip, their normals, where they are at rest, and the thickness (n,) there.
 
         Parameters
         ----------
-        k : int
-            Of the strip.
         front : float
         grid : ndarray, shape (r, c, 9)
             The same of the whole strip, without the thickness.
         """
-        strip, shape = self.strips[k], self.shape.scaled(self.paths[k].scale)
+        strip, shape = self.strip, self.shape
         risen = bulge(grid[:, :, :3], grid[:, :, 3:6])[:, :, None]
-        run = min(front - strip.path.begin, float(strip.path.lengths[-1]))
-        if k and run < shape.half + shape.trail:
-            run = 0.0
+        run = min(front, self.length)
         grown = min(max((run - self.s) / (4.0 * shape.half), 0.0), 1.0)  # it fills as it begins to run
         shape = replace(shape, half=shape.half * (0.7 + 0.3 * grown), height=shape.height * (0.6 + 0.4 * grown))
-        half = outline(strip.s, run, shape, strip.wobble) * (run > 0.0)
+        half = outline(strip.s, run, shape, strip.wobble)
         s, w, grid, moved = strip.within(np.concatenate([grid, risen], axis=2), run, half)
         points, up, at_rest, (risen,) = grid[..., :3], grid[..., 3:6], grid[..., 6:9], np.moveaxis(grid[..., 9:], 2, 0)
         up = up / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
         points = points + (risen * moved)[:, :, None] * up
         height = np.maximum(
-            self._heights_of(strip, s, w, run, shape), np.maximum(EDGE / self._support.unit, maximum_filter(risen, 3))
+            self._heights_of(s, w, run, shape), np.maximum(EDGE / self._support.unit, maximum_filter(risen, 3))
         )
         height *= (half > 0.0)[:, None] & ~strip.ends
         return points.reshape(-1, 3), up.reshape(-1, 3), at_rest.reshape(-1, 3), height.ravel()
 
-    def _heights_of(self, strip: Strip, s: Array, w: Array, run: float, shape: Shape) -> Array:
-        """Return the thickness (r, c) of a strip that has run so far: steps three and four, the head and the noise."""
-        wobble = strip.wobble[:, None]
-        bumps = raised(s, w, run, shape, wobble, strip.noise)
+    def _heights_of(self, s: Array, w: Array, run: float, shape: Shape) -> Array:
+        """Return the thickness (r, c) of a tear that has run so far: steps three and four, the head and the noise."""
+        wobble = self.strip.wobble[:, None]
+        bumps = raised(s, w, run, shape, wobble, self.strip.noise)
         if not self._extruded:
             return thickness(s, w, run, shape, wobble) + bumps
         film = thickness(s, w, run, replace(shape, height=shape.film), wobble)

@@ -41,7 +41,7 @@ class Strip:
 
     >>> import pyvista as pv
     >>> from facewrinkle.tears.support_surface import support_surface
-    >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), 0.0, 1.0, np.zeros((65, 9)), 0.25, np.zeros(65))
+    >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), np.zeros((65, 9)), 0.25, np.zeros(65))
     >>> strip = strip_along(support_surface(pv.Plane(i_size=20, j_size=20)), path, reach=2.0, spacing=0.5)
     >>> strip.rest.shape, strip.rest[0, 1].round(9).tolist(), strip.rest[-1, -2].round(9).tolist()
     ((33, 11, 3), [2.0, 8.0, 0.0], [-2.0, -8.0, 0.0])
@@ -105,7 +105,7 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
 
     >>> import pyvista as pv
     >>> from facewrinkle.tears.support_surface import support_surface
-    >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), 0.0, 1.0, np.zeros((65, 9)), 0.25, np.zeros(65))
+    >>> path = StreamPath(np.array([[0.0, 8, 0], [0, -8, 0]]), np.zeros((65, 9)), 0.25, np.zeros(65))
     >>> strip_along(support_surface(pv.Plane(i_size=20, j_size=20)), path, reach=1.0, spacing=0.5).w.round(2).tolist()
     [-1.33, -1.0, -0.67, -0.33, 0.0, 0.33, 0.67, 1.0, 1.33]
     """

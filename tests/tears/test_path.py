@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import pyvista as pv
 from spheres import meridian
 
 from facewrinkle.tears import path as paths
@@ -40,36 +39,6 @@ def test_path_through_points(face):
 
 def test_paths_that_stay_apart_are_not_merged():
     path, other = (np.stack([np.full(9, x), -np.arange(9.0), np.zeros(9)], axis=1) for x in (0.0, 5.0))
-    np.testing.assert_array_equal(paths.merged(path, [other], 4.0), path)
-    joined = paths.merged(path, [other - [2.0, 0.0, 0.0]], 4.0)
+    np.testing.assert_array_equal(paths.merged(path, other, 4.0), path)
+    joined = paths.merged(path, other - [2.0, 0.0, 0.0], 4.0)
     np.testing.assert_array_equal(joined, other - [2.0, 0.0, 0.0])
-
-
-def gutter(size=60.0, slope=1.0, end=None):
-    """An upright sheet with a fold across it, which leads water aside; it may end below the fold."""
-    sheet = pv.Plane(i_size=size, j_size=size, i_resolution=120, j_resolution=120).triangulate()
-    away = sheet.points[:, 1] + slope * sheet.points[:, 0]
-    sheet.points[:, 2] = 4.0 * np.exp(-((away / 2.0) ** 2))
-    if end is not None:
-        kept = (sheet.points[:, 1] + slope * sheet.points[:, 0] > end)[sheet.regular_faces].all(axis=1)
-        sheet = pv.PolyData.from_regular_faces(sheet.points, sheet.regular_faces[kept]).clean()
-    return support_surface(sheet)
-
-
-def test_a_fold_lets_water_spill_over():
-    support = gutter()
-    way = paths.descent(support, support.start((0.0, 15.0, 0.0), 5.0), 0.3, 60.0)
-    over = paths.branch(support, way, 0.3, 2.0)
-    assert over is not None
-    assert np.linalg.norm(way - over[0], axis=1).min() < 1e-9
-    aside = over[-1, 1] + over[-1, 0]
-    assert aside < -3.0  # beyond the fold
-
-
-def test_no_water_spills_where_the_surface_ends_or_the_path_is_short():
-    support = gutter()
-    way = paths.descent(support, support.start((0.0, 15.0, 0.0), 5.0), 0.3, 60.0)
-    assert paths.branch(support, way[:2], 0.3, 2.0) is None
-    cut = gutter(end=0.5)
-    way = paths.descent(cut, cut.start((0.0, 15.0, 0.0), 5.0), 0.3, 60.0)
-    assert paths.branch(cut, way, 0.3, 2.0) is None

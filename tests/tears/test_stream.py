@@ -1,6 +1,6 @@
 """Tears that are shed.
 
-its paths    folds that divert it, streams that merge, creases that it fills, and what is refused
+its path     folds that divert it, streams that merge, creases that it fills, and what is refused
 SheddingTear closed, of genus 0, oriented and outside the skin (signed distance) on rest, moving, wrinkled and
              refined faces, and on surfaces that are no faces
 """
@@ -16,7 +16,6 @@ from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.tears import Film, Flow, Route
 from facewrinkle.tears import path as paths
 from facewrinkle.tears.shape import thickness
@@ -24,15 +23,6 @@ from facewrinkle.tears.support_surface import support_surface
 
 FACET = 0.02
 """A third of the film of a tear, mm."""
-
-
-def assert_balls(mesh, count):
-    """One ball for each path, on vertices of its own."""
-    triangles = np.asarray(mesh.regular_faces)
-    assert not boundary_loops(triangles)
-    assert euler_characteristic(triangles) == 2 * count
-    assert is_oriented(triangles)
-    assert mesh.connectivity()["RegionId"].max() == count - 1
 
 
 def assert_outside(points, skin, unit=1.0):
@@ -45,41 +35,28 @@ def tear(face):
     return fw.SheddingTear(face, start="l")
 
 
-# --- its paths --------------------------------------------------------------------------------------
+# --- its path ----------------------------------------------------------------------------------------
 
 
 def test_streams_merge(face):
     first = fw.SheddingTear(face, start="l", film=Film(roughness=0.0))
-    beside = first.paths[0].points[10] + [4.0, 0.0, 0.0]
-    toward = [beside, first.paths[0].points[60] + [1.0, 0.0, 0.0], first.paths[0].points[90] + [6.0, 0.0, 0.0]]
+    beside = first.path.points[10] + [4.0, 0.0, 0.0]
+    toward = [beside, first.path.points[60] + [1.0, 0.0, 0.0], first.path.points[90] + [6.0, 0.0, 0.0]]
     second = fw.SheddingTear(face, path=toward, route=Route(into=first))
-    end = first.paths[0].points[-1]
-    assert np.linalg.norm(second.paths[0].points[-1] - end) < 2.0
+    end = first.path.points[-1]
+    assert np.linalg.norm(second.path.points[-1] - end) < 2.0
     assert_ball(second.surface(second.end))
 
 
-def test_a_fold_turns_the_stream_and_some_of_it_spills_over():
+def test_a_fold_turns_the_stream():
     """A plane that leans, with a dam across that slopes aside."""
     plane = pv.Plane(i_size=80.0, j_size=80.0, i_resolution=160, j_resolution=160).triangulate()
     x, y = plane.points[:, 0], plane.points[:, 1]
     dam = 2.2 * np.exp(-(((y + 0.7 * x + 5.0) / 2.0) ** 2))
     plane.points = np.stack([x, y, 0.35 * y + dam], axis=1)
-    options = {"start": (0.0, 25.0, 8.75), "width": 3.0, "down": (0.0, 0.0, -1.0), "film": Film(roughness=0.0)}
-    plain = fw.SheddingTear(plane, route=Route(length=80.0), **options)
-    way = plain.paths[0].points
-    below = way[np.abs(way[:, 1] + 10.0) < 3.0]
+    tear = fw.SheddingTear(plane, start=(0.0, 25.0, 8.75), width=3.0, down=(0.0, 0.0, -1.0), film=Film(roughness=0.0))
+    below = tear.path.points[np.abs(tear.path.points[:, 1] + 10.0) < 3.0]
     assert np.abs(below[:, 0]).min() > 4.0  # diverted along the dam
-    divided = fw.SheddingTear(plane, route=Route(length=80.0, branches=2), **options)
-    assert len(divided.paths) > 1
-    for t in np.linspace(divided.begin, divided.end, 6):
-        mesh = divided.surface(t)
-        assert_balls(mesh, len(divided.paths))
-        assert_outside(mesh.points, plane)
-    over = divided.paths[1].points
-    assert np.abs(over[len(over) // 2, 0] - over[0, 0]) < 12.0
-    assert over[-1, 1] < -20.0
-    _, near = mesh.find_closest_cell(over, return_closest_point=True)
-    assert (np.linalg.norm(near - over, axis=1) < 0.05).mean() > 0.95  # the water is there, over the dam
 
 
 # --- the tear ---------------------------------------------------------------------------------------
@@ -133,7 +110,7 @@ def test_the_frames_before_change_nothing(face):
 
 def test_points_are_no_farther_apart_than_the_detail(face):
     for detail in (0.1, 0.25):
-        (strip,) = fw.SheddingTear(face, start="l", width=3.0, detail=detail).strips
+        strip = fw.SheddingTear(face, start="l", width=3.0, detail=detail).strip
         along, across = (np.linalg.norm(np.diff(strip.rest, axis=axis), axis=2) for axis in (0, 1))
         inside = ~strip.ends[1:, 1:-1] & ~strip.ends[:-1, 1:-1]
         assert 0.4 * 3.0 * detail < np.median(along)
@@ -146,7 +123,7 @@ def test_a_coarse_tear_holds_what_its_formula_does():
     sheet = pv.Plane(i_size=30, j_size=60, i_resolution=3, j_resolution=6).triangulate()
     for detail, error in ((0.1, 0.02), (0.28, 0.04), (1.0, 0.04)):
         tear = fw.SheddingTear(sheet, [[0, 25, 0], [0, -25, 0]], width=2.0, detail=detail, film=Film(0.2, 0.0))
-        (path,), front = tear.paths, tear.covered(1.0)
+        path, front = tear.path, tear.covered(1.0)
         s, w = np.meshgrid(np.linspace(0.0, front, 4001), np.linspace(-1.0, 1.0, 401), indexing="ij")
         wobble, _ = path.fields(s, w)
         expected = thickness(s, w, front, tear.shape, wobble).mean() * front * 2.0
@@ -178,13 +155,13 @@ def test_covered_length_grows_and_the_trail_stays(tear):
     assert (np.diff(covered) >= 0.0).all()
     run = times < tear.end - 1.0  # then it has arrived, and holds
     assert np.diff(np.array(covered)[run]) == pytest.approx(np.full(run.sum() - 1, 30.0 * (times[1] - times[0])))
-    path = tear.paths[0].points
+    path = tear.path.points
     for t in times[::6]:
         mesh = tear.surface(t)
         mesh = mesh.extract_cells(mesh.compute_cell_sizes()["Area"] > 1e-9)
         _, near = mesh.find_closest_cell(path, return_closest_point=True)
         wet = np.linalg.norm(near - path, axis=1) < 0.05
-        along = tear.paths[0].lengths
+        along = tear.path.lengths
         inside = (along > 1.5) & (along < tear.covered(t) - 0.5)
         assert wet[inside].mean() > 0.98
         assert not wet[along > tear.covered(t) + 0.5].any()
@@ -311,7 +288,6 @@ def test_refuses_starts_and_sizes(face, sphere):
         (Film, "trail", np.nan),
         (Film, "degree", 9),
         (Route, "length", 0.0),
-        (Route, "branches", 0.5),
     ],
 )
 def test_groups_refuse(group, name, value):
@@ -361,7 +337,7 @@ def test_a_tear_fills_a_shallow_crease_and_runs_on(out, goes_on):
     tear = fw.SheddingTear(sheet, start=(0.0, 20.0, 0.0), width=2.0, down=down, film=Film(roughness=0.0), seed=1)
     stuck = paths.descent(support_surface(sheet, down), np.array([0.0, 20.0, 0.0]), 0.3, 60.0)
     assert stuck[-1, 1] > 0.0
-    assert (tear.paths[0].points[-1, 1] < -10.0) == goes_on
+    assert (tear.path.points[-1, 1] < -10.0) == goes_on
 
 
 def slope():
