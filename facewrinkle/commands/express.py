@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 import pyvista as pv
@@ -16,12 +15,11 @@ from ..anatomy.face import Face
 from ..array_types import Image
 from ..errors import check_range, check_whole
 from ..layers.base import Layer
-from ..motion.base import Motion
 from ..plotting import Scene, closeup, side_by_side
 from ..plotting.views import Style
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import refinement_for
-from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture, refuse
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture
 from .recorder import Clip, Recorder, Scenes
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
@@ -38,9 +36,6 @@ def express(
     max_level: Whole | None = None,
     gamma_c: float | None = None,
     samples: float | None = None,
-    alpha: float | None = None,
-    count: Whole | None = None,
-    ends: Literal["continuous", "paper"] | None = None,
     maps: Whole | None = None,
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
@@ -63,27 +58,16 @@ def express(
     samples
         Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
         with --folds printed.
-    alpha
-        Sharpness of the furrows of the contracted muscles, with --folds paper.
-    count
-        Number of furrows of each contracted muscle, with --folds paper.
-    ends
-        Wrinkles that begin and end at height 0, or in a furrow as in the paper, with --folds paper. Default: what the
-        atlas says.
     maps
         Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
     """
     output, source = output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
-    folds, changes = folds or FoldOptions(), given(alpha=alpha, count=count, ends=ends)
-    if folds.folds != "paper":
-        refuse("belongs to the papers' folds: add --folds paper, or leave it out.", **changes)
+    folds = folds or FoldOptions()
     face = folds.face(source.load(report))
     mixture = parse_mixture(name, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
-    if changes:
-        face = face.with_muscles({muscle: face.muscles[muscle].replaced(**changes) for muscle in rates})
     performance = Performance(
         face=face,
         rates=rates,
@@ -153,18 +137,15 @@ class Performance:
         """Number of frames there and back."""
         return self.frames + (self.frames + 1) // 2
 
-    def simulation(self, motion: Motion | None = None) -> Simulation:
-        """Return a simulation that has been asked for the expression.
-
-        With the motion of a simulation that is over, its skin is not made again.
-        """
-        simulation = Simulation(self.face, self.refinement, self.layers, motion=motion)
+    def simulation(self) -> Simulation:
+        """Return a simulation that has been asked for the expression."""
+        simulation = Simulation(self.face, self.refinement, self.layers)
         simulation.contract(self.rates)
         return simulation
 
-    def bare(self, motion: Motion | None = None) -> pv.PolyData:
-        """Return the expression without wrinkles; for `motion` see :meth:`simulation`."""
-        simulation = Simulation(self.face, Refinement(max_level=0), layers=[], motion=motion)
+    def bare(self) -> pv.PolyData:
+        """Return the expression without wrinkles."""
+        simulation = Simulation(self.face, Refinement(max_level=0), layers=[])
         simulation.contract(self.rates)
         *_, frame = simulation.run(self.frames)
         return frame
@@ -175,7 +156,6 @@ class Performance:
         def frames() -> Iterator[pv.PolyData]:
             # The loop of the paper adds as much in each step: while muscles still contract, that is too little.
             yield from simulation.run(self.frames, ramp=0.1 if self.folds.folds == "printed" else 0.6)
-            self.folds.tell_limited(self.folds.limited_share(simulation.layers))
             simulation.relax()
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
 
@@ -224,7 +204,7 @@ def record(
     if close is None:
         *_, frame = rehearsal.run(15)  # enough to show where the wrinkles will be
         close = closeup(frame, face)
-    simulation = performance.simulation(rehearsal.motion)
+    simulation = performance.simulation()
     styles = [Style(performance.size, view) for view in ("front", close)]
     peaks: list[pv.PolyData] = []
 
@@ -238,7 +218,7 @@ def record(
         (peak,) = peaks
         recorder.save_mesh(peak, face)
         with report.waiting("Drawing"):
-            shown = [face.mesh, performance.bare(simulation.motion), peak]
+            shown = [face.mesh, performance.bare(), peak]
             rows = [[scenes.picture(frame, style) for frame in shown] for style in styles]
             for row, style, suffix in zip(rows, styles, ("", "_closeup"), strict=True):
                 row.append(scenes.picture(peak, replace(style, wireframe=True)))

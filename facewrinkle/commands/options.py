@@ -21,11 +21,9 @@ from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
-from ..errors import LandmarkError, ParameterError, UnknownNameError, warn
+from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
-from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
-from ..layers.wave_folds import WaveFolds
 from ..progress import bar
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
@@ -129,17 +127,14 @@ def whole_number(kind: Any, tokens: Sequence[Any]) -> int:
 
     Examples
     --------
-    >>> whole_number(int, ["100"]), whole_number(int, ["1e3"])
-    (100, 1000)
+    >>> whole_number(int, ["100"])
+    100
     """
     text = str(getattr(tokens[0], "value", tokens[0]))
     try:
-        number = float(text)
-        if number == int(number):
-            return int(text) if text.lstrip("+-").isdigit() else int(number)
-    except (ValueError, OverflowError):
-        pass
-    raise ValueError(f"a whole number is needed, received {text!r}.")
+        return int(text)
+    except ValueError:
+        raise ValueError(f"a whole number is needed, received {text!r}.") from None
 
 
 Vector = Annotated[str | None, Parameter(allow_leading_hyphen=True)]
@@ -304,7 +299,7 @@ class FoldOptions:
         wave: they grow where the skin is compressed. printed: the 23 muscles and the wrinkles of Zhang, Sim and Tan,
         as their paper prints them. paper: by their formula, mended, and creases where all people have them.
     depth
-        Factor on the depth of all folds.
+        Factor on the depth of all folds, which are never deeper than skin of fixed length can fold.
     density
         Factor on the number of lines, for waves. Default: 1.
     length
@@ -321,7 +316,7 @@ class FoldOptions:
     depth: float = 1.0
     density: float | None = None
     length: float | None = None
-    seed: float | None = None  # a whole number; as an int, 1.5 would be rounded without a word
+    seed: Whole | None = None
     age: float | None = None
     no_limit: Annotated[bool, Parameter(negative=())] = False
 
@@ -342,20 +337,6 @@ class FoldOptions:
                 raise ParameterError("wrinkles as printed have no --depth and no limit: leave them out.")
             return [PrintedWrinkles(iterations)]
         return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
-
-    def limited_share(self, layers: Iterable[Layer]) -> float:
-        """Return the share of the folds in the last frame that are not as deep as --depth asks for."""
-        if self.depth <= 1.0:
-            return 0.0
-        return max((x.limited_share() for x in layers if isinstance(x, MuscleWrinkles | WaveFolds)), default=0.0)
-
-    def tell_limited(self, share: float) -> None:
-        """Say so if folds were not as deep as --depth asks for."""
-        if share > 0.0:
-            warn(
-                f"--depth {self.depth:g}: {100.0 * share:.0f} % of the folds are as deep as skin of fixed length can "
-                "fold, and become no deeper. --no-limit lifts this."
-            )
 
 
 @Parameter(name="*")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -66,7 +65,8 @@ def play(
     max_level
         How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     moments
-        At most this many pictures, of the moments with the deepest wrinkles.
+        Number of pictures: the clip is split into as many equal parts, and each picture shows the deepest wrinkles of
+        one.
     follow
         Turn the camera with the head.
     """
@@ -98,17 +98,9 @@ def play(
     steps = max(int(np.ceil(duration / step - 1e-6)), 1)
     check_whole("the number of steps of the clip", steps, 1, 100_000, "Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)
-    shares: list[float] = []
-
-    def frames() -> Iterator[pv.PolyData]:
-        for frame in simulation.run(steps):
-            shares.append(folds.limited_share(simulation.layers))
-            yield frame
-
-    played = Clip(face, frames(), (1 + np.arange(steps)) * step, simulation)
+    played = Clip(face, simulation.run(steps), (1 + np.arange(steps)) * step, simulation)
     with Scenes(face) as scenes:
         deepest = _record(played, recorder, scenes, styles, count)
-        folds.tell_limited(max(shares))
         _tell_smooth(file.name, deepest)
         _draw(deepest, recorder, scenes, styles[0])
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
@@ -123,10 +115,6 @@ def play(
         },
     )
     report.say_time()
-
-
-CLEARLY = 0.9
-"""Wrinkles fall and rise when they get shallower by this factor, or deeper by its inverse; less is the mesh's doing."""
 
 
 class Moment(NamedTuple):
@@ -146,46 +134,6 @@ def _tell_smooth(name: str, deepest: list[Moment]) -> None:
         )
 
 
-class DeepestMoments:
-    """The frames of a clip in which wrinkles are deepest.
-
-    Parameters
-    ----------
-    count : int
-        At most as many are kept; one at least, where there is a frame.
-    """
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-        self._kept: list[Moment] = []
-        self._deepest_yet: Moment | None = None
-        self._shallowest, self._rising = 0.0, True
-
-    def add(self, time: float, frame: pv.PolyData) -> None:
-        """Look at the next frame; the deepest since wrinkles rose is kept when they have clearly fallen."""
-        now = Moment(_depth(frame), time, frame)
-        if self._rising:
-            if self._deepest_yet is None or now.depth >= self._deepest_yet.depth:
-                self._deepest_yet = now
-            elif now.depth < CLEARLY * self._deepest_yet.depth:
-                self._kept = self._deepest([*self._kept, self._deepest_yet])
-                self._shallowest, self._rising = now.depth, False
-        elif CLEARLY * now.depth > self._shallowest:
-            self._deepest_yet, self._rising = now, True
-        else:
-            self._shallowest = min(self._shallowest, now.depth)
-
-    def found(self) -> list[Moment]:
-        """Return the moments, from the first to the last."""
-        last = self._deepest_yet
-        rest = [last] if last is not None and (self._rising or not self._kept) else []
-        return self._deepest([*self._kept, *rest])
-
-    def _deepest(self, moments: list[Moment]) -> list[Moment]:
-        by_depth = sorted(moments, key=lambda moment: moment.depth)
-        return sorted(by_depth[-self.count :], key=lambda moment: moment.time)
-
-
 def _depth(frame: pv.PolyData) -> float:
     """Return the root mean square of the heights of wrinkles over the skin: the deepest alone cannot get deeper."""
     points, height = np.asarray(frame.points, np.float64), np.asarray(frame["W"])
@@ -194,14 +142,16 @@ def _depth(frame: pv.PolyData) -> float:
 
 
 def _record(clip: Clip, recorder: Recorder, scenes: Scenes, styles: list[Style], count: int) -> list[Moment]:
-    """Play a clip, and return its deepest moments."""
-    moments = DeepestMoments(count)
-    recorder.record(
-        clip,
-        lambda frame: scenes.begun(frame, *styles),
-        lambda number, frame: moments.add(float(clip.times[number]), frame),
-    )
-    return moments.found()
+    """Play a clip, and return the moment of the deepest wrinkles in each of `count` equal parts of it."""
+    steps = len(clip.times)
+    deepest: dict[int, Moment] = {}
+
+    def watch(number: int, frame: pv.PolyData) -> None:
+        now, part = Moment(_depth(frame), float(clip.times[number]), frame), number * count // steps
+        deepest[part] = max(deepest.get(part, now), now, key=lambda moment: moment.depth)
+
+    recorder.record(clip, lambda frame: scenes.begun(frame, *styles), watch)
+    return list(deepest.values())
 
 
 def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Style) -> None:

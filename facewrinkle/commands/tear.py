@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -112,14 +111,7 @@ def tear(
     recorder = Recorder(folder, stem, output, report)
     _record(crying, recorder, style, plain=plain)
     unit = {} if face.landmarks else {"unit of the mesh": f"{face.unit:.4g} mm"}
-    recorder.tabulate(
-        stem,
-        {
-            **unit,
-            "tears": f"{len(crying.tears)}, {crying.triangles} triangles at most",
-            "tears alone": f"{1000.0 * crying.seconds / frames:.1f} ms a frame",
-        },
-    )
+    recorder.tabulate(stem, {"tears": str(len(tears)), **unit})
     report.say_time()
 
 
@@ -168,10 +160,6 @@ class Crying:
         Whether triangles that are finer than needed are taken back.
     now : list of PolyData
         Surfaces of the tears on the frame that was played last.
-    seconds : float
-        Time spent on tears so far.
-    triangles : int
-        Of all tears together, at most, so far.
     """
 
     face: Face
@@ -182,7 +170,6 @@ class Crying:
 
     def __post_init__(self) -> None:
         self.now: list[pv.PolyData] = []
-        self.seconds, self.triangles = 0.0, 0
 
     def moments(self) -> list[int]:
         """Return numbers of frames that show most of the tears: evenly spread over the time in which there are some."""
@@ -197,10 +184,7 @@ class Crying:
     def _frames(self, simulation: Simulation) -> Iterator[pv.PolyData]:
         simulation.contract(self.rates)
         for t, frame in zip(self.times, simulation.run(len(self.times), ramp=0.3), strict=True):
-            begin = time.perf_counter()
             self.now = surfaces(self.tears, float(t), frame)
-            self.seconds += time.perf_counter() - begin
-            self.triangles = max(self.triangles, sum(tear.n_cells for tear in self.now))
             yield frame
 
 

@@ -104,9 +104,6 @@ def scattered(where: BoolArray, values: Column, none: float) -> Column:
 TAUT = 0.15
 """Stretch that smooths out the lines of old skin."""
 
-DEEP_ENOUGH = 0.05
-"""Folds of this depth, or wrinkles of this height, mm, count among those that are limited, or not."""
-
 
 class Relief(NamedTuple):
     """What all folds of a layer together make of n vertices in a frame.

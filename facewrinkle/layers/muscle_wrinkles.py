@@ -22,7 +22,7 @@ from ..geometry.refinement import Change
 from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField, per_length, tangents_of
-from .entries import DEEP_ENOUGH, TAUT, Entries, Relief, scattered, sorted_by_vertex
+from .entries import TAUT, Entries, Relief, scattered, sorted_by_vertex
 
 SMALLEST = 0.4
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
@@ -140,11 +140,6 @@ class MuscleWrinkles(Layer):
         return self._activation.at(strain)
 
     # --- what a frame tells -----------------------------------------------------------------------------
-
-    def limited_share(self) -> float:
-        """Return the share of the wrinkled vertices of the last frame whose wrinkles the length of the skin limits."""
-        shares = self._relief.share[np.abs(self._relief.height) > DEEP_ENOUGH]
-        return float((shares < 1.0).mean()) if self.inextensible and len(shares) else 0.0
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""

@@ -53,7 +53,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     assert {path.name for path in folder.iterdir()} == pictures | {"tear_dripping.obj", "tear_dripping.mtl"}
     assert "\ng tears\n" in (folder / "tear_dripping.obj").read_text()
     assert fw.read_surface(folder / "tear_dripping.obj").n_cells > face.mesh.n_cells
-    assert "triangles" in out
+    assert "tears" in out
     assert "drops.glb" in out
     content, _ = read_glb(tmp_path / "drops.glb")
     moving = {content["nodes"][channel["target"]["node"]]["name"] for channel in content["animations"][0]["channels"]}

@@ -12,7 +12,7 @@ from ...array_types import Array
 from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
-from ..entries import DEEP_ENOUGH, Relief, scattered
+from ..entries import Relief, scattered
 from . import _kernels as kernels
 from .amount import Amount, amounts
 from .families import FAINT, FoldShapes
@@ -178,16 +178,6 @@ class WaveFolds(Layer):
     def age_shown(self) -> float:
         """The age of the lines: that of the attached face, if no other was given."""
         return self._age
-
-    def limited_share(self) -> float:
-        """Return the share of the folds in the last frame that would be deeper if skin had no fixed length."""
-        waves, deep = self._waves, self._now.deep
-        if not (self.inextensible and (deep > 0.0).any()):
-            return 0.0
-        full = np.repeat(self._relief.share < 1.0, np.diff(waves.starts))
-        steepest = deep >= (1.0 - 1e-9) * kernels.STEEPEST * waves.strength * waves.length
-        folded = deep > DEEP_ENOUGH
-        return float(((full | steepest) & folded).sum() / max(folded.sum(), 1))
 
     def explained(self, vertex: int) -> list[dict[str, float]]:
         """Return what the waves of each family add at a vertex in the last frame, and the numbers of their formula.
