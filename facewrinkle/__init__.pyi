@@ -42,8 +42,8 @@ from .export import write_mesh as write_mesh
 from .layers.creases import Creases as Creases
 from .layers.muscle_wrinkles import MuscleWrinkles as MuscleWrinkles
 from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
+from .layers.patterns_on_skin.region import Compression as Compression
 from .layers.patterns_on_skin.region import Region as Region
-from .layers.patterns_on_skin.strength import Compression as Compression
 from .layers.printed_wrinkles import PrintedWrinkles as PrintedWrinkles
 from .layers.wave_folds import WaveFolds as WaveFolds
 from .live import studio as studio

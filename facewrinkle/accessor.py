@@ -22,8 +22,7 @@ from .geometry.closest_point import closest_point
 from .geometry.topology import components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
-from .layers.patterns_on_skin.region import given_centre
-from .layers.patterns_on_skin.strength import Compression
+from .layers.patterns_on_skin.region import Compression, given_centre
 from .mesh import add_seams, corner_texture, read_surface, with_data
 from .mesh.arrays import PART
 from .motion.base import Still

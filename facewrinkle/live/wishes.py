@@ -18,7 +18,7 @@ from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
-from ..layers.wave_folds.amount import amounts
+from ..layers.wave_folds.layer import amounts
 from ..plotting.views import VIEW_ANGLE, VIEWS, View
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers

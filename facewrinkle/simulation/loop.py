@@ -28,9 +28,8 @@ from ..geometry.normals import details_normals, vertex_normals
 from ..geometry.orientation import unfolded_shares
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.smoothstep import smoothstep
-from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState
+from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState, displacement_of, fields_of, over
 from ..layers.compression import StrainField
-from ..layers.results import displacement_of, fields_of, over
 from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped

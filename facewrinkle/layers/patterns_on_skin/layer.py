@@ -21,8 +21,7 @@ from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern
 from .kinds import pattern_of
-from .region import LaidRegion, Region, given_centre
-from .strength import Compression, RegionCompression
+from .region import Compression, LaidRegion, Region, RegionCompression, given_centre
 
 TimeFunction = Callable[[float], float]
 """A function of the time in seconds."""

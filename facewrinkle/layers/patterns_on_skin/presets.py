@@ -14,8 +14,7 @@ from ...anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
 from ...array_types import Array
 from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
 from ...geometry.closest_point import closest_point
-from .region import check_size
-from .strength import Compression
+from .region import Compression, check_size
 
 MIDDLE_BEHIND, FACING = 0.8, 0.2
 """Distance of the middle of a head behind the eyes, in distances between the pupils, and the least cosine between its

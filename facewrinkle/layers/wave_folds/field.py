@@ -17,8 +17,7 @@ from ..base import SurfacePoints
 from ..compression import StrainField, along, tangents_of
 from ..entries import Entries, sorted_by_vertex
 from .families import FoldShapes, tensors_of
-from .ground import Ground
-from .stripes import KEPT, Stripes, Style, found_stripes, zone_of
+from .stripes import KEPT, Ground, Stripes, Style, found_stripes, zone_of
 from .tissue import anatomical, firmness, grain, old_depths, wavelengths
 
 ENOUGH, MOST = 0.2, 4

@@ -19,7 +19,7 @@ import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.patterns_on_skin.presets import names
-from facewrinkle.layers.patterns_on_skin.strength import RegionCompression
+from facewrinkle.layers.patterns_on_skin.region import RegionCompression
 
 
 def laid_out(layer, face, strength, seconds):

@@ -32,8 +32,8 @@ from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
-from facewrinkle.layers.wave_folds.amount import amounts
 from facewrinkle.layers.wave_folds.field import WaveField
+from facewrinkle.layers.wave_folds.layer import amounts
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
 from facewrinkle.motion.base import Undriven

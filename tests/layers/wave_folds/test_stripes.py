@@ -14,8 +14,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
-from facewrinkle.layers.wave_folds.ground import Ground, Smoothing
-from facewrinkle.layers.wave_folds.stripes import Stripes
+from facewrinkle.layers.wave_folds.stripes import Ground, Smoothing, Stripes
 
 K = np.array([0.3, 0.8, 0.0])
 
