@@ -32,7 +32,7 @@ def skin_of(size):
     forest.split(np.ones(len(face.triangles), bool))
     forest.split(np.arange(len(forest.triangles)) < 0.55 * len(forest.triangles))
     points = interpolated(face.points, forest.corners, forest.barycentric)
-    return fw.Skin(fw.fit_face(to_polydata(points, forest.triangles), face.landmarks, face.unit), vertices=None)
+    return fw.Skin(fw.fit_face(to_polydata(points, forest.triangles), face.landmarks, units=face.unit), vertices=None)
 
 
 class Reference:

@@ -117,7 +117,7 @@ class FaceWrinkleAccessor:
             )
         words["begin"] = time
         if landmarks is not None:
-            face, rest = fit_face(self._mesh, landmarks, units), None
+            face, rest = fit_face(self._mesh, landmarks, units=units), None
             chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
             chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
             layers = PatternLayer.presets(pattern, face, **chosen, **words)
@@ -125,7 +125,7 @@ class FaceWrinkleAccessor:
             if isinstance(pattern, str) and pattern in names() and pattern not in table():
                 raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
             face, rest = _nearest_part(self._mesh, centre, _units(self._mesh, units))
-            layers = [PatternLayer(pattern, centre, up, size, **words)]
+            layers = [PatternLayer(pattern, centre, up=up, size=size, **words)]
         return _combined(patterned(face, layers, max_level), rest)
 
     def tear(
@@ -165,14 +165,14 @@ class FaceWrinkleAccessor:
         0
         """
         options |= {"units": _units(self._mesh, units)}
-        stream = SheddingTear(self._mesh, path, start, **grouped(options, film=Film, flow=Flow, route=Route))
+        stream = SheddingTear(self._mesh, path, start=start, **grouped(options, film=Film, flow=Flow, route=Route))
         return stream.surface(stream.end if t is None else t)
 
 
 def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.PolyData:
     """Return a face that does not move with layers on it, refined as they need it."""
     needed = max(layer.level_needed(face) for layer in layers)
-    simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers, motion=Still(face, 1e-9))
+    simulation = Simulation(face, Refinement(max_level=min(needed, max_level)), layers=layers, motion=Still(face, 1e-9))
     frame, cells = simulation.step(), -1
     while frame.n_cells != cells:
         frame, cells = simulation.step(), frame.n_cells

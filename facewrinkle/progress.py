@@ -14,17 +14,6 @@ class Progress(Protocol):
     def __call__(self, items: Iterable[Any], what: str, total: int, /) -> Iterable[Any]: ...
 
 
-def silent(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
-    """Return the items, and show nothing.
-
-    Examples
-    --------
-    >>> list(silent("ab", "Letters", 2))
-    ['a', 'b']
-    """
-    return items
-
-
 def bar(items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
     """Return the items; while they are done, a bar shows progress on stderr if that is a terminal.
 

@@ -58,7 +58,7 @@ for name, (centre, up, size, looks) in places.items():
         where = {"centre": np.multiply(centre, [side, 1, 1]), "up": np.multiply(up, [side, 1, 1]), "mirrored": side < 0}
         looks = {"variation": 0.5, "seed": side + 1, **looks} if name not in ("dimple", "eye_pouch") else looks
         layers.append(fw.PatternLayer(name, **where, size=size, name=f"{name} {side}", **looks))
-simulation = fw.Simulation(pig, fw.Refinement(max_level=3), layers, motion=fw.Still(pig))
+simulation = fw.Simulation(pig, fw.Refinement(max_level=3), layers=layers, motion=fw.Still(pig))
 for _ in range(5):
     frame = simulation.step()
 

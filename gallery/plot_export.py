@@ -57,7 +57,7 @@ again = fw.read_face(path)
 near = np.linalg.norm(face.mesh.cell_centers().points - face.landmarks["glabella"], axis=1) < 45.0
 fine = fw.refine(face.mesh, near)
 fine = fw.refine(fine, np.linalg.norm(fine.cell_centers().points - face.landmarks["glabella"], axis=1) < 40.0)
-fixed = fw.Simulation(fw.fit_face(fine, face.landmarks, "mm"), fw.Refinement(max_level=0))
+fixed = fw.Simulation(fw.fit_face(fine, face.landmarks, units="mm"), fw.Refinement(max_level=0))
 fixed.express("frowning")
 cache = np.stack([frame.points for frame in fixed.run(30)])
 np.save(folder / "frowning.npy", cache.astype(np.float32))

@@ -51,7 +51,7 @@ def drawn(frames, views):
 # their parameters say.
 
 bare = held(lambda: fw.Simulation(paper_face, fw.Refinement(max_level=0), layers=[]))
-printed = held(lambda: fw.Simulation(paper_face, PRINTED, [fw.PrintedWrinkles(STEPS)]))
+printed = held(lambda: fw.Simulation(paper_face, PRINTED, layers=[fw.PrintedWrinkles(STEPS)]))
 figure(stacked([drawn(frames, views) for views in (FRONT, NEAR) for frames in (bare, printed)]))
 
 # %%

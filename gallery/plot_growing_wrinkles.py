@@ -21,7 +21,7 @@ face = with_printed_muscles(fw.default_face())
 
 def played(expression, intensity=1.0, ramp=0.6):
     """All frames of an expression with wrinkles as printed, made in fewer iterations than the paper's."""
-    sim = fw.Simulation(face, PRINTED, [fw.PrintedWrinkles(STEPS)])
+    sim = fw.Simulation(face, PRINTED, layers=[fw.PrintedWrinkles(STEPS)])
     sim.express(expression, intensity)
     return [frame.copy() for frame in sim.run(STEPS, ramp=ramp)]
 

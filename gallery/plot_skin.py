@@ -20,7 +20,7 @@ brow = int(np.argmin(np.linalg.norm(face.points - face.landmarks["brow_l_mid"], 
 
 def pulled(seconds=0.6, time_step=0.02, **material):
     """The lift of the left brow over time, as its frontalis contracts at once, and the skin at the end."""
-    skin = fw.Skin(face, time_step, fw.SkinMaterial(**material))
+    skin = fw.Skin(face, time_step, material=fw.SkinMaterial(**material))
     skin.contract({"frontalis_major_l": 1.0})
     lift = [0.0]
     for _ in range(round(seconds / time_step)):

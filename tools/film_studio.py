@@ -151,7 +151,7 @@ def main() -> None:
         film = Film(page, studio)
         walk(film)
         browser.close()
-    write_movie(film.pictures, Path(sys.argv[1]), FPS)
+    write_movie(film.pictures, Path(sys.argv[1]), fps=FPS)
     print(f"{len(film.pictures)} pictures, {Path(sys.argv[1]).stat().st_size / 1000:.0f} kB")
 
 

@@ -139,6 +139,7 @@ def mean_face(atlas: Atlas) -> Face:
 def fit_face(
     mesh: MeshLike,
     landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
+    *,
     units: str | float | None = None,
     atlas: Atlas | None = None,
     progress: Progress | None = None,
@@ -338,7 +339,7 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
     from .finding.landmarks import CHIN
     from .finding.template import UNMEASURED
 
-    found = find_landmarks(source, progress, given)
+    found = find_landmarks(source, progress=progress, given=given)
     if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
@@ -391,6 +392,7 @@ def _warped_to(landmarks: Mapping[str, Array], names: list[str], shift: Array, s
 def surface(
     mesh: MeshLike,
     units: str | float = "mm",
+    *,
     texture: object = None,
 ) -> Face:
     """Return any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.

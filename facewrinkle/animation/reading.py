@@ -32,6 +32,7 @@ the edges of the mesh are long.
 
 def read_animation(
     path: str | Path,
+    *,
     mesh: str | None = None,
     animation: str | None = None,
     shapes: Mapping[str, float] | None = None,

@@ -38,7 +38,7 @@ def compile_all(*, quiet: bool = False) -> None:
     report.say_time()
 
 
-def compile_ahead(progress: Progress = bar) -> None:
+def compile_ahead(progress: Progress | None = None) -> None:
     """Compile what the package needs, so that nothing has to wait for it later.
 
     numba compiles a function when it is first called, and keeps it on the disk. Call this once after an installation,
@@ -62,7 +62,7 @@ def compile_ahead(progress: Progress = bar) -> None:
     """
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         steps = _cases(Path(folder))
-        for _ in progress((step() for step in steps), "Compiling", len(steps)):
+        for _ in (progress or bar)((step() for step in steps), "Compiling", len(steps)):
             pass
 
 

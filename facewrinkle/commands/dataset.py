@@ -63,7 +63,7 @@ def dataset(
             raise ParameterError(f"--out must name the folder of the set, received {str(where)!r}.")
         report.say(f"{_preview(spec, where.with_name(where.name + '.png'), report)}")
         return
-    generate(spec, where, count, workers, scheduler, report.progress)
+    generate(spec, where, count=count, workers=workers, scheduler=scheduler, progress=report.progress)
     attempts = read_table(where, ("attempt",))["attempt"]
     again = sum(map(bool, attempts))
     report.say(

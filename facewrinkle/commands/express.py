@@ -91,7 +91,7 @@ def express(
     record(performance, folder, stem, report, output)
     if maps is not None:
         with report.waiting("Baking the maps"):
-            baked = bake_maps(performance.face, mixture, intensity, maps, performance.layers)
+            baked = bake_maps(performance.face, mixture, intensity=intensity, size=maps, layers=performance.layers)
             written = write_maps(baked, folder / stem)
         report.say(f"maps: {', '.join(path.name for path in written)}")
     report.say_time()
@@ -139,7 +139,7 @@ class Performance:
 
     def simulation(self) -> Simulation:
         """Return a simulation that has been asked for the expression."""
-        simulation = Simulation(self.face, self.refinement, self.layers)
+        simulation = Simulation(self.face, self.refinement, layers=self.layers)
         simulation.contract(self.rates)
         return simulation
 

@@ -244,7 +244,9 @@ class FaceOptions:
     def fitted(self, mesh: Path | pv.PolyData, report: Report | None = None) -> Face:
         """Return the face of a mesh; `report` shows the progress of the search."""
         progress = None if report is None else report.progress
-        return fit_face(mesh, self.landmarks, self.units, self._own_atlas, progress, self.texture)
+        return fit_face(
+            mesh, self.landmarks, units=self.units, atlas=self._own_atlas, progress=progress, texture=self.texture
+        )
 
     @property
     def _own_atlas(self) -> Atlas | None:
@@ -282,7 +284,7 @@ class FaceOptions:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
         of_face = {"landmarks": self.landmarks, "identity": self.identity, "atlas": self.atlas}
         refuse(f"belongs to a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
-        found = surface(self.face, "mm" if self.units is None else self.units, self.texture)
+        found = surface(self.face, "mm" if self.units is None else self.units, texture=self.texture)
         own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
         unit = millimetres(unit_by_size(own)) if size is None else size / own
         return replace(found, unit=unit) if self.units is None else found

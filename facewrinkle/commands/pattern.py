@@ -122,7 +122,7 @@ def pattern(
     motion = Still(face, 1.0 / fps) if expression is None else None
     refinement = Refinement(max_level=max_level, coarsen=output.save_animation is None)
     with report.waiting("Preparing the skin"):
-        simulation = Simulation(face, refinement, layers, motion=motion)
+        simulation = Simulation(face, refinement, layers=layers, motion=motion)
     stem = f"pattern_{name}"
     clip = Clip(face, _there_and_back(simulation, rates, frames), (1.0 + np.arange(2 * frames + 1)) / fps, simulation)
     _record(clip, simulation, Recorder(output.folder(stem, source.label), stem, output, report))

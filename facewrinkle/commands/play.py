@@ -79,11 +79,13 @@ def play(
         refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)
         take = read_take(file, take_fps).gained({} if gain is None else parse_weights(gain))
         face, duration, names, time_step = source.load(report), take.duration / speed, take.names, None
-        motion: Recorded | Performer = Performer(take, face, step, speed=speed, head=head)
+        motion: Recorded | Performer = Performer(take, face, time_step=step, speed=speed, head=head)
     else:
         of_take = {"face": source.face, "identity": source.identity, "gain": gain, "take_fps": take_fps}
         refuse(f"is for takes, and {file.name} has a face of its own: leave it out.", **of_take)
-        rest, recorded = read_animation(file, mesh, animation, None if shapes is None else parse_weights(shapes))
+        rest, recorded = read_animation(
+            file, mesh=mesh, animation=animation, shapes=None if shapes is None else parse_weights(shapes)
+        )
         motion = recorded = recorded.played(speed)
         face = source.fitted(rest, report)
         duration, names, time_step = recorded.duration, recorded.names, step
@@ -94,7 +96,7 @@ def play(
                 "wrinkles as printed are those of an expression (facewrinkle express): play with --folds paper or wave."
             )
         layers = folds.layers(face)
-        simulation = Simulation(face, refinement, layers, time_step, motion=motion)
+        simulation = Simulation(face, refinement, layers=layers, time_step=time_step, motion=motion)
     steps = max(int(np.ceil(duration / step - 1e-6)), 1)
     check_whole("the number of steps of the clip", steps, 1, 100_000, "Raise --speed.")
     recorder = Recorder(output.folder(file.stem), file.stem, output, report)

@@ -152,7 +152,7 @@ class Recorder:
         """Return a function that appends a picture to the movie; None, with a warning, without the packages for it."""
         path = self._path(".mp4")
         try:
-            return stack.enter_context(movie_writer(path, self.output.fps))
+            return stack.enter_context(movie_writer(path, fps=self.output.fps))
         except MissingPackageError as missing:
             warn(f"no movie is written: {missing}")
             path.unlink(missing_ok=True)  # of an earlier run

@@ -101,10 +101,10 @@ def rig(
     made = make_rig(
         loaded,
         shapes,
-        wrinkles,
-        0 if same_mesh else level,
-        correctives,
-        halfway,
+        wrinkles=wrinkles,
+        level=0 if same_mesh else level,
+        correctives=correctives,
+        halfway=halfway,
         progress=report.progress,
     )
     if same_mesh and source.face is not None:

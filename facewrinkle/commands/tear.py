@@ -104,7 +104,7 @@ def tear(
     mixture = {} if places else parse_mixture(expression or PRESETS[kind].expression, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)
     with report.waiting("Letting tears run"):
-        tears = _tears_from(places, kind, face, seed, running) if places else preset(kind, face, seed, **running)
+        tears = _tears_from(places, kind, face, seed, running) if places else preset(kind, face, seed=seed, **running)
         crying = Crying(face, rates, tears, np.arange(frames) / fps, output.save_animation is None)
     if places and output.view is None:
         style = replace(style, view=_close(face, places, tears))
@@ -195,7 +195,7 @@ def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) ->
     series: list[tuple[float, pv.PolyData]] = []
     rows: list[list[Image]] = [[], []]
     with ExitStack() as stack:
-        quick = [stack.enter_context(TearScene(face, style, not plain)) for style in styles]
+        quick = [stack.enter_context(TearScene(face, style, refraction=not plain)) for style in styles]
         still = [stack.enter_context(TearScene(face, style)) for style in styles] if plain else quick
 
         def draw(frame: pv.PolyData) -> Drawing:

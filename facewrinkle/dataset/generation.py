@@ -22,7 +22,7 @@ from msgspec import to_builtins
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
 from ..files import inside_only, is_inside_only, output_folder, write_whole
-from ..progress import Progress, silent
+from ..progress import Progress, bar
 from .card import write_card
 from .plan import first_sample_of
 from .sample import Sample, SampleMaker
@@ -36,10 +36,11 @@ RUNNING = ".running"
 def generate(
     spec: Spec | str | Path | dict[str, Any] | None = None,
     out: str | Path = "dataset",
+    *,
     count: int = 1000,
     workers: int = 1,
     scheduler: str | None = None,
-    progress: Progress = silent,
+    progress: Progress | None = None,
 ) -> Path:
     """Make a data set in a folder, or what is missing of it.
 
@@ -61,7 +62,7 @@ def generate(
         same code of the package; they are used in place of processes here.
     progress : callable, optional
         Called with an iterable of the samples, what is being done, and the number of samples; yields the samples, each
-        when it is done.
+        when it is done. Default: a bar on stderr where that is a terminal.
 
     Returns
     -------
@@ -103,7 +104,7 @@ def generate(
         _begin(folder, spec, count)
         for path in folder.rglob(".[0-9]*.shard-*"):  # of a run that was killed
             path.unlink(missing_ok=True)
-        for _ in progress(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
+        for _ in (progress or bar)(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
             pass
         write_card(folder, spec, count)
     return folder

@@ -228,7 +228,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
         if time is None or not face.eyes:
             return []
         smiling = plan.expression.keys() & {"happiness", "laughter", "AU12"}
-        return surfaces(preset("joy" if smiling else "weeping", face, plan.index), time, frame)
+        return surfaces(preset("joy" if smiling else "weeping", face, seed=plan.index), time, frame)
 
     def _drawn(
         self,

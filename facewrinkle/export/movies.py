@@ -17,7 +17,7 @@ from ..errors import ParameterError, check_range, missing_package
 from ..files import not_written, output_file, replaced
 
 
-def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.0) -> Path:
+def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 25.0) -> Path:
     """Write pictures one by one as an .mp4 (H.264) or an endless .gif.
 
     H.264 needs even sizes: the last row or column of an odd picture is written twice, and nothing is rescaled. A GIF
@@ -53,14 +53,14 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, fps: float = 25.
     ...     write_movie(pictures, f"{folder}/grey.gif", fps=10).name
     'grey.gif'
     """
-    with movie_writer(path, fps) as append:
+    with movie_writer(path, fps=fps) as append:
         for image in images:
             append(image)
     return Path(os.path.expanduser(path))
 
 
 @contextmanager
-def movie_writer(path: str | Path, fps: float = 25.0) -> Iterator[Callable[[np.ndarray], None]]:
+def movie_writer(path: str | Path, *, fps: float = 25.0) -> Iterator[Callable[[np.ndarray], None]]:
     """Yield a function that appends one picture to a movie; for the arguments see :func:`write_movie`.
 
     Examples

@@ -48,8 +48,8 @@ class Creases(MuscleWrinkles):
     True
     """
 
-    def __init__(self, depth: float = 1.0, inextensible: bool = True, age: float | None = None) -> None:
-        super().__init__(depth, inextensible)
+    def __init__(self, depth: float = 1.0, *, inextensible: bool = True, age: float | None = None) -> None:
+        super().__init__(depth, inextensible=inextensible)
         self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")
 
     def draws(self, pattern: Muscle) -> bool:

@@ -276,7 +276,7 @@ def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
 
 def _movie(player: Player, order: Order, path: Path, tell: Tell) -> None:
     style = Style((720, 720), view_of(order.camera, order.face))
-    with TearScene(order.face, style) as scene, movie_writer(path, FPS) as append:
+    with TearScene(order.face, style) as scene, movie_writer(path, fps=FPS) as append:
         for moment in telling(tell)(player.moments(order.data), "Movie", len(player.times(order.data))):
             append(scene.picture(moment.frame, moment.tears))
 

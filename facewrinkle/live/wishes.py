@@ -336,7 +336,7 @@ class Player:
 
     def __init__(self, face: Face, data: Mapping[str, Any], clip: Recorded | None = None, coarsen: bool = True) -> None:
         self.face = face
-        self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers_of(data, face), motion=clip)
+        self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers=layers_of(data, face), motion=clip)
         self.rates: dict[str, float] = {}
         self.arrived = True
         self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}

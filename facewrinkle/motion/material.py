@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..errors import check_range
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SkinMaterial:
     """Mechanics of the skin, relative to its membrane stiffness of 1. Lengths in mm, times in s.
 

@@ -104,6 +104,7 @@ class Skin:
         self,
         face: Face,
         time_step: float = 0.02,
+        *,
         material: SkinMaterial | None = None,
         iterations: int = 25,
         vertices: int | None = SKIN_VERTICES,

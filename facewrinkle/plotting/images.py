@@ -91,7 +91,7 @@ def figure(image: Image) -> Any:
     return shown
 
 
-def save_picture(image: Image, path: str | Path, colours: int | None = None) -> Path:
+def save_picture(image: Image, path: str | Path, *, colours: int | None = None) -> Path:
     """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
 
     Raises

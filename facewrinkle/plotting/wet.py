@@ -93,7 +93,7 @@ class TearScene(Scene):
     (80, 60, 3)
     """
 
-    def __init__(self, face: Face, style: Style | None = None, refraction: bool = True) -> None:
+    def __init__(self, face: Face, style: Style | None = None, *, refraction: bool = True) -> None:
         super().__init__(face, style)
         self.refraction = refraction
         self._tears: list[Any] = []

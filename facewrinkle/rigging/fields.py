@@ -22,7 +22,7 @@ from ..export.model import Model, Morphs, is_hair, part_model
 from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import unique_edges
 from ..layers.base import Layer
-from ..progress import Progress, silent
+from ..progress import Progress
 from ..simulation import Refinement, Simulation
 from .poses import Held, Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side
@@ -54,10 +54,10 @@ class Baker:
     def __init__(self, face: Face, layers: list[Layer] | None, level: int) -> None:
         self.face, self._level, self._motion = face, level, Held(face)
         coarser = Refinement(gamma_c=0.1, max_level=level, samples=2.75, coarsen=False)  # than for pictures: it is sent
-        self.simulation = Simulation(face, coarser, layers, motion=self._motion)
+        self.simulation = Simulation(face, coarser, layers=layers, motion=self._motion)
         self.models: dict[str, Model] = {}
 
-    def refine(self, poses: list[Pose], neutral: Pose, progress: Progress = silent) -> None:
+    def refine(self, poses: list[Pose], neutral: Pose, progress: Progress) -> None:
         """Split all triangles that any of the poses needs, and make the models of the face at rest."""
         for _ in range(ROUNDS if self._level else 0):
             before = self.simulation.forest.n_points
@@ -131,7 +131,7 @@ def shape_fields(
     poses: Mapping[Movement, Pose],
     neutral: Pose,
     baker: Baker,
-    progress: Progress = silent,
+    progress: Progress,
 ) -> Fields:
     """Return what shapes change."""
     users: dict[Movement, list[tuple[int, Shape, float]]] = {}

@@ -16,7 +16,7 @@ from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
 from ..export.model import Model, Morphs
 from ..mesh import to_polydata
-from ..progress import Progress, silent
+from ..progress import Progress, bar
 from .fields import (
     CUT,
     Baker,
@@ -151,7 +151,7 @@ class Rig:
         Examples
         --------
         >>> import facewrinkle as fw
-        >>> rig = fw.rig(fw.default_face(), "browInnerUp", "separate", level=1)
+        >>> rig = fw.rig(fw.default_face(), "browInnerUp", wrinkles="separate", level=1)
         >>> rig.driven({"browInnerUp": 0.5})
         {'browInnerUp': 0.5, 'browInnerUp_wrinkle': 0.25}
         """
@@ -289,12 +289,12 @@ def label(weights: Mapping[str, float]) -> str:
 def rig(
     face: Face,
     shapes: str = "arkit",
+    *,
     wrinkles: Wrinkling = "baked",
     level: int | None = None,
     correctives: int = 0,
     halfway: bool = False,
-    *,
-    progress: Progress = silent,
+    progress: Progress | None = None,
 ) -> Rig:
     """Make the blend shapes of a face, for other programs; they wrinkle.
 
@@ -320,7 +320,8 @@ def rig(
         Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get an in-between at half the weight,
         which is the simulation's (with separate wrinkles, of the smooth skin). Only USD files hold them.
     progress : callable, optional
-        Called with an iterable, what is being done, and the number of items; yields the items.
+        Called with an iterable, what is being done, and the number of items; yields the items. Default: a bar on stderr
+        where that is a terminal.
 
     Returns
     -------
@@ -364,7 +365,7 @@ def rig(
     if lacking:
         reasons = "; ".join(dict.fromkeys(left_out[name] for name in lacking))
         warn(f"{len(lacking)} shapes are left out ({reasons}): {', '.join(lacking)}.")
-    posing = Posing(face)
+    posing, progress = Posing(face), progress or bar
     poses = movement_poses(wanted, posing)
     neutral = posing.neutral()
     baker = Baker(face, [] if wrinkles in ("none", "maps") else None, level)

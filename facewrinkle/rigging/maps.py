@@ -92,6 +92,7 @@ class Maps:
 def bake_maps(
     face: Face,
     expression: str | Mapping[str, float],
+    *,
     intensity: float = 1.0,
     size: int = 1024,
     layers: Sequence[Layer] | None = None,

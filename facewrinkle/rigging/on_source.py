@@ -15,6 +15,7 @@ from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry.interpolation import barycentric
 from ..mesh import MeshLike, closest_places, corner_texture, read_surface
+from ..progress import bar
 from .fields import CUT, Baker, faded, shape_fields
 from .linear_rig import Rig
 from .maps import around_head
@@ -109,7 +110,7 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     >>> import facewrinkle as fw
     >>> head = fw.default_face()
     >>> face = fw.fit_face(head.mesh, head.landmarks)
-    >>> shapes = on_source(fw.rig(face, "jawOpen", "none", level=0), head.mesh)
+    >>> shapes = on_source(fw.rig(face, "jawOpen", wrinkles="none", level=0), head.mesh)
     >>> shapes.deltas.shape == (1, head.mesh.n_points, 3), bool(shapes.reached.all())
     (True, True)
     """
@@ -151,7 +152,8 @@ def _pieces(rig: Rig, skin: Single) -> Iterator[tuple[IntArray, Array, Single]]:
     parts = {name: part for name, part in face.parts.items() if part.source_points is not None}
     if not parts:
         return
-    moved = shape_fields(rig.shapes, rig.poses, rig.posing.neutral(), OwnParts(replace(face, parts=parts), [], 0))
+    plain = OwnParts(replace(face, parts=parts), [], 0)
+    moved = shape_fields(rig.shapes, rig.poses, rig.posing.neutral(), plain, bar)
     for name, part in parts.items():
         assert part.source_points is not None
         triangles = np.asarray(part.mesh.regular_faces, np.int64)

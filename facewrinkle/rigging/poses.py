@@ -321,6 +321,7 @@ class Performer(Undriven):
         self,
         take: Take,
         face: Face,
+        *,
         time_step: float = 0.02,
         speed: float = 1.0,
         head: bool = True,

@@ -13,11 +13,11 @@ from ..array_types import Image
 from ..plotting import Style, side_by_side, stacked
 from ..plotting.images import rendered, texture
 from ..plotting.views import aim
-from ..progress import Progress, silent
+from ..progress import Progress, bar
 from .linear_rig import Rig
 
 
-def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = silent) -> Image:
+def sheet(rig: Rig, *, columns: int = 8, size: int = 240, progress: Progress | None = None) -> Image:
     """Return pictures of all shapes of a rig at weight 1, with their names, after one of the face at rest.
 
     Parameters
@@ -45,7 +45,7 @@ def sheet(rig: Rig, columns: int = 8, size: int = 240, progress: Progress = sile
     plotter.set_background("#4a4f57")
     aim(plotter, rig.face, Style((size, size)))
     names = ["", *rig.names]
-    steps = progress(names, "Pictures", len(names))
+    steps = (progress or bar)(names, "Pictures", len(names))
     try:
         shown = {part: rig.at({}, part) for part in rig.parts}
         for part, mesh in shown.items():

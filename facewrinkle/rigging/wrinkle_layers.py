@@ -19,7 +19,7 @@ from ..errors import ParameterError
 from ..files import written
 from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import corner_texture
-from ..progress import Progress, silent
+from ..progress import Progress, bar
 from .fields import Baker
 from .linear_rig import Rig
 from .maps import (
@@ -67,7 +67,7 @@ class WrinkleLayers:
     Examples
     --------
     >>> import facewrinkle as fw
-    >>> rig = fw.rig(fw.default_face(), "browInnerUp+browDownLeft+noseSneerLeft", "maps")
+    >>> rig = fw.rig(fw.default_face(), "browInnerUp+browDownLeft+noseSneerLeft", wrinkles="maps")
     >>> layers = bake_layers(rig, size=256)
     >>> len(layers.normals) <= 4, sorted(layers.masks), layers.most > 0.1
     (True, ['browDownLeft', 'browInnerUp', 'noseSneerLeft'], True)
@@ -88,7 +88,7 @@ def check_layer_size(size: int) -> int:
     return check_map_size(size, 2048, remedy)
 
 
-def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> WrinkleLayers:
+def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None) -> WrinkleLayers:
     """Bake the wrinkles of all shapes of a rig into at most four layers of maps, with a mask for each shape.
 
     Parameters
@@ -117,11 +117,11 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress = silent) -> W
     Examples
     --------
     >>> import facewrinkle as fw
-    >>> rig = fw.rig(fw.default_face(), "browInnerUp", "maps")
+    >>> rig = fw.rig(fw.default_face(), "browInnerUp", wrinkles="maps")
     >>> bake_layers(rig, size=64).layer
     {'browInnerUp': 0}
     """
-    size = check_layer_size(size)
+    size, progress = check_layer_size(size), progress or bar
     if rig.wrinkles != "maps":
         raise ParameterError(
             'layers of wrinkles belong to a rig made with wrinkles="maps", which shows them once; received one with '
@@ -192,7 +192,7 @@ def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int
     return [used.index(each) for each in number]
 
 
-def write_layers(layers: WrinkleLayers, path: str | Path, packed: bool = False) -> list[Path]:
+def write_layers(layers: WrinkleLayers, path: str | Path, *, packed: bool = False) -> list[Path]:
     """Write layers of wrinkles beside a rig: PNG maps, masks where O3DE looks for them, and a table as JSON.
 
     The maps are ``NAME_wrinkle1_normal.png`` and ``NAME_wrinkle1_height.png`` and so on; masks are
@@ -221,7 +221,7 @@ def write_layers(layers: WrinkleLayers, path: str | Path, packed: bool = False) 
     --------
     >>> import tempfile
     >>> import facewrinkle as fw
-    >>> layers = bake_layers(fw.rig(fw.default_face(), "browInnerUp", "maps"), size=64)
+    >>> layers = bake_layers(fw.rig(fw.default_face(), "browInnerUp", wrinkles="maps"), size=64)
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     [file.name for file in write_layers(layers, Path(folder) / "head.glb")]
     ['head_wrinkle1_normal.png', 'head_wrinkle1_height.png', 'browInnerUp_wrinklemask.tif', 'head_wrinkles.json']

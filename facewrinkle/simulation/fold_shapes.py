@@ -124,7 +124,7 @@ def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:
 
 def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:
     """Return positions (n0, 3), mm, of skin that has come to rest, by action unit."""
-    skin, groups = Skin(face, STEP, material), unit_groups(face).values()
+    skin, groups = Skin(face, STEP, material=material), unit_groups(face).values()
     return {unit: _at_rest(skin, rates) for units in groups for unit, rates in units.items()}
 
 
@@ -150,7 +150,7 @@ def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array
                     f"the family {name!r} names motions of muscles, and this face has none. Give positions of all "
                     f"{len(face.points)} vertices in their place."
                 )
-            skin = skin or Skin(face, STEP, _material(motion))
+            skin = skin or Skin(face, STEP, material=_material(motion))
             out.append(_at_rest(skin, face.atlas.contractions(each)))
         else:
             out.append(finite(f"a motion of the family {name!r}", each) * face.unit)

@@ -117,6 +117,7 @@ class Simulation:
         self,
         face: Face | MeshLike,
         refinement: Refinement | None = None,
+        *,
         layers: Sequence[Layer] | None = None,
         time_step: float | None = None,
         material: SkinMaterial | None = None,
@@ -552,7 +553,7 @@ def _motion(
     """Return the given motion, if it fits the face; by default a Skin, or Still without anatomy."""
     step = check_range("time_step", 0.02 if time_step is None else time_step, 1e-9, 1e9)
     if motion is None:
-        return Skin(face, step, material) if face.landmarks else Still(face, step)
+        return Skin(face, step, material=material) if face.landmarks else Still(face, step)
     if material is not None:
         raise ParameterError(
             "a material is that of the default skin, and here a motion is given too. Leave one of them out."

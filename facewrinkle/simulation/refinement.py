@@ -27,7 +27,7 @@ ENOUGH_SPACING = 0.35
 """Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Refinement:
     """Settings for splitting triangles and taking them back.
 

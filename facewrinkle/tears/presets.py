@@ -121,7 +121,7 @@ PRESETS: Mapping[str, Preset] = MappingProxyType(
 """Tears of joy, weeping, one tear; and the paper's two kinds, from both eyes."""
 
 
-def preset(name: str, face: Face, seed: int = 0, **options: Any) -> list[Tear]:
+def preset(name: str, face: Face, *, seed: int = 0, **options: Any) -> list[Tear]:
     """Return the tears of a preset on a face, a little different for each seed.
 
     Parameters

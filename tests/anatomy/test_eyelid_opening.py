@@ -101,7 +101,7 @@ def test_skin_behind_thick_lids_is_deep():
 def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
     """Hollow ones such as statues have, and bulging ones: nothing opens, and nothing is drawn together to a spike."""
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening before both eyes") as said:
-        statue = fw.fit_face(to_polydata(*filled(face, *rings)), face.landmarks, "mm")
+        statue = fw.fit_face(to_polydata(*filled(face, *rings)), face.landmarks, units="mm")
     assert len(said) == 1
     assert not statue.eyelid_openings
     assert set(statue.joint_weights) == {"jaw"}

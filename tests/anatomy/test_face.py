@@ -226,7 +226,7 @@ def test_no_jaw_where_the_mouth_is_closed_by_skin(face):
     assert not whole.mouth_opens
     assert "jaw" not in whole.joint_weights
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening between the lips"):
-        fw.fit_face(mesh, face.landmarks, "mm")
+        fw.fit_face(mesh, face.landmarks, units="mm")
 
 
 # --- skull --------------------------------------------------------------------------------------

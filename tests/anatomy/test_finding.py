@@ -607,9 +607,9 @@ def test_a_handful_of_triangles_is_not_searched():
 
     for mesh, count in ((pv.Box().triangulate(), 12), (pv.Sphere(theta_resolution=10, phi_resolution=11), 180)):
         with pytest.raises(LandmarkError, match=f"as {count} of {count} hang together; 200"):
-            find_landmarks(mesh, progress)
+            find_landmarks(mesh, progress=progress)
     with pytest.raises(AssertionError, match="it is searched"):
-        find_landmarks(pv.Sphere(theta_resolution=10, phi_resolution=12), progress)
+        find_landmarks(pv.Sphere(theta_resolution=10, phi_resolution=12), progress=progress)
 
 
 # --- with some landmarks ------------------------------------------------------------------------
@@ -626,7 +626,7 @@ def found(face):
             STEPS[-1] = (count, STEPS[-1][1] + 1)
             yield step
 
-    return find_landmarks(face.mesh, progress)
+    return find_landmarks(face.mesh, progress=progress)
 
 
 def test_confidences_are_written(found, tmp_path):

@@ -206,7 +206,7 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     whole.point_data["Colors"] = colours
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)
-        fitted = fw.fit_face(whole, face.landmarks, "mm")
+        fitted = fw.fit_face(whole, face.landmarks, units="mm")
     assert fitted.mesh.point_data["Colors"].shape[1] == 3
     (part,) = fitted.parts.values()
     assert part.mesh.point_data["Colors"].shape[1] == channels

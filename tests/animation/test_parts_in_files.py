@@ -55,7 +55,7 @@ def fitted(source, face):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)
         scale = 1.0 if isinstance(source, pv.PolyData) else 1e-3
-        return fw.fit_face(source, {name: scale * p for name, p in face.landmarks.items()}, 1.0 / scale)
+        return fw.fit_face(source, {name: scale * p for name, p in face.landmarks.items()}, units=1.0 / scale)
 
 
 @pytest.fixture(scope="module")
@@ -254,9 +254,9 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
     rest, recorded = fw.read_animation(lively)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)
-        whole = fw.fit_face(rest, face.landmarks, "mm")
+        whole = fw.fit_face(rest, face.landmarks, units="mm")
     assert list(whole.parts) == ["eye_l", "eye_r", "hair", "lashes_l"]
-    frames = list(fw.Simulation(whole, fw.Refinement(max_level=0), [], motion=recorded, time_step=0.5).run(2))
+    frames = list(fw.Simulation(whole, fw.Refinement(max_level=0), layers=[], motion=recorded, time_step=0.5).run(2))
     frame = frames[-1]
     assert {name for name in frame.field_data if name.startswith("part_")} == {
         "part_eye_r",
@@ -280,7 +280,7 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
     assert "gaze_l" not in frame.field_data
     # The face may come from a file of its own: points are known by their places.
     kept = fw.read_face(fw.write_face(whole, tmp_path / "a.face"))
-    *_, same = fw.Simulation(kept, fw.Refinement(max_level=0), [], motion=recorded, time_step=0.5).run(2)
+    *_, same = fw.Simulation(kept, fw.Refinement(max_level=0), layers=[], motion=recorded, time_step=0.5).run(2)
     for name, part in kept.parts_at(same).items():
         np.testing.assert_allclose(part.points, expected[name], atol=2e-4)
     # And once more, from the series that is written of it.
@@ -289,8 +289,8 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
     assert not [name for name in pv.read(path).field_data if name.startswith("part_")]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)
-        replayed = fw.fit_face(again, face.landmarks, "mm")
-    *_, last = fw.Simulation(replayed, fw.Refinement(max_level=0), [], motion=positions, time_step=0.5).run(1)
+        replayed = fw.fit_face(again, face.landmarks, units="mm")
+    *_, last = fw.Simulation(replayed, fw.Refinement(max_level=0), layers=[], motion=positions, time_step=0.5).run(1)
     for name, part in replayed.parts_at(last).items():
         np.testing.assert_allclose(part.points, expected[name], atol=1e-2)
 

@@ -61,7 +61,7 @@ def test_a_refined_series_is_played_without_its_wrinkles(face, tmp_path, unit):
     corners = np.asarray(mesh.active_texture_coordinates, float)[mesh.regular_faces]
     corners[:60] += 0.25
     mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
-    own = fw.fit_face(mesh, {name: point / unit for name, point in face.landmarks.items()}, unit)
+    own = fw.fit_face(mesh, {name: point / unit for name, point in face.landmarks.items()}, units=unit)
     bare, sim = refined(own, tmp_path / "surprise.vtkhdf")
     assert sim.forest.n_points > own.mesh.n_points + 500
     mesh, recorded = fw.read_animation(tmp_path / "surprise.vtkhdf")

@@ -217,7 +217,7 @@ def test_the_clip_is_what_the_file_holds(clip):
 
 def test_refined_frames_are_the_morph_sum_at_every_key_time(clip):
     truth, face = clip.truth, clip.face
-    sim = fw.Simulation(face, fw.Refinement(max_level=1), [Everywhere()], 0.25, motion=clip.recorded)
+    sim = fw.Simulation(face, fw.Refinement(max_level=1), layers=[Everywhere()], time_step=0.25, motion=clip.recorded)
     assert np.array_equal(truth.times, 0.25 * np.arange(17))
     for w in truth.weights[1:]:
         frame = sim.step()
@@ -336,7 +336,7 @@ def test_the_file_itself_can_be_fitted_and_played(clip):
         face = fw.fit_face(clip.path, FACES / "ict_face_narrow.landmarks.json")
     assert face.unit == pytest.approx(clip.face.unit)
     assert not [name for name in face.mesh.point_data if name.startswith("target")]
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), [], 0.75, motion=clip.recorded)
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], time_step=0.75, motion=clip.recorded)
     expected = clip.truth.points + np.einsum("k,knd->nd", clip.truth.weights[3], clip.truth.deltas)
     np.testing.assert_allclose(sim.step().points, expected, atol=1e-12)
 
@@ -365,14 +365,14 @@ def test_shapes_of_looking_turn_the_eyes(face):
     looks = {"eyeLookOutLeft": 0.5, "eyeLookInRight": 0.25, "eyeLookUp_R": 0.25, "jawOpen": 1.0}
     still = np.zeros((len(looks), len(face.points), 3))
     recorded = Recorded.of_shapes(still, [[0.0] * 4, list(looks.values())], times=[0.0, 0.1], names=list(looks))
-    *_, frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).run(5)
+    *_, frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).run(5)
     rates = {"rectus_lateralis_l": 0.5, "rectus_medialis_r": 0.25, "rectus_superior_r": 0.25}
     for side, gaze in face.gazes(rates).items():
         np.testing.assert_allclose(frame.field_data[f"gaze_{side}"][0], gaze, atol=1e-12)
         assert gaze[0] > 0.1  # to the subject's left
     assert frame.field_data["gaze_r"][0, 1] > frame.field_data["gaze_l"][0, 1] + 0.1
     silent = Recorded.of_shapes(still[:1], [[1.0]], fps=1, names=["jawOpen"])
-    assert "gaze_l" not in fw.Simulation(face, fw.Refinement(max_level=0), [], motion=silent).step().field_data
+    assert "gaze_l" not in fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=silent).step().field_data
 
 
 # --- other numberings ---------------------------------------------------------------------------
@@ -392,7 +392,7 @@ def test_bones_carry_the_head_and_its_pose_is_told(face):
     still = Track(np.array([0.0, 1.0]), np.zeros((2, 0)))
     bones = Bones(weights, matrices, matrices(0.0))
     recorded = Recorded(still, (), np.zeros((0, len(face.points), 3)), face.points, bones=bones)
-    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded, time_step=1.0).step()
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded, time_step=1.0).step()
     expected = np.where(jaw[:, None], face.points @ turns[1].T, face.points) @ turns[0].T
     np.testing.assert_allclose(frame.points, expected, atol=1e-9)
     np.testing.assert_allclose(frame.field_data["pose"][:3, :3], turns[0], atol=1e-3)  # most of it is no jaw

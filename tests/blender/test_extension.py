@@ -96,7 +96,7 @@ def test_an_artists_head_gets_keys_and_wrinkles_and_is_else_as_it_was(package, n
     assert found["driven"] == pytest.approx(0.25)
     assert found["as before"]
     face = fw.fit_face(package / "sent.obj", package / "marks.json")
-    rig, keys = fw.rig(face, "arkit", "none", level=0), np.load(package / "keys.npz")
+    rig, keys = fw.rig(face, "arkit", wrinkles="none", level=0), np.load(package / "keys.npz")
     assert tuple(keys["names"]) == rig.names
     given = np.asarray(fw.read_surface(package / "sent.obj").points, np.float64)
     own = rig.parts["face"].points[: len(face.points)]  # not their twins at seams, where shapes fade otherwise

@@ -37,7 +37,7 @@ def moment():
     mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
     mesh.point_data["Colors"] = head.mesh["Colors"]
     landmarks = {name: 0.1 * point for name, point in head.landmarks.items()}
-    face = fw.fit_face(mesh, landmarks, "cm", texture=PHOTO)
+    face = fw.fit_face(mesh, landmarks, units="cm", texture=PHOTO)
     simulation = fw.Simulation(face)
     simulation.express("frowning")
     *_, frame = simulation.run(15)
@@ -206,7 +206,7 @@ def test_a_glb_stands_upright_whatever_way_the_scan_lies(face, tmp_path, tilt):
     lean = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
     scan = to_polydata(face.points @ lean.T @ turned, face.triangles)
     marks = {name: lean @ point @ turned for name, point in face.landmarks.items()}
-    lying = fw.fit_face(scan, marks, "mm")
+    lying = fw.fit_face(scan, marks, units="mm")
     path = fw.write_mesh(lying.mesh, tmp_path / "scan.glb", lying)
     expected = face.points @ lean.T / 1000.0
     np.testing.assert_allclose(trimesh.load(path, process=False).to_mesh().vertices, expected, atol=1e-7)

@@ -54,7 +54,7 @@ def test_a_rig_is_valid_and_has_its_shapes(rig, tmp_path):
 
 def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
     """At half the weight a quarter of the wrinkles shows."""
-    rig = fw.rig(face, "browInnerUp", "separate", 1)
+    rig = fw.rig(face, "browInnerUp", wrinkles="separate", level=1)
     path = fw.write_rig(rig, tmp_path / "head.usda")
     assert not errors(path)
     stage = Usd.Stage.Open(str(path))
@@ -68,7 +68,7 @@ def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
 
 
 def test_colours_are_those_of_the_mesh(face, tmp_path):
-    rig = fw.rig(replace(face, texture=None), "jawOpen", "none", 0)
+    rig = fw.rig(replace(face, texture=None), "jawOpen", wrinkles="none", level=0)
     for ending in ("usda", "glb"):
         found = fw.read_surface(fw.write_rig(rig, tmp_path / f"head.{ending}"))
         np.testing.assert_array_equal(found["Colors"][: face.mesh.n_points], face.mesh["Colors"])
@@ -78,7 +78,7 @@ def test_pictures_lie_beside(face, tmp_path):
     pytest.importorskip("PIL")
     ramp = np.linspace(40, 200, 64).astype(np.uint8)
     image = np.stack([*np.meshgrid(ramp, ramp), np.full((64, 64), 90, np.uint8)], axis=-1)
-    rig = fw.rig(replace(face, texture=image), "jawOpen", "none", 0)
+    rig = fw.rig(replace(face, texture=image), "jawOpen", wrinkles="none", level=0)
     path = fw.write_rig(rig, tmp_path / "head.usdc")
     assert not errors(path)
     with pytest.warns(fw.FaceWrinkleWarning, match="separate parts"):

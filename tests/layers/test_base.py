@@ -41,7 +41,7 @@ class Dents(Layer):
 
 
 def simulated(face, layer):
-    return fw.Simulation(face, fw.Refinement(max_level=1), [layer], motion=fw.Still(face))
+    return fw.Simulation(face, fw.Refinement(max_level=1), layers=[layer], motion=fw.Still(face))
 
 
 def with_one(values, first):
@@ -165,7 +165,7 @@ def test_fields_are_not_written_to(face):
         return kept
 
     layers = [fw.MuscleWrinkles(), Dents(lambda f: replace(f, active=np.zeros_like(f.active)), own)]
-    simulation = fw.Simulation(face, fw.Refinement(max_level=0), layers)
+    simulation = fw.Simulation(face, fw.Refinement(max_level=0), layers=layers)
     simulation.step()
     given = kept["epsilon"]
     simulation.step()

@@ -70,7 +70,7 @@ def product(muscle, x):
 @pytest.mark.parametrize("expression", ["frowning", "surprise", "closing_eye"])
 def test_heights_are_those_of_the_printed_loop(printed, expression):
     n, steps = 5, 8
-    sim = fw.Simulation(printed, UNREFINED, [fw.PrintedWrinkles(n)])
+    sim = fw.Simulation(printed, UNREFINED, layers=[fw.PrintedWrinkles(n)])
     sim.express(expression)
     rest, rings = printed.points, vertex_rings(printed.triangles, len(printed.points))
     expected = np.zeros(len(rest))
@@ -94,7 +94,7 @@ def test_heights_are_those_of_the_printed_loop(printed, expression):
 
 
 def test_wrinkles_go_along_the_normals_of_the_undeformed_surface(printed):
-    sim = fw.Simulation(printed, UNREFINED, [fw.PrintedWrinkles(20)])
+    sim = fw.Simulation(printed, UNREFINED, layers=[fw.PrintedWrinkles(20)])
     sim.express("surprise")
     *_, frame = sim.run(20)
     bare = sim.skin.points + sim.skin.displacement
@@ -146,7 +146,7 @@ def test_triangles_of_table_1(face):
 def test_settling_takes_all_iterations(face):
     frames = []
     for way in ("settle", "run"):
-        sim = fw.Simulation(face, UNREFINED, [fw.PrintedWrinkles(30)])
+        sim = fw.Simulation(face, UNREFINED, layers=[fw.PrintedWrinkles(30)])
         sim.express("frowning")
         frames.append(sim.settle() if way == "settle" else list(sim.run(30, ramp=1 / 3))[-1])
     np.testing.assert_array_equal(frames[0]["W"], frames[1]["W"])
@@ -154,7 +154,7 @@ def test_settling_takes_all_iterations(face):
 
 
 def test_wrinkles_stay_after_release_and_a_new_contraction_adds(face):
-    sim = fw.Simulation(face, UNREFINED, [fw.PrintedWrinkles(2)])
+    sim = fw.Simulation(face, UNREFINED, layers=[fw.PrintedWrinkles(2)])
     heights = []
     for _ in range(2):
         sim.express("surprise")
@@ -168,7 +168,7 @@ def test_wrinkles_stay_after_release_and_a_new_contraction_adds(face):
 def test_vertices_that_are_born_late_stay_shallow(printed):
     base, shares = printed.mesh.n_points, []
     for layer in (fw.MuscleWrinkles(), fw.PrintedWrinkles(30)):
-        sim = fw.Simulation(printed, fw.Refinement(gamma_c=0.01, samples=0), [layer])
+        sim = fw.Simulation(printed, fw.Refinement(gamma_c=0.01, samples=0), layers=[layer])
         sim.express("surprise")
         *_, frame = sim.run(40, ramp=0.2)
         shares.append(np.abs(frame["W"][base:]).mean() / np.abs(frame["W"][:base]).mean())

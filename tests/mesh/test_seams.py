@@ -35,7 +35,7 @@ def moved():
     """The ball, and a simulation of it whose pattern lies across the seam."""
     mesh = ball()
     layer = fw.PatternLayer("forehead", (0.0, 0.0, -40.0), size=(50.0, 30.0), depth=2.0)
-    simulation = fw.Simulation(mesh, fw.Refinement(max_level=3), [layer])
+    simulation = fw.Simulation(mesh, fw.Refinement(max_level=3), layers=[layer])
     for _ in range(6):
         frame = simulation.step()
     return mesh, simulation, frame

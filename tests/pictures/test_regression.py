@@ -198,7 +198,7 @@ def test_fields(name, verify):
 def test_tears(name, verify):
     of, time, refraction = TEARS[name]
     face = fw.default_face()
-    with TearScene(face, style(CHEEKS), refraction) as scene:
+    with TearScene(face, style(CHEEKS), refraction=refraction) as scene:
         scene.draw(face.mesh, surfaces(preset(of, face), time))
         verify(scene.plotter, f"tears_{name}")
 

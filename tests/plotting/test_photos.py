@@ -59,7 +59,7 @@ def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(tmp_path):
     rows += ["f {0}/{0} {1}/{1} {2}/{2}".format(*f) for f in head.triangles + 1]
     (tmp_path / "scan.obj").write_text("\n".join(rows))
     photo = np.full((8, 8, 3), BLUE, np.uint8)
-    face = fw.fit_face(tmp_path / "scan.obj", head.landmarks, "mm", texture=photo)
+    face = fw.fit_face(tmp_path / "scan.obj", head.landmarks, units="mm", texture=photo)
     style = Style(SIZE, eyes=False, brows=False)
     assert hue(picture(face.mesh, face, style), 2).sum() > 0.2 * SIZE[0] * SIZE[1]
     both = face.mesh.copy()
@@ -92,7 +92,7 @@ def test_a_photo_without_seams_on_a_mesh_from_a_file(face, tmp_path):
     lines = [f"v {x} {y} {z}\nvt {u} {v}" for (x, y, z), (u, v) in zip(face.points, uv, strict=True)]
     lines += ["f " + " ".join(f"{v}/{v}" for v in triangle) for triangle in (face.triangles + 1).tolist()]
     (tmp_path / "head.obj").write_text("\n".join(lines))
-    blue = fw.fit_face(tmp_path / "head.obj", face.landmarks, "mm", texture=np.full((4, 4, 3), BLUE, np.uint8))
+    blue = fw.fit_face(tmp_path / "head.obj", face.landmarks, units="mm", texture=np.full((4, 4, 3), BLUE, np.uint8))
     image = picture(blue.mesh, blue, Style(SIZE, eyes=False, brows=False))
     assert hue(image, 2)[60:180, 80:160].mean() > 0.95
 
@@ -163,7 +163,7 @@ def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
     shape = played("surprise").held.displacement
     moments = [face.points, (face.points + shape) @ TURN[:3, :3].T + TURN[:3, 3]]
     recorded = Recorded.of_positions(moments, times=[0.0, 0.02])
-    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).step()
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()
     pose = frame.field_data["pose"]
     for eye in face.eyes:
         where, wanted = ((m[:3, :3] @ eye.centre + m[:3, 3]) for m in (pose, TURN))
@@ -184,7 +184,7 @@ def test_a_recorded_turn_and_one_within_the_positions_add_up(face):
     half[:3, :3], half[:3, 3] = Rotation.from_euler("y", 12.0, degrees=True).as_matrix(), [0.0, 5.0, 0.0]
     moved = face.points @ half[:3, :3].T + half[:3, 3]
     recorded = replace(Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=lambda time: TURN)
-    frame = fw.Simulation(face, fw.Refinement(max_level=0), [], motion=recorded).step()
+    frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()
     np.testing.assert_allclose(frame.field_data["pose"], TURN @ half, atol=1e-6)
 
 

@@ -34,7 +34,7 @@ def judged(path, names, points, deltas):
 
 
 def test_shape_keys_are_those_of_the_rig(face, tmp_path):
-    rig = fw.rig(face, "jawOpen+browInnerUp+mouthFunnel+mouthPucker", "separate", 1, correctives=1)
+    rig = fw.rig(face, "jawOpen+browInnerUp+mouthFunnel+mouthPucker", wrinkles="separate", level=1, correctives=1)
     path = fw.write_rig(rig, tmp_path / "head.glb")
     found = judged(path, rig.names, rig.parts["face"].points, rig.deltas)
     assert all(names == list(rig.names) for names in found["names"].values())

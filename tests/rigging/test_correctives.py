@@ -31,7 +31,7 @@ SHAPES = (
 
 @pytest.fixture(scope="module")
 def corrected(face):
-    return fw.rig(face, "+".join(SHAPES), "none", 0, correctives=2)
+    return fw.rig(face, "+".join(SHAPES), wrinkles="none", level=0, correctives=2)
 
 
 def test_the_worst_pairs_are_corrected(corrected):

@@ -23,7 +23,7 @@ BETWEEN = (0.25, 0.5, 0.75)
 
 @pytest.fixture(scope="module")
 def bent(face):
-    return fw.rig(face, "+".join((*CURVED, "cheekPuff")), "none", 0, halfway=True)
+    return fw.rig(face, "+".join((*CURVED, "cheekPuff")), wrinkles="none", level=0, halfway=True)
 
 
 def bent_at(rig, names, weight):

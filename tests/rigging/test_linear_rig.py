@@ -112,8 +112,8 @@ def test_an_open_mouth_can_be_closed(face, rig):
 
 def test_wrinkles_can_be_targets_of_their_own(face):
     name = "browInnerUp"
-    baked, bare = (fw.rig(face, name, kind, 1) for kind in ("baked", "none"))
-    separate = fw.rig(face, name, "separate", 1)
+    baked, bare = (fw.rig(face, name, wrinkles=kind, level=1) for kind in ("baked", "none"))
+    separate = fw.rig(face, name, wrinkles="separate", level=1)
     assert separate.names == (name, f"{name}_wrinkle")
     together = separate.at({name: 1.0, f"{name}_wrinkle": 1.0}).points
     np.testing.assert_allclose(together, baked.at({name: 1.0}).points, atol=0.2)

@@ -55,7 +55,7 @@ def given(face, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def rig(given):
-    return fw.rig(given[1], SHAPES, "none", level=0)
+    return fw.rig(given[1], SHAPES, wrinkles="none", level=0)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_arrays_are_saved_by_their_names(shapes, tmp_path):
 
 def test_a_mesh_without_texture_gets_the_chart_of_its_maps(given, shapes):
     assert shapes.chart is None
-    made = fw.rig(given[1], "browInnerUp", "maps")
+    made = fw.rig(given[1], "browInnerUp", wrinkles="maps")
     chart = fw.on_source(made, given[0]).chart
     model = made.parts["face"]
     skin = given[2][0]

@@ -19,7 +19,7 @@ from facewrinkle.rigging.modelled import Movements
 
 def held(face, weights, **options):
     """The face after a second of shapes at constant weights: a motion, and its positions."""
-    motion = fw.Performer(fw.Take(tuple(weights), [0.0], [list(weights.values())]), face, 0.1, **options)
+    motion = fw.Performer(fw.Take(tuple(weights), [0.0], [list(weights.values())]), face, time_step=0.1, **options)
     for _ in range(9):
         motion.step()
     return motion, motion.step().copy()

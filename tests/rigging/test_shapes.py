@@ -68,7 +68,7 @@ def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
     assert left_out == {"mouthClose": "the lips of this mesh do not meet at rest"}
     assert set(shapes) == {"jawOpen", "mouthFunnel"}
     with pytest.warns(FaceWrinkleWarning, match="1 shapes are left out .the lips of this mesh do not meet"):
-        made = fw.rig(agape, "mouthClose+jawOpen", "none", level=0)
+        made = fw.rig(agape, "mouthClose+jawOpen", wrinkles="none", level=0)
     assert made.names == ("jawOpen",)
     assert made.left_out == left_out
 

@@ -32,7 +32,7 @@ SHAPES = {
 
 @pytest.fixture(scope="module")
 def smooth(face):
-    return fw.rig(face, "+".join(SHAPES), "maps")
+    return fw.rig(face, "+".join(SHAPES), wrinkles="maps")
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_a_face_without_texture_gets_a_chart(face):
     bare = face.mesh.copy()
     bare.cell_data.clear()
     bare.point_data.clear()
-    made = fw.rig(replace(face, mesh=bare, texture=None), "browInnerUp", "maps")
+    made = fw.rig(replace(face, mesh=bare, texture=None), "browInnerUp", wrinkles="maps")
     uv = made.parts["face"].uv
     assert len(uv) == len(made.mesh.points)
     assert 0.0 <= uv.min() < uv.max() <= 1.0
@@ -138,7 +138,7 @@ def test_what_cannot_be_baked_is_refused(face, smooth):
     with pytest.raises(ParameterError, match='made with wrinkles="maps".*received one with wrinkles="baked"'):
         fw.bake_layers(replace(smooth, wrinkles="baked"), 128)
     with pytest.raises(ParameterError, match="received level 4: leave level out"):
-        fw.rig(face, "browInnerUp", "maps", 4)
+        fw.rig(face, "browInnerUp", wrinkles="maps", level=4)
     with pytest.raises(UnknownNameError, match="kind of wrinkles 'map'"):
         fw.rig(face, wrinkles="map")
     mesh = face.mesh.copy()

@@ -72,7 +72,7 @@ def test_recordings_of_surfaces_without_anatomy_fold_them_when_asked(face):
     cloth = fw.surface(face.mesh)
     clip = fw.Recorded.of_positions(cloth.points * np.array([[[1, 1, 1]], [[1, 0.75, 1]]]), fps=2)
     assert fw.Simulation(cloth, motion=clip).layers == []
-    sim = fw.Simulation(cloth, fw.Refinement(max_level=1), [WaveFolds()], motion=clip)
+    sim = fw.Simulation(cloth, fw.Refinement(max_level=1), layers=[WaveFolds()], motion=clip)
     *_, frame = sim.run(30)
     assert np.ptp(frame["W"]) > 0.5
 

@@ -399,13 +399,13 @@ def test_layers_that_are_refused_leave_the_present_ones(face):
 
 def test_frames_tell_the_age_of_the_lines_that_are_drawn_now(face):
     old = dataclasses.replace(face, age=0.8)
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), [fw.WaveFolds()])
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[fw.WaveFolds()])
     assert sim.step().field_data["age"].tolist() == [0.0]
     sim.use_layers([fw.WaveFolds(age=1.0)])
     assert sim.step().field_data["age"].tolist() == [1.0]
     sim.use_layers([])
     assert "age" not in sim.step().field_data
-    young_lines = fw.Simulation(old, fw.Refinement(max_level=0), [fw.WaveFolds(age=0.0)])
+    young_lines = fw.Simulation(old, fw.Refinement(max_level=0), layers=[fw.WaveFolds(age=0.0)])
     assert young_lines.step().field_data["age"].tolist() == [0.0]
     assert fw.Simulation(old, fw.Refinement(max_level=0)).step().field_data["age"].tolist() == [0.8]
 

@@ -223,11 +223,11 @@ def test_without_samples_the_papers_criterion_splits_alone():
     needed = np.full(9, 0.5)
     layer = SimpleNamespace(spacing=needed, across=np.tile([1.0, 0.0, 0.0], (9, 1)), active=np.ones(9, bool))
     for samples, split_all in ((4.0, True), (0.0, False)):
-        wanted, late, _ = mark(Refinement(0.03, samples=samples), forest, vertices, normals, [layer])
+        wanted, late, _ = mark(Refinement(gamma_c=0.03, samples=samples), forest, vertices, normals, [layer])
         assert wanted.all() == wanted.any() == late == split_all  # edges are eight times too long
     bent = normals.copy()
     bent[4] = [0.6, 0.0, 0.8]
-    wanted, *_ = mark(Refinement(0.03, samples=0), forest, vertices, bent, [layer])
+    wanted, *_ = mark(Refinement(gamma_c=0.03, samples=0), forest, vertices, bent, [layer])
     np.testing.assert_array_equal(wanted, (triangles == 4).any(axis=1))
     assert not mark(Refinement(samples=0), forest, vertices, bent, [layer])[0].any()
     with pytest.raises(ParameterError, match="samples must lie in .1, 64..*0 for Eq. 19 alone"):

@@ -56,7 +56,7 @@ def test_weeping_on_a_captured_clip(clip):
 
 
 def test_another_seed_gives_other_tears(face, fingerprint):
-    first, again, other = (surfaces(preset("one_tear", face, seed), 1.0)[0] for seed in (0, 0, 1))
+    first, again, other = (surfaces(preset("one_tear", face, seed=seed), 1.0)[0] for seed in (0, 0, 1))
     assert fingerprint(first) == fingerprint(again) != fingerprint(other)
 
 

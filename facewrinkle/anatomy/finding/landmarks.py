@@ -85,8 +85,9 @@ class Found:
 
 def find_landmarks(
     mesh: MeshLike,
-    progress: Progress | None = None,
     given: Mapping[str, npt.ArrayLike] | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> Found:
     """Find a face on a mesh by its shape: any unit, any direction, either winding, with or without other parts.
 
@@ -94,12 +95,12 @@ def find_landmarks(
     ----------
     mesh : PolyData, or anything that `read_surface` takes
         Not changed. It may have holes, loose parts and faults.
-    progress : callable, optional
-        Shows progress: called with the steps of the search, what is done, and the number of steps; returns the steps,
-        to be done one by one. Default: a bar on stderr where that is a terminal.
     given : dict, optional
         Landmarks that are known. Three or more that do not lie on a line say where the face is, and nothing else is
         searched; fewer do not guide the search.
+    progress : callable, optional
+        Shows progress: called with the steps of the search, what is done, and the number of steps; returns the steps,
+        to be done one by one. Default: a bar on stderr where that is a terminal.
 
     Returns
     -------

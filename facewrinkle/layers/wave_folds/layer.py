@@ -88,6 +88,7 @@ class WaveFolds(Layer):
     def __init__(
         self,
         depth: float = 1.0,
+        *,
         density: float = 1.0,
         irregularity: float = 1.0,
         seed: int = 0,

@@ -187,7 +187,7 @@ def test_a_mesh_that_is_much_too_coarse(ball):
     words = {"centre": TOP, "size": 20.0, "number": 30}
     says = "split 6 times, and max_level=1 is allowed. Ask for max_level=6, for fewer wrinkles, for a larger region"
     with pytest.raises(ParameterError, match=says):
-        fw.Simulation(fw.surface(ball), fw.Refinement(max_level=1), [fw.PatternLayer("cheek", **words)])
+        fw.Simulation(fw.surface(ball), fw.Refinement(max_level=1), layers=[fw.PatternLayer("cheek", **words)])
     with pytest.raises(ParameterError, match=says):
         ball.facewrinkle.pattern("cheek", max_level=1, **words)
 
@@ -211,7 +211,9 @@ def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files,
     heard = []
     with warnings.catch_warnings(record=True) as record:
         warnings.simplefilter("always")
-        fw.Simulation(face, fw.Refinement(max_level=level), [fw.PatternLayer("cheek", TOP, size=30.0, **words)]).step()
+        fw.Simulation(
+            face, fw.Refinement(max_level=level), layers=[fw.PatternLayer("cheek", TOP, size=30.0, **words)]
+        ).step()
         heard.append([str(w.message) for w in record])
         record.clear()
         out = ball.facewrinkle.pattern("cheek", TOP, size=30.0, max_level=level or 6, **words)

@@ -95,7 +95,7 @@ def test_all_kinds_on_a_torus():
         angle = k * np.pi / 3.0
         centre = np.array([np.cos(angle), np.sin(angle), 0.0]) * 55.0
         words = {"variation": 0.6} if name in kinds[:4] else {}
-        layers.append(fw.PatternLayer(name, centre, (0, 0, 1), (24.0, 18.0), depth=1.5, strength=0.8, **words))
+        layers.append(fw.PatternLayer(name, centre, up=(0, 0, 1), size=(24.0, 18.0), depth=1.5, strength=0.8, **words))
     frame = check(face, layers, 0.8)
     for k, layer in enumerate(layers):
         touched = frame["rest"][frame[f"pattern_{layer.name}"] != 0.0]
@@ -122,8 +122,8 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
     layers, level = [plain, timed, skin, wrinkles], fw.Refinement(max_level=0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # without refinement it is coarse
-        sim = fw.Simulation(face, level, layers, time_step=0.1, motion=recorded)
-    bare = fw.Simulation(face, level, [], time_step=0.1, motion=recorded)
+        sim = fw.Simulation(face, level, layers=layers, time_step=0.1, motion=recorded)
+    bare = fw.Simulation(face, level, layers=[], time_step=0.1, motion=recorded)
     first, smile, by_skin = None, [], []
     for _ in range(40):
         frame, skeleton = sim.step(), bare.step()

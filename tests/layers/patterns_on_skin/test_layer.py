@@ -113,7 +113,7 @@ def test_rigid_motions_do_not_change_the_heights():
     for matrix, offset in ((np.eye(3), np.zeros(3)), (turn, shift)):
         face = fw.surface(pv.PolyData.from_regular_faces(points @ matrix.T + offset, plane.regular_faces))
         centre, up = matrix @ [5.0, 3.0, 20.0] + offset, matrix @ [0.0, 1.0, 0.0]
-        layer = fw.PatternLayer("forehead", centre, up, (50.0, 40.0), number=3)
+        layer = fw.PatternLayer("forehead", centre, up=up, size=(50.0, 40.0), number=3)
         heights.append(np.array(played(face, [layer])[1]["W"]))
     assert heights[0].shape == heights[1].shape
     np.testing.assert_allclose(*heights, atol=1e-6)
@@ -147,7 +147,7 @@ def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
     level = 0 if cap == "off" else needed[0] - 1
     with warnings.catch_warnings(record=True) as heard:
         warnings.simplefilter("always")
-        sim = fw.Simulation(slab, fw.Refinement(max_level=level), layers)
+        sim = fw.Simulation(slab, fw.Refinement(max_level=level), layers=layers)
         for _ in range(3):
             sim.step()
     assert [w.category for w in heard] == [FaceWrinkleWarning] * 2
@@ -205,7 +205,7 @@ def test_strength_as_a_function_of_time(slab):
 @unrefined
 def test_a_pouch_trembles_at_its_frequency(slab):
     layer = fw.PatternLayer("eye_pouch", (0, 0, 0), size=30.0, frequency=5.0, trembling=0.5)
-    sim = fw.Simulation(slab, fw.Refinement(max_level=0), [layer], motion=fw.Still(slab, 0.01))
+    sim = fw.Simulation(slab, fw.Refinement(max_level=0), layers=[layer], motion=fw.Still(slab, 0.01))
     frames = np.array([np.array(sim.step()["W"]) for _ in range(41)])
     np.testing.assert_allclose(frames[20:], frames[:21], atol=1e-12)  # 5 Hz: every 0.2 s
     assert np.abs(frames[10] - frames[0]).max() > 0.1
@@ -300,7 +300,7 @@ def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile(clip):
     names = ("dimple", "cheek", "eye_corner", "forehead")
     layers = [layer for name in names for layer in fw.PatternLayer.presets(name, face, strength="skin")]
     depths = {layer.name: layer.depth for layer in layers}
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers, time_step=0.1, motion=recorded)
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=layers, time_step=0.1, motion=recorded)
     depth = {name: [] for name in ("dimple_l", "dimple_r", "cheek_l", "eye_corner_l", "forehead")}
     smile, brows = [], []
     for _ in range(40):

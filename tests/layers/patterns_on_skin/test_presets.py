@@ -38,7 +38,7 @@ def test_all_presets_on_all_faces(request, stem):
 def test_left_and_right_are_mirror_images(face):
     level = fw.Refinement(max_level=0)
     layers = fw.PatternLayer.presets("eye_corner", face, sharpness=0.0, variation=0.0)
-    frame = fw.Simulation(face, level, layers, motion=fw.Still(face)).step()
+    frame = fw.Simulation(face, level, layers=layers, motion=fw.Still(face)).step()
     left, right = frame["pattern_eye_corner_l"], frame["pattern_eye_corner_r"]
     assert np.abs(left).max() > 0.1
     np.testing.assert_allclose(np.sort(left), np.sort(right), atol=2e-3)

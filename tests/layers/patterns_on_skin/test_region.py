@@ -108,7 +108,7 @@ def test_windows_are_smooth_to_the_border(ball, outline, border):
 def test_pattern_is_smooth_at_the_border_of_a_mesh(ball):
     """At the border W falls to 0 as the square of the distance to it."""
     layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=40.0, number=2)
-    frame = fw.Simulation(ball, fw.Refinement(max_level=4), [layer], motion=fw.Still(ball)).step()
+    frame = fw.Simulation(ball, fw.Refinement(max_level=4), layers=[layer], motion=fw.Still(ball)).step()
     laid = layer.region.laid(ball)
     away = outline_norm(laid.chart, "ellipse")
     w = np.abs(np.asarray(frame["W"])[: len(ball.points)])
@@ -169,8 +169,10 @@ def test_valid_vertices_are_as_many_as_asked_and_even(ball):
 def test_valid_vertices_stay_under_refinement(ball):
     layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=50.0, valid_share=0.5, seed=2)
     with pytest.warns(fw.FaceWrinkleWarning, match="too coarse"):
-        first = np.array(fw.Simulation(ball, fw.Refinement(max_level=0), [layer], motion=fw.Still(ball)).step()["W"])
-    sim, n = fw.Simulation(ball, fw.Refinement(max_level=2), [layer], motion=fw.Still(ball)), len(ball.points)
+        first = np.array(
+            fw.Simulation(ball, fw.Refinement(max_level=0), layers=[layer], motion=fw.Still(ball)).step()["W"]
+        )
+    sim, n = fw.Simulation(ball, fw.Refinement(max_level=2), layers=[layer], motion=fw.Still(ball)), len(ball.points)
     frame = sim.step()
     assert len(first) == n < frame.n_points
     np.testing.assert_array_equal(np.asarray(frame["W"])[:n], first)

@@ -74,7 +74,7 @@ def pressed(sheet):
     """Presses the sheet: returns the simulation and its last frame."""
 
     def press(layer, *shares, level=3):
-        sim = fw.Simulation(sheet, fw.Refinement(max_level=level), [layer], motion=Pressed(sheet, shares))
+        sim = fw.Simulation(sheet, fw.Refinement(max_level=level), layers=[layer], motion=Pressed(sheet, shares))
         for _ in range(len(shares) + 8):
             frame = sim.step()
         return sim, frame
@@ -242,7 +242,9 @@ def test_another_identity_keeps_its_lines_and_another_seed_is_another_person(fac
 
 def test_a_mesh_in_metres_has_the_same_lines(face):
     own, metres = (
-        fw.fit_face(face.mesh.scale(s, inplace=False), {k: s * np.asarray(v) for k, v in face.landmarks.items()}, units)
+        fw.fit_face(
+            face.mesh.scale(s, inplace=False), {k: s * np.asarray(v) for k, v in face.landmarks.items()}, units=units
+        )
         for s, units in ((1.0, 1.0), (0.001, 1000.0))
     )
     one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, metres))
@@ -410,7 +412,7 @@ def test_shapes_of_another_mesh_are_refused(sheet):
 
 def test_folds_that_are_gone_are_not_reported(face):
     """With triangles that stay, as without refinement."""
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), [WaveFolds(depth=3.0)])
+    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[WaveFolds(depth=3.0)])
     sim.express("surprise")
     *_, frame = sim.run(15)
     layer, vertex = sim.layers[0], int(np.abs(frame["W"]).argmax())

@@ -224,7 +224,7 @@ def test_each_part_of_an_obj_has_its_own_photo(face, folder):
     (folder / "head.obj").write_text("\n".join(lines))
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Kept one of 3")
-        whole = fw.fit_face(folder / "head.obj", face.landmarks, "mm")
+        whole = fw.fit_face(folder / "head.obj", face.landmarks, units="mm")
     np.testing.assert_array_equal(whole.texture, RED)
     assert list(whole.parts) == ["eye_l", "eye_r"]
     for part in whole.parts.values():
