@@ -11,7 +11,7 @@ import numpy.typing as npt
 import facewrinkle as fw
 from facewrinkle.anatomy.eyelids import LARGEST_TURN
 from facewrinkle.anatomy.muscles import EyeMuscle
-from facewrinkle.geometry.smoothstep import smoothstep
+from facewrinkle.geometry.interpolation import smoothstep
 
 from .subjects import generator
 

@@ -14,8 +14,8 @@ import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Muscle
 from facewrinkle.geometry.interpolation import displaced
 from facewrinkle.geometry.normals import detail_normals, vertex_normals
-from facewrinkle.geometry.orientation import unfolded_shares
 from facewrinkle.geometry.refinement import Change, RedGreenForest
+from facewrinkle.geometry.untangling import unfolded_shares
 from facewrinkle.layers.base import Displacement, Layer, SurfacePoints, SurfaceState
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.mesh import to_polydata

@@ -12,8 +12,7 @@ import numpy as np
 import pyvista as pv
 from scipy.interpolate import RegularGridInterpolator
 
-from facewrinkle.geometry.rings import ring_triangles
-from facewrinkle.geometry.topology import euler_characteristic
+from facewrinkle.geometry.topology import euler_characteristic, ring_triangles
 from facewrinkle.tears.shape import Shape, extruded, outline, raised, rough_film, smoothed_head, solid, thickness
 
 LENGTH, HALF = 12.0, 1.5

@@ -15,7 +15,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.eyeball import Eyeball
 from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.mouth import Mouth
-from facewrinkle.geometry.rings import ring_triangles
+from facewrinkle.geometry.topology import ring_triangles
 from facewrinkle.mesh import to_polydata
 
 BACK_EDGE = (1.03, 0.7)

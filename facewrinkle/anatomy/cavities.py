@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray
 from ..geometry.depth_buffer import sampled_depth_buffer
+from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.smoothstep import smoothstep
 from ..geometry.topology import side_lengths
 from .landmarks import FaceFrame
 

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..geometry.topology import boundary_loops, unique_edges
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame

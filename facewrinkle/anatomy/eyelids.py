@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial.transform import Rotation
 
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..geometry.topology import unique_edges
 from .eyeball import Eyeball
 from .eyelid_opening import EyelidOpening

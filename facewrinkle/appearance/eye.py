@@ -10,9 +10,9 @@ import pyvista as pv
 from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
 from ..array_types import Array, IntArray
+from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.rings import ring_quads, ring_triangles
-from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import ring_quads, ring_triangles
 from ..mesh import to_polydata
 from .skin_paint import flesh
 

@@ -12,10 +12,9 @@ from ..anatomy.face import Face
 from ..anatomy.head import BrowHairs, load_head
 from ..anatomy.landmarks import fitted_map, frame_of
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import barycentric, height_above
+from ..geometry.interpolation import barycentric, height_above, smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.rings import ring_quads
-from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import ring_quads
 from ..mesh.arrays import closest_places, reshaped
 
 WIDER = 0.75

@@ -15,9 +15,9 @@ from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
 from ..array_types import Array, IntArray
 from ..geometry.depth_buffer import depth_buffer
+from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.rings import ring_triangles
-from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import ring_triangles
 from ..mesh import to_polydata
 from ..mesh.arrays import reshaped
 from .own_parts import PART_COLOURS

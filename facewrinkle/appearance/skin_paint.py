@@ -17,8 +17,8 @@ from ..anatomy.face import Face
 from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array
+from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.smoothstep import smoothstep
 
 SKIN_COLOUR = (211.0, 169.0, 142.0)
 

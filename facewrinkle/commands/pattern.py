@@ -11,7 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side

@@ -26,7 +26,7 @@ def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     Loops of the package are declared so, as the one that gives vectors the length 1:
 
     >>> import numpy as np
-    >>> from facewrinkle.geometry._mesh_kernels import normalise
+    >>> from facewrinkle.geometry.normals import normalise
     >>> vectors = np.array([[0.0, 3, 4]])
     >>> normalise(vectors)
     >>> vectors.tolist()

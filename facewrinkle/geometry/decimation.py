@@ -11,9 +11,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..array_types import Array, IntArray
-from ._mesh_kernels import area_vector
 from .compilation import compiled
-from .normals import vertex_normals
+from .normals import area_vector, vertex_normals
 from .topology import as_triangles, unique_edges
 
 SPACING = 0.67

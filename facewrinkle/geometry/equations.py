@@ -17,7 +17,7 @@ import numpy.typing as npt
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole
 from .compilation import compiled
-from .smoothstep import smoothstep
+from .interpolation import smoothstep
 
 Ends = Literal["continuous", "paper"]
 Falloff = Literal["paper", "smoothstep"]

@@ -1,14 +1,15 @@
 """Values at the vertices of a base mesh, interpolated at other points of it."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, IntArray
-from . import _mesh_kernels as kernels
+from .compilation import compiled
 from .normals import tangent_axes
-from .refinement import frozen
+from .refinement import RedGreenForest, frozen
 
 TOLERANCE = 0.02
 """Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""
@@ -24,7 +25,32 @@ def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Arr
     """
     out = np.empty((len(corners), values.shape[1]))
     # Read-only, as those of vertices are: machine code for both is the same.
-    kernels.interpolate(values, frozen(corners), frozen(barycentric), out)
+    _interpolate(values, frozen(corners), frozen(barycentric), out)
+    return out
+
+
+def refined_values(values: Array, base: IntArray, forest: RedGreenForest) -> Array:
+    """Values (m, 3, d) at the corners of a refined mesh, by linear interpolation in the base triangles.
+
+    Parameters
+    ----------
+    values : ndarray, shape (m0, 3, d)
+        At the corners of the base triangles.
+    base : ndarray of int, shape (m0, 3)
+        The triangles that the forest was made of.
+    forest : RedGreenForest
+
+    Examples
+    --------
+    >>> forest = RedGreenForest([[0, 1, 2]])
+    >>> forest.split([0])
+    Change(kept=slice(None, None, None), n_created=3)
+    >>> refined_values(np.array([[[0.0], [4.0], [8.0]]]), np.array([[0, 1, 2]]), forest)[0].ravel().tolist()
+    [0.0, 2.0, 4.0]
+    """
+    out = np.empty((*forest.triangles.shape, values.shape[2]))
+    base = np.ascontiguousarray(base, dtype=np.int32)
+    _interpolate_corners(values, base, forest.triangles, forest.root, forest.corners, forest.barycentric, out)
     return out
 
 
@@ -93,7 +119,7 @@ def height_above(points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int
     near = overlapping(local, mesh[1], place.min(axis=0) - reach, place.max(axis=0) + reach)
     order = np.argsort(place[:, 0])
     found = np.full(len(points), -np.inf)
-    kernels.heights_above(place[order], (up @ axes)[order], local[mesh[1][near]], deep, TOLERANCE, found)
+    heights_above(place[order], (up @ axes)[order], local[mesh[1][near]], deep, TOLERANCE, found)
     out[order] = found
     return out
 
@@ -122,3 +148,76 @@ def balls_around(corners: Array) -> Array:
     """
     centres = corners.mean(axis=1)
     return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])
+
+
+def smoothstep(t: npt.ArrayLike) -> Array:
+    """Rise ``3 t^2 - 2 t^3`` from 0 at t <= 0 to 1 at t >= 1, level at both ends.
+
+    Examples
+    --------
+    >>> smoothstep([-1.0, 0.0, 0.5, 2.0])
+    array([0. , 0. , 0.5, 1. ])
+    """
+    t = np.clip(np.asarray(t, dtype=np.float64), 0.0, 1.0)
+    return np.asarray(t * t * (3.0 - 2.0 * t))
+
+
+@compiled
+def _interpolate(values, corners, barycentric, out):
+    """Linear interpolation of values (n0, d) at points with three corners and weights each."""
+    for i in range(corners.shape[0]):
+        a, b, c = np.uint32(corners[i, 0]), np.uint32(corners[i, 1]), np.uint32(corners[i, 2])
+        wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
+        for k in range(values.shape[1]):
+            out[i, k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
+
+
+@compiled
+def _interpolate_corners(values, base, triangles, roots, hosts, weights, out):
+    """Interpolate values (m0, 3, d) at corners of base triangles for the corners (m, 3, d) of the triangles in them.
+
+    Vertex v lies in the base triangle with the vertices hosts[v], at weights[v]; that triangle may be a neighbour of
+    the root of a triangle at v. Sums run over the corners of the root: on an edge one of the three terms is 0, so
+    that both sides of the edge are rounded alike.
+    """
+    for t in range(len(triangles)):
+        root = roots[t]
+        for k in range(3):
+            v = triangles[t, k]
+            for c in range(values.shape[2]):
+                out[t, k, c] = 0.0
+            for j in range(3):
+                share = 0.0
+                for i in range(3):
+                    if hosts[v, i] == base[root, j]:
+                        share += weights[v, i]
+                for c in range(values.shape[2]):
+                    out[t, k, c] += share * values[root, j, c]
+
+
+@compiled
+def heights_above(places, up, corners, deep, tolerance, out):
+    """Raise `out` (n,) to the heights of triangles, with `corners` (m, 3, 3), above places (n, 3) that are sorted by x.
+
+    Those triangles count that face z and contain the place as seen along it; their planes give the heights.
+    """
+    x = places[:, 0].copy()
+    for f in range(len(corners)):
+        ax, ay, az = corners[f, 0, 0], corners[f, 0, 1], corners[f, 0, 2]
+        ex, ey, ez = corners[f, 1, 0] - ax, corners[f, 1, 1] - ay, corners[f, 1, 2] - az
+        gx, gy, gz = corners[f, 2, 0] - ax, corners[f, 2, 1] - ay, corners[f, 2, 2] - az
+        nx, ny, nz = ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx
+        if nz <= 0.0:
+            continue
+        margin = tolerance * (abs(ex) + abs(gx))
+        first, last = min(ax, ax + ex, ax + gx) - margin, max(ax, ax + ex, ax + gx) + margin
+        for i in range(np.searchsorted(x, first), np.searchsorted(x, last)):
+            ox, oy = x[i] - ax, places[i, 1] - ay
+            v, w = (ox * gy - oy * gx) / nz, (oy * ex - ox * ey) / nz
+            if v < -tolerance or w < -tolerance or v + w > 1.0 + tolerance:
+                continue
+            facing = nx * up[i, 0] + ny * up[i, 1] + nz * up[i, 2]
+            if facing > 0.0:
+                rise = -(nx * ox + ny * oy + nz * (places[i, 2] - az)) / facing
+                if abs(rise) < deep:
+                    out[i] = max(out[i], rise)

@@ -7,14 +7,16 @@ A mesh here is its triangles (m, 3), all integers; no function looks at coordina
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..array_types import BoolArray, IntArray
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
 from .compilation import compiled
 
@@ -321,3 +323,136 @@ def pairs_of(found: Sequence[Sequence[int]]) -> tuple[NDArray[np.int64], NDArray
     """
     counts = np.fromiter(map(len, found), np.int64, len(found))
     return np.repeat(np.arange(len(found)), counts), np.fromiter(chain.from_iterable(found), np.int64, counts.sum())
+
+
+# --- vertices with several values --------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SplitMesh:
+    """A mesh whose vertices have one value each.
+
+    Attributes
+    ----------
+    triangles : ndarray of int, shape (m, 3)
+        Numbers of the split vertices.
+    origin : ndarray of int, shape (p,)
+        The vertex of the mesh that each comes from; the first n are those of the mesh, in order.
+    values : ndarray, shape (p, d)
+    """
+
+    triangles: IntArray
+    origin: IntArray
+    values: Array
+
+
+def split_vertices(triangles: IntArray, values: Array, n_points: int) -> SplitMesh:
+    """Split the vertices whose corners have different values into one vertex for each value.
+
+    Parameters
+    ----------
+    triangles : ndarray of int, shape (m, 3)
+    values : ndarray, shape (m, 3, d)
+        At the corners.
+    n_points : int
+        Number of vertices, n. Those without a triangle get the value 0.
+
+    Examples
+    --------
+    >>> values = np.array([[[0.0], [1.0], [2.0]], [[2.0], [5.0], [6.0]]])
+    >>> parts = split_vertices(np.array([[0, 1, 2], [2, 1, 3]]), values, 4)
+    >>> parts.triangles.tolist(), parts.origin.tolist(), parts.values.ravel().tolist()
+    ([[0, 1, 2], [2, 4, 3]], [0, 1, 2, 3, 1], [0.0, 1.0, 2.0, 6.0, 5.0])
+    """
+    vertices, flat = np.array(triangles, np.int64).ravel(), values.reshape(-1, values.shape[-1])
+    own, (used, first) = np.zeros((n_points, flat.shape[1])), np.unique(vertices, return_index=True)
+    own[used] = flat[first]
+    differs = (flat != own[vertices]).any(axis=1)
+    differs[first] = False  # not even if it is NaN
+    further = np.flatnonzero(differs)
+    rows, which = np.unique(np.column_stack([vertices[further], flat[further]]), axis=0, return_inverse=True)
+    vertices[further] = n_points + which.ravel()
+    origin = np.concatenate([np.arange(n_points), rows[:, 0].astype(np.int64)])
+    return SplitMesh(vertices.reshape(-1, 3), origin, np.concatenate([own, rows[:, 1:]]))
+
+
+# --- rings of points ---------------------------------------------------------------------------------
+
+
+def ring_quads(n: int, rings: int, *, closed: bool = True, start: int = 0) -> IntArray:
+    """Quadrilaterals between consecutive rings of points, which are numbered ring by ring.
+
+    Parameters
+    ----------
+    n : int
+        Points of each ring.
+    rings : int
+        At least two.
+    closed : bool
+        Join the last point of each ring to its first one.
+    start : int
+        Number of the first point of the first ring.
+
+    Returns
+    -------
+    ndarray of int, shape (k, 4)
+        Two points a and b of a ring that follow each other, and those next to them on the next ring, as [a, b, c, d].
+
+    Examples
+    --------
+    >>> ring_quads(3, 2).tolist()
+    [[0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]
+    >>> ring_quads(3, 2, closed=False).tolist()
+    [[0, 1, 4, 3], [1, 2, 5, 4]]
+    """
+    here = np.arange(n if closed else n - 1)
+    after = np.where(here == n - 1, 0, here + 1)
+    ring = start + n * np.arange(rings - 1)[:, None]
+    quads = np.stack([ring + here, ring + after, ring + n + after, ring + n + here], axis=-1)
+    return quads.reshape(-1, 4).astype(np.int32)
+
+
+def ring_triangles(
+    n: int,
+    rings: int,
+    *,
+    closed: bool = True,
+    start: int = 0,
+    first: int | None = None,
+    last: int | None = None,
+    diagonal: Literal["bd", "ac"] = "bd",
+) -> IntArray:
+    """Triangles between consecutive rings of points and, if they are given, to points that close the ends.
+
+    Seen from outside they are counter-clockwise, if the rings are counter-clockwise seen from beyond the last one.
+
+    Parameters
+    ----------
+    n, rings, closed, start
+        As for :func:`ring_quads`.
+    first, last : int, optional
+        Points that close the surface before the first and after the last ring. Default: it is open there.
+    diagonal : {"bd", "ac"}
+        Corners between which the quadrilaterals [a, b, c, d] are split.
+
+    Returns
+    -------
+    ndarray of int, shape (m, 3)
+        One half of each quadrilateral, then the other halves, then the ends.
+
+    Examples
+    --------
+    >>> ring_triangles(3, 2).tolist()
+    [[0, 1, 3], [1, 2, 4], [2, 0, 5], [1, 4, 3], [2, 5, 4], [0, 3, 5]]
+    >>> ring_triangles(3, 2, last=6)[6:].tolist()
+    [[3, 4, 6], [4, 5, 6], [5, 3, 6]]
+    """
+    quads = ring_quads(n, rings, closed=closed, start=start)
+    a, b, c, d = quads.T
+    parts = [(a, b, d), (b, c, d)] if diagonal == "bd" else [(a, b, c), (a, c, d)]
+    size = n if closed else n - 1
+    if first is not None:
+        parts.append((b[:size], a[:size], np.full(size, first)))
+    if last is not None:
+        parts.append((d[-size:], c[-size:], np.full(size, last)))
+    return np.concatenate([np.stack(corners, axis=1) for corners in parts]).astype(np.int32)

@@ -8,9 +8,8 @@ import numpy.typing as npt
 from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
-from ..geometry.interpolation import interpolated
+from ..geometry.interpolation import interpolated, smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.smoothstep import smoothstep
 from .compression import StrainField, orthonormal_tangents, per_length, principal, shortening, tangents_of
 
 Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]

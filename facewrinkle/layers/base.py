@@ -17,8 +17,8 @@ from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..checks import finite, plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
-from ..geometry import _mesh_kernels as kernels
 from ..geometry.interpolation import interpolated
+from ..geometry.normals import normalise, vertex_areas
 from ..geometry.refinement import Change, RedGreenForest, frozen
 from ..mesh.arrays import ARRAYS
 from .compression import StrainField, compression_along, principal_compression
@@ -68,7 +68,7 @@ class SurfacePoints:
         """Return the vertices of a refined mesh, from number `first` on, given base vertices and normals (n0, 3)."""
         corners, barycentric = forest.corners[first:], forest.barycentric[first:]
         upright = interpolated(normals, corners, barycentric)
-        kernels.normalise(upright)
+        normalise(upright)
         return cls(interpolated(points, corners, barycentric), upright, corners, barycentric, forest.host[first:])
 
     def taken(self, some: slice | IntArray) -> Self:
@@ -136,10 +136,8 @@ class SurfaceState:
 
     @cached_property
     def areas(self) -> Array:
-        """Twice the area of the triangles around each vertex (n,) of the bare surface, mm^2: weights of its heights."""
-        out = np.empty(len(self.bare))
-        kernels.double_areas(self.bare, self.triangles, out)
-        return out
+        """A third of the area of the triangles around each vertex (n,) of the bare surface, mm^2."""
+        return vertex_areas(self.bare, self.triangles)
 
     def compression(self, directions: Array) -> Array:
         """Return ``1 - |F m|`` (n,) along directions (n, 3) or (3,); only their part in the rest surface counts."""

@@ -25,7 +25,7 @@ from ..appearance.seen import Appearance
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
-from ..geometry.seams import split_vertices
+from ..geometry.topology import split_vertices
 from ..mesh.arrays import COLORS, CORNERS, corner_texture
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR

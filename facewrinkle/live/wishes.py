@@ -13,7 +13,7 @@ from ..anatomy.face import Face
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table

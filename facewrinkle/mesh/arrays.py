@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 from ..errors import MeshError
 from ..geometry.interpolation import interpolated, nearest_values
 from ..geometry.normals import vertex_normals
-from ..geometry.seams import split_vertices
+from ..geometry.topology import split_vertices
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..anatomy.teeth import END_RADIUS
-from ..geometry._mesh_kernels import area_vector
 from ..geometry.compilation import compiled
+from ..geometry.normals import area_vector
 
 SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""

@@ -8,7 +8,7 @@ from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import ELLIPSE
 from ..array_types import Array
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 
 CARTILAGE_RADIUS, LOOSE_RADIUS = 7.0, 20.0
 """Reach of the cartilage around the line from the tip of the nose to its base, and of the loose skin around the tip, on

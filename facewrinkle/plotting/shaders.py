@@ -27,8 +27,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from ..anatomy.face import Face, per_face
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
+from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.smoothstep import smoothstep
 from ..mesh.arrays import AGE
 from .views import VIEW_ANGLE
 

@@ -20,9 +20,9 @@ from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.muscles import JawMuscle, turned
 from ..array_types import Array, IntArray
+from ..geometry.interpolation import smoothstep
 from ..geometry.laplacian import cotangent_laplacian
 from ..geometry.normals import vertex_areas, vertex_normals
-from ..geometry.smoothstep import smoothstep
 
 # Lengths are in distances between the pupils (63 mm).
 

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, warn
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..geometry.topology import vertex_rings
 from ..geometry.untangling import Untangling
 from ..motion.base import Undriven

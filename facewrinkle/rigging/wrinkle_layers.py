@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..errors import ParameterError
 from ..files import written
-from ..geometry.smoothstep import smoothstep
+from ..geometry.interpolation import smoothstep
 from ..mesh.arrays import corner_texture
 from ..progress import Progress, bar
 from .fields import Baker

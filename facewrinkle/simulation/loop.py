@@ -22,12 +22,10 @@ from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
-from ..geometry import _mesh_kernels as kernels
-from ..geometry.interpolation import displaced, interpolated
-from ..geometry.normals import details_normals, vertex_normals
-from ..geometry.orientation import unfolded_shares
+from ..geometry.interpolation import displaced, interpolated, smoothstep
+from ..geometry.normals import details_normals, normalise, vertex_normals
 from ..geometry.refinement import Change, RedGreenForest
-from ..geometry.smoothstep import smoothstep
+from ..geometry.untangling import unfolded_shares
 from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState, displacement_of, fields_of, over
 from ..layers.compression import StrainField
 from ..mesh import MeshLike
@@ -493,7 +491,7 @@ class Simulation:
         with self._timed("wrinkles"):
             bare = interpolated(base, vertices.corners, vertices.barycentric)
             smooth = interpolated(vertex_normals(base, self.face.triangles), vertices.corners, vertices.barycentric)
-            kernels.normalise(smooth)
+            normalise(smooth)
             state = SurfaceState(
                 self.motion.rates, vertices, triangles, base, bare, self.time, lambda: StrainField.of(self.face)
             )

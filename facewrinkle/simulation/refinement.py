@@ -1,5 +1,6 @@
 """The refinement of a simulation: its settings, the level that a face needs, and which triangles to split."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -10,7 +11,8 @@ import numpy as np
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry import _mesh_kernels as kernels
+from ..geometry.compilation import compiled
+from ..geometry.equations import split_criterion
 from ..geometry.refinement import RedGreenForest
 from ..geometry.topology import side_lengths
 from ..layers.base import FINEST, Displacement, SurfacePoints
@@ -157,10 +159,10 @@ def mark(
     n = len(normals)
     spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
     for own in displacements:
-        kernels.take_finest(own.spacing, own.across, own.active, spacing, across, active)
-    bent, largest = kernels.bends(forest.triangles, normals, vertices.normals, active)
+        _take_finest(own.spacing, own.across, own.active, spacing, across, active)
+    bent, largest = _bends(forest.triangles, normals, vertices.normals, active)
     need = spacing / refinement.samples if refinement.samples else np.full(n, np.inf)
-    excess = kernels.excesses(forest.nodes, vertices.points, need, across)
+    excess = _excesses(forest.nodes, vertices.points, need, across)
     wanted = excess > 1.0
     late = (excess[forest.leaf] > 2.0) & (forest.level < forest.max_level)
     if refinement.gamma_c is not None:
@@ -169,3 +171,53 @@ def mark(
         wanted |= split & active[forest.nodes].any(axis=1)
         wanted[forest.leaf[bent > refinement.gamma_c]] = True
     return wanted, bool(late.mean() > LATE), largest
+
+
+@compiled
+def _take_finest(own_spacing, own_across, own_active, spacing, across, active):
+    """Take over where a layer is active, and the spacing that it needs at each vertex there, where it is finer."""
+    for v in range(len(spacing)):
+        if own_active[v] and own_spacing[v] < spacing[v]:
+            spacing[v] = own_spacing[v]
+            for c in range(3):
+                across[v, c] = own_across[v, c]
+        active[v] |= own_active[v]
+
+
+@compiled
+def _excesses(triangles, points, need, across):
+    """The longest edge (k,) of each triangle across the folds, relative to the spacing (n,) that its ends need."""
+    steps, out = np.zeros_like(across), np.zeros(len(triangles))
+    for v in range(len(need)):
+        if need[v] < np.inf:
+            for axis in range(3):
+                steps[v, axis] = across[v, axis] / need[v]
+    for f in range(len(triangles)):
+        a, b, c = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        for i, j in ((a, b), (b, c), (c, a)):
+            x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
+            first = abs(x * steps[i, 0] + y * steps[i, 1] + z * steps[i, 2])
+            second = abs(x * steps[j, 0] + y * steps[j, 1] + z * steps[j, 2])
+            out[f] = max(out[f], first, second)
+    return out
+
+
+@compiled
+def _bends(triangles, normals, rest_normals, active):
+    """The largest bend, Eq. 19, over the edges of each triangle (m,) and vertex (n,), where any end is active.
+
+    The denominator is bounded, for rest normals that are nearly orthogonal.
+    """
+    out, largest = np.zeros(len(triangles)), np.zeros(len(normals))
+    for f in range(len(triangles)):
+        a, b, c = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
+        for i, j in ((a, b), (b, c), (c, a)):
+            if active[i] or active[j]:
+                rest = rest_normals[i, 0] * rest_normals[j, 0]
+                rest += rest_normals[i, 1] * rest_normals[j, 1] + rest_normals[i, 2] * rest_normals[j, 2]
+                now = normals[i, 0] * normals[j, 0] + normals[i, 1] * normals[j, 1] + normals[i, 2] * normals[j, 2]
+                gamma = split_criterion(rest, now)
+                out[f] = max(out[f], gamma)
+                largest[i] = max(largest[i], gamma)
+                largest[j] = max(largest[j], gamma)
+    return out, largest

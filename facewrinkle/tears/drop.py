@@ -15,11 +15,9 @@ from ..anatomy.fitting import millimetres
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry._mesh_kernels import heights_above
-from ..geometry.interpolation import overlapping
+from ..geometry.interpolation import heights_above, overlapping, smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.rings import ring_triangles
-from ..geometry.smoothstep import smoothstep
+from ..geometry.topology import ring_triangles
 from ..mesh import MeshLike, to_polydata
 from .support_surface import SupportSurface, directions, support_surface
 

@@ -22,7 +22,7 @@ from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import detail_normals
-from ..geometry.rings import ring_triangles
+from ..geometry.topology import ring_triangles
 from ..mesh import MeshLike, to_polydata
 from . import path as paths
 from .clearance import kept_off

@@ -25,7 +25,7 @@ from numpy.polynomial.legendre import leggauss
 
 from facewrinkle.errors import FaceWrinkleError, ParameterError
 from facewrinkle.geometry import equations
-from facewrinkle.geometry.smoothstep import smoothstep
+from facewrinkle.geometry.interpolation import smoothstep
 
 ALPHAS = [0.0, 0.25, 0.5, 1.0, 1.3, 2.0, 3.0, 4.0, 7.5, 12.0, 20.0]
 LN2 = math.log(2.0)

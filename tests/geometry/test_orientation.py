@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.orientation import LEAST, unfolded_shares
+from facewrinkle.geometry.untangling import LEFT, unfolded_shares
 
 
 def kept(points, displacement, triangles):
@@ -32,7 +32,7 @@ def hollow():
 def test_over_a_hollow_heights_stay_below_the_radius_of_curvature(hollow):
     """At height h a triangle keeps the share (1 - h / radius)^2 of its area; beyond the centre it is turned over."""
     points, triangles, directions = hollow
-    highest = 2.0 * (1.0 - np.sqrt(LEAST))
+    highest = 2.0 * (1.0 - np.sqrt(LEFT))
     assert unfolded_shares(points, np.full(len(points), highest - 1e-9), directions, triangles) is None
     heights = np.full(len(points), highest + 0.01)
     np.testing.assert_allclose(unfolded_shares(points, heights, directions, triangles) * heights, highest, atol=1e-7)
@@ -58,12 +58,12 @@ def test_no_triangle_turns_over_and_heights_far_from_those_stay(hollow, seed, si
     assert (heights == before).all()
     wanted = kept(points, heights[:, None] * directions, triangles)
     if shares is None:
-        assert wanted.min() >= LEAST * (1.0 - 1e-9)
+        assert wanted.min() >= LEFT * (1.0 - 1e-9)
         return
-    assert wanted.min() < LEAST
+    assert wanted.min() < LEFT
     assert ((shares >= 0.0) & (shares <= 1.0)).all()
     assert kept(points, (shares * heights)[:, None] * directions, triangles).min() > 0.0
-    assert (shares[np.unique(triangles[wanted < LEAST])] < 1.0).all()
+    assert (shares[np.unique(triangles[wanted < LEFT])] < 1.0).all()
 
 
 def test_the_order_of_triangles_and_vertices_does_not_matter(hollow):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from facewrinkle.geometry import topology
-from facewrinkle.geometry.rings import ring_quads, ring_triangles
+from facewrinkle.geometry.topology import ring_quads, ring_triangles
 
 
 def circles(n, radii, heights):

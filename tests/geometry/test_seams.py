@@ -14,9 +14,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.interpolation import interpolated, refined_values
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.seams import refined_values, split_vertices
+from facewrinkle.geometry.topology import split_vertices
 
 
 def sheet(n):

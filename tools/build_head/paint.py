@@ -16,8 +16,8 @@ from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, complexion
 from facewrinkle.geometry.depth_buffer import sampled_depth_buffer
+from facewrinkle.geometry.interpolation import smoothstep
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.geometry.smoothstep import smoothstep
 
 from .chart import Chart, cross
 

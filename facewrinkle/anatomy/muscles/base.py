@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, unknown_name
 from ...geometry import equations
-from ...geometry.smoothstep import smoothstep
+from ...geometry.interpolation import smoothstep
 
 Fronts = Literal["straight", "round"]
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_range
-from ...geometry.smoothstep import smoothstep
+from ...geometry.interpolation import smoothstep
 from .base import Muscle, checked_points, unit
 
 

@@ -15,7 +15,7 @@ from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
-from ...geometry.smoothstep import smoothstep
+from ...geometry.interpolation import smoothstep
 
 
 @dataclass(frozen=True, kw_only=True)

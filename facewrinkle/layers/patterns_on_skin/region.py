@@ -18,10 +18,9 @@ from ...errors import MeshError, ParameterError, check_positive, check_range, ch
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.equations import attenuation, band
-from ...geometry.interpolation import interpolated
+from ...geometry.interpolation import interpolated, smoothstep
 from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.orders import morton_order
-from ...geometry.smoothstep import smoothstep
 from ...geometry.topology import vertex_rings
 from ..base import SurfacePoints
 from ..compression import StrainField, compression_along, principal_compression

@@ -15,8 +15,8 @@ from ...anatomy.face import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
+from ...geometry.interpolation import smoothstep
 from ...geometry.normals import vertex_areas, vertex_normals
-from ...geometry.smoothstep import smoothstep
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -19,11 +19,10 @@ from scipy.sparse import csc_array, diags_array
 
 from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
-from ...geometry.interpolation import interpolated
+from ...geometry.interpolation import interpolated, smoothstep
 from ...geometry.laplacian import symmetric_factors
 from ...geometry.normals import vertex_normals
 from ...geometry.refinement import RedGreenForest
-from ...geometry.smoothstep import smoothstep
 from ...geometry.topology import side_lengths
 from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal

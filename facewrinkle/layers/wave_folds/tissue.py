@@ -10,8 +10,8 @@ from ...anatomy.face import Face
 from ...anatomy.landmarks import of_side
 from ...anatomy.muscles import LidMuscle, SheetMuscle, within
 from ...array_types import Array
+from ...geometry.interpolation import smoothstep
 from ...geometry.normals import vertex_normals
-from ...geometry.smoothstep import smoothstep
 from ..compression import dyads
 
 THICKNESS = {

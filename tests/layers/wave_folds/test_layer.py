@@ -26,9 +26,9 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from analysis.swept import swept_volumes
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
+from facewrinkle.geometry.interpolation import smoothstep
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import RedGreenForest
-from facewrinkle.geometry.smoothstep import smoothstep
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
