@@ -19,8 +19,7 @@ from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.polygons import Primitive
 from .action_units import named_shapes
-from .recorded import Bones, Recorded
-from .track import Interpolation, Track
+from .recorded import Bones, Interpolation, Recorded, Track
 
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}

@@ -16,8 +16,8 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError, ParameterError
 from ..files import check_file, reading
 from ..geometry.normals import vertex_normals
-from ..mesh import ARRAYS, UNIT, add_seams, corner_texture, read_surface, to_polydata
-from ..mesh.arrays import MOVED, PART, blended, use_texture, with_data
+from ..mesh import ARRAYS, UNIT, read_surface
+from ..mesh.arrays import MOVED, PART, blended, with_data
 from ..mesh.formats.merging import merged_surfaces
 from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf
@@ -129,9 +129,8 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                 f"{path.name} holds a single time, and no animation. read_surface and fit_face read meshes."
             )
         frames = [_frame(reader, step) for step in range(len(times))]
-    others, other_positions = None, np.zeros(0)
-    if _is_simulated(frames[0]):
-        others, other_positions, frames = _split_parts(frames)
+    simulated = {"W", "level", "rest"} <= set(frames[0].point_data) and UNIT in frames[0].field_data
+    if simulated:
         rest, positions = _without_wrinkles(frames, path.name)
     else:
         positions = [np.asarray(frame.points) for frame in frames]
@@ -145,33 +144,26 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
     # VTK itself writes single precision: this restores 0.1.
     written = [float(str(np.float32(time))) if time == np.float32(time) else time for time in times]
     recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
-    if others is None:
+    if not simulated or PART not in frames[0].point_data:
         return rest, recorded
-    own = Recorded.of_positions(other_positions, times=written, rest=others.points)
+    others = _part_of(frames[0], np.arange(_skin_size(frames[0]), frames[0].n_points))
+    moved = [np.asarray(frame.points)[_skin_size(frame) :] for frame in frames]
+    own = Recorded.of_positions(moved, times=written, rest=others.points)
     return merged_surfaces([rest, others]), replace(recorded, companions={rest.n_points: own})
 
 
-def _is_simulated(frame: pv.PolyData) -> bool:
-    """Return True if a frame is one of a simulation, with the arrays that hold its wrinkles and its base mesh."""
-    return {"W", "level", "rest"} <= set(frame.point_data) and UNIT in frame.field_data
+def _skin_size(frame: pv.PolyData) -> int:
+    """Return the number of points of the skin, which come before those of other parts."""
+    return int((frame[PART] == 0).sum()) if PART in frame.point_data else frame.n_points
 
 
-def _split_parts(frames: list[pv.PolyData]) -> tuple[pv.PolyData | None, np.ndarray, list[pv.PolyData]]:
-    """Return the parts beside the skin at rest, their positions (f, k, 3), and the frames of the skin alone."""
-    if PART not in frames[0].point_data:
-        return None, np.zeros(0), frames
-    skins = []
-    for frame in frames:
-        kept = np.flatnonzero(frame[PART] == 0)  # which come first
-        triangles = np.asarray(frame.regular_faces)
-        rows = triangles[:, 0] < len(kept)
-        skins.append(with_data(frame, triangles[rows], kept, rows))
-    first = np.asarray(frames[0].regular_faces)
-    count = skins[0].n_points
-    rows = first[:, 0] >= count
-    others = with_data(frames[0], first[rows] - count, np.arange(count, frames[0].n_points), rows)
-    others.points = np.asarray(others["rest"])
-    return others, np.array([np.asarray(frame.points)[frame[PART] != 0] for frame in frames]), skins
+def _part_of(frame: pv.PolyData, points: np.ndarray) -> pv.PolyData:
+    """Return the triangles on consecutive points of a frame of a simulation, where these are at rest."""
+    triangles = np.asarray(frame.regular_faces)
+    rows = (triangles[:, 0] >= points[0]) & (triangles[:, 0] <= points[-1])
+    part = with_data(frame, triangles[rows] - points[0], points, rows)
+    part.points = np.asarray(part["rest"])
+    return part
 
 
 def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:
@@ -180,24 +172,18 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
     Vertices of the base mesh come first in every frame. The wrinkles displace them along the normals of the moved base
     mesh, which is found by iteration.
     """
-    n = int((np.asarray(frames[0]["level"]) == 0).sum())
-    plain = next((frame for frame in frames if frame.n_points == n), None)
-    for frame in frames:
-        if (np.asarray(frame["level"]) == 0).sum() != n or not np.array_equal(frame["rest"][:n], frames[0]["rest"][:n]):
-            raise MeshError(f"{name} holds frames of several faces. A recording needs those of one.")
+    n = int((np.asarray(frames[0]["level"])[: _skin_size(frames[0])] == 0).sum())
+    plain = next((frame for frame in frames if _skin_size(frame) == n), None)
     if plain is None:
         raise MeshError(
             f"{name}: the mesh is refined in all {len(frames)} frames, and none shows the triangles of the face itself."
             " Write the first frame of the simulation too."
         )
-    triangles = np.asarray(plain.regular_faces, dtype=np.int32)
-    names = [key for key in plain.point_data if key not in {*ARRAYS, "Normals"}]
-    rest = to_polydata(plain["rest"], triangles, {key: np.asarray(plain.point_data[key]) for key in names})
-    if (texture := plain.point_data.active_texture_coordinates_name) in names:
-        use_texture(rest, texture)
-    if (corners := corner_texture(plain)) is not None:
-        add_seams(rest, corners)
-    positions = []
+    rest = _part_of(plain, np.arange(n))
+    rest.clear_field_data()
+    for array in {*ARRAYS, PART} & set(rest.point_data):
+        del rest.point_data[array]
+    triangles, positions = np.asarray(rest.regular_faces, dtype=np.int32), []
     for frame in frames:
         unit = float(frame.field_data[UNIT][0])
         shown = np.asarray(frame.points, dtype=np.float64)[:n]

@@ -18,8 +18,7 @@ from ..errors import MeshError, unknown_name, warn
 from ..mesh.formats.merging import merged_primitives, merged_surfaces
 from ..mesh.formats.polygons import Primitive
 from ..mesh.formats.usd import opened, primitive_of, shown
-from .recorded import Recorded
-from .track import Track
+from .recorded import Recorded, Track
 
 BORDER_TIMES = 16
 """Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from ..animation.action_units import named_shapes, plain_name, sided
-from ..animation.track import Track
+from ..animation.recorded import Track
 from ..array_types import Array
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn

@@ -77,10 +77,6 @@ def test_refined_series_that_do_not_tell_the_face_are_refused(face, tmp_path):
     refined(face, tmp_path / "late.vtkhdf", first=8)
     with pytest.raises(MeshError, match="refined in all 2 frames.*first frame"):
         fw.read_animation(tmp_path / "late.vtkhdf")
-    others = [fw.Simulation(fw.default_face({"jaw": jaw})).step() for jaw in (0.0, 0.5)]
-    write_series(others, [0.0, 1.0], tmp_path / "others.vtkhdf")
-    with pytest.raises(MeshError, match="frames of several faces"):
-        fw.read_animation(tmp_path / "others.vtkhdf")
 
 
 def test_a_series_of_any_surface(tmp_path):

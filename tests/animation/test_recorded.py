@@ -28,8 +28,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease
-from facewrinkle.animation.recorded import Bones, Recorded
-from facewrinkle.animation.track import Track
+from facewrinkle.animation.recorded import Bones, Recorded, Track
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Displacement, Layer

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline
 
-from facewrinkle.animation.track import Track
+from facewrinkle.animation.recorded import Track
 from facewrinkle.errors import ParameterError, UnknownNameError
 
 RNG = np.random.default_rng(11)
