@@ -257,16 +257,13 @@ class _Scene:
     def weights(self, model: _Model, like: Recorded | None) -> Track | None:
         """Return the weights of a mesh's shapes; if the file has none, those of the same names on the skin."""
         own = self.tracks.get((model.node, "weights"))
-        if own is not None or like is None or not set(model.names) & set(like.names) or not like.track.values.any():
+        if own is not None or like is None:
             return own
-        column = [like.names.index(name) if name in like.names else -1 for name in model.names]
-        borrowed = np.array([index >= 0 for index in column])
-
-        def of(values: Array) -> Array:
-            return np.where(borrowed, values[..., column], 0.0)
-
-        slopes = like.track.slopes
-        return replace(like.track, values=of(like.track.values), slopes=None if slopes is None else of(slopes))
+        same = (np.array(like.names, str)[:, None] == np.array(model.names, str)).astype(np.float64)
+        values, slopes = like.track.values @ same, like.track.slopes
+        if not values.any():
+            return None
+        return replace(like.track, values=values, slopes=None if slopes is None else slopes @ same)
 
 
 def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tuple[pv.PolyData, Recorded | None]:
@@ -281,7 +278,7 @@ def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tup
         times = np.unique([min(ends), max(ends)])
         weights = Track(times, np.tile(model.rest_weights, (len(times), 1)))
     elif ends:
-        weights = _prolonged(_prolonged(weights, min(ends)), max(ends))
+        weights = _prolonged(weights, min(ends), max(ends))
     rest = np.array(mesh.points)
     if len(deltas):
         recorded = Recorded.of_shapes(deltas, weights, names=model.names, rest=rest)
@@ -299,18 +296,15 @@ def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tup
     return mesh, replace(recorded, bones=bones)
 
 
-def _prolonged(track: Track, time: float) -> Track:
-    """Return the track with its first value held from a time on, or its last one until then."""
-    if track.times[0] <= time <= track.times[-1]:
-        return track
-    end, at, outward = (0, 0, 0) if time < track.times[0] else (-1, len(track.times), 1)
-    slopes = track.slopes
+def _prolonged(track: Track, first: float, last: float) -> Track:
+    """Return the track with its first value held from a time on, and its last one until another."""
+    added = int(first < track.times[0]), int(last > track.times[-1])
+    times = np.concatenate([[first] * added[0], track.times, [last] * added[1]])
+    values, slopes = np.pad(track.values, (added, (0, 0)), "edge"), track.slopes
     if slopes is not None:
-        slopes = slopes.copy()
-        slopes[outward, end] = 0.0
-        slopes = np.insert(slopes, at, 0.0, axis=1)
-    values = np.insert(track.values, at, track.values[end], axis=0)
-    return Track(np.insert(track.times, at, time), values, track.interpolation, slopes)
+        slopes = np.pad(slopes, ((0, 0), added, (0, 0)))
+        slopes[0, added[0]] = slopes[1, len(track.times) - 1 + added[0]] = 0.0
+    return Track(times, values, track.interpolation, slopes)
 
 
 def _rotations_at(tracks: Sequence[Track], time: float) -> Array:
