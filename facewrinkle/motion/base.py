@@ -95,13 +95,6 @@ class Motion(Protocol):
         """Set the contraction rates (k,), without checks."""
 
 
-MEMBERS = (
-    "names", "rates", "points", "time_step", "pose", "gazes", "parts", "mandible", "reset", "step", "rates_of",
-    "set_rates",
-)  # fmt: skip
-"""Members of a :class:`Motion`."""
-
-
 def check_motion(motion: Motion, face: Face) -> None:
     """Raise a ParameterError unless an object is a motion, and one of this face.
 
@@ -112,10 +105,11 @@ def check_motion(motion: Motion, face: Face) -> None:
     Traceback (most recent call last):
     facewrinkle.errors.ParameterError: a motion must have names, rates, ...; the str that was given lacks names, ...
     """
-    lacking = [name for name in MEMBERS if not hasattr(motion, name)]
+    members = [name for name in vars(Motion) if not name.startswith("_")]
+    lacking = [name for name in members if not hasattr(motion, name)]
     if lacking:
         raise ParameterError(
-            f"a motion must have {', '.join(MEMBERS)}; the {type(motion).__name__} that was given lacks "
+            f"a motion must have {', '.join(members)}; the {type(motion).__name__} that was given lacks "
             f"{', '.join(lacking)}. Derive it from facewrinkle.motion.base.Undriven, which has all that a motion "
             "without muscles needs, except points, time_step, reset and step."
         )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,22 @@ from ._skin_kernels import add_turns
 
 LONGEST_PART = 1.5
 """Joints carry the skin no farther than this in one part of a step, mm."""
+
+
+class _Joint(NamedTuple):
+    """A joint; mm.
+
+    It carries vertices by a `share` (k,) of its turn, and turns `triangles` (j,) by the angles `of_triangles` (j,) at
+    full contraction of its `muscle`, unless this `yields` to others. No vertex goes farther than its `reach`.
+    """
+
+    weights: JointWeights
+    share: Array
+    triangles: IntArray
+    of_triangles: Array
+    muscle: int
+    yields: list[int]
+    reach: float
 
 
 class Joints:
@@ -46,54 +63,49 @@ class Joints:
     """
 
     def __init__(self, face: Face, names: Sequence[str], tethers: Array, plates: dict[str, Array]) -> None:
-        self._names, self._points, self._triangles = tuple(names), face.points * face.unit, face.triangles
-        self._joints: dict[str, tuple[JointWeights, Array]] = {}
-        self._turning: dict[str, tuple[IntArray, Array]] = {}
-        self._muscles: dict[str, tuple[int, list[int]]] = {}
-        self._reach: dict[str, float] = {}
+        self._points, muscles = face.points * face.unit, list(names)
+        self._joints: dict[str, _Joint] = {}
         for name, plate in plates.items():
-            joint = face.joint_weights[name]
+            joint = dataclasses.replace(face.joint_weights[name], centre=face.joint_weights[name].centre * face.unit)
             with np.errstate(invalid="ignore"):
                 share = np.ones(len(plate)) if joint.bone else plate / (plate + tethers[joint.vertices])
             share = np.nan_to_num(share)
-            self._joints[name] = dataclasses.replace(joint, centre=joint.centre * face.unit), share
-            self._turning[name] = self._turning_triangles(joint, share)
-            others = [self._names.index(other) for other in joint.yields if other in self._names]
-            self._muscles[name] = self._names.index(name), others
-            arm = np.linalg.norm(self._points[joint.vertices] - joint.centre * face.unit, axis=1)
-            self._reach[name] = float((np.abs(share * joint.angles) * arm).max(initial=0.0))
-
-    def _turning_triangles(self, joint: JointWeights, share: Array) -> tuple[IntArray, Array]:
-        """Return the triangles (j,) that a joint turns, and their angles (j,) at full contraction."""
-        angles = np.zeros(len(self._points))
-        angles[joint.vertices] = share * joint.angles
-        mean = angles[self._triangles].mean(axis=1)
-        triangles = np.flatnonzero(mean)
-        return triangles, mean[triangles]
+            angles = np.zeros(len(self._points))
+            angles[joint.vertices] = share * joint.angles
+            of_triangles = angles[face.triangles].mean(axis=1)
+            arm = np.linalg.norm(self._points[joint.vertices] - joint.centre, axis=1)
+            self._joints[name] = _Joint(
+                joint,
+                share,
+                np.flatnonzero(of_triangles),
+                of_triangles[of_triangles != 0.0],
+                muscles.index(name),
+                [muscles.index(other) for other in joint.yields if other in muscles],
+                float((np.abs(share * joint.angles) * arm).max(initial=0.0)),
+            )
+        self._bone = next((name for name, joint in self._joints.items() if joint.weights.bone), "")
 
     @property
     def mandible(self) -> JointWeights | None:
         """The joint that is a bone, in mm."""
-        return next((joint for joint, _ in self._joints.values() if joint.bone), None)
+        return self._joints[self._bone].weights if self._bone else None
 
     def mandible_rate(self, rates: Array) -> float:
         """Return the contraction rate of the mandible."""
-        of_joints = self._rates(rates)
-        return next((of_joints.get(name, 0.0) for name, (joint, _) in self._joints.items() if joint.bone), 0.0)
+        return self._rates(rates).get(self._bone, 0.0)
 
     def free_share(self, name: str) -> tuple[IntArray, Array] | None:
         """Return the vertices of a muscle's joint and the shares of its force that the joint does not take."""
         if name not in self._joints:
             return None
-        joint, share = self._joints[name]
-        return joint.vertices, 1.0 - share
+        return self._joints[name].weights.vertices, 1.0 - self._joints[name].share
 
     def _rates(self, rates: Array) -> dict[str, float]:
         """Contraction rates of the joints, which yield to others; those at rest are left out."""
         out = {}
-        for name, (own, others) in self._muscles.items():
-            if rate := float(rates[own]):
-                for other in others:
+        for name, joint in self._joints.items():
+            if rate := float(rates[joint.muscle]):
+                for other in joint.yields:
                     rate *= 1.0 - float(rates[other])
                 out[name] = rate
         return out
@@ -109,28 +121,28 @@ class Joints:
 
     def turn(self, out: Array, rates: Array, sign: float = 1.0) -> None:
         """Add to `out` (n, 3) the displacements by each joint alone, times a sign."""
-        for name, turn in self._rates(rates).items():
-            joint, share = self._joints[name]
-            angles = turn * share * joint.angles
-            add_turns(self._points, joint.vertices, joint.centre, joint.axis, angles, sign, out)
+        self._turn(self._points, self._rates(rates), sign, out)
+
+    def _turn(self, points: Array, turns: Mapping[str, float], sign: float, out: Array) -> None:
+        """Add to `out` (n, 3) the ways on which joints carry points (n, 3), times a sign, one joint after the other."""
+        for name, turn in turns.items():
+            weights, share = self._joints[name].weights, self._joints[name].share
+            add_turns(points, weights.vertices, weights.centre, weights.axis, turn * share * weights.angles, sign, out)
 
     def facing(self, normals: Array, rates: Array) -> Array:
         """Return the normals (m, 3) of triangles as the joints turn them."""
         normals = normals.copy()
         for name, rate in self._rates(rates).items():
             if rate > 0.0:
-                joint = self._joints[name][0]
-                triangles, angles = self._turning[name]
-                add_turns(normals, triangles, np.zeros(3), joint.axis, rate * angles, 1.0, normals)
+                joint = self._joints[name]
+                angles = rate * joint.of_triangles
+                add_turns(normals, joint.triangles, np.zeros(3), joint.weights.axis, angles, 1.0, normals)
         return normals
 
     def carried(self, points: Array, before: Array, after: Array) -> Array:
         """Return points (n, 3) as they ride on the joints while the contraction rates change."""
         points = points.copy()
-        for name, turn in self._changes(before, after).items():
-            joint, share = self._joints[name]
-            angles = turn * share * joint.angles
-            add_turns(points, joint.vertices, joint.centre, joint.axis, angles, 1.0, points)
+        self._turn(points, self._changes(before, after), 1.0, points)
         return points
 
     def parts(self, before: Array, after: Array) -> int:
@@ -144,6 +156,6 @@ class Joints:
         """Return a bound of the way on which joints carry skin in the longest of so many parts, mm."""
         rates = [before + (after - before) * (part / count) for part in range(count + 1)]
         return max(
-            sum(abs(turn) * self._reach[name] for name, turn in self._changes(old, new).items())
+            sum(abs(turn) * self._joints[name].reach for name, turn in self._changes(old, new).items())
             for old, new in pairwise(rates)
         )

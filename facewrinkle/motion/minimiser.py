@@ -10,15 +10,9 @@ import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU, splu
 
-from ..array_types import Array, IntArray
-from ..geometry.orders import nested_dissection
+from ..array_types import Array
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
-
-DISSECTED_FROM = 50_000
-"""With more vertices nested dissection orders the factors, as minimum degree takes many times as long; with fewer, the
-factors of minimum degree are a twentieth smaller.
-"""
 
 CONVERGED = 1e-22
 """Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-8 mm."""
@@ -88,7 +82,7 @@ class Minimiser:
     Three points that springs of stiffness 2 pull to the place (1, 1, 1):
 
     >>> from scipy.sparse import eye_array
-    >>> factors = Factors([2.0 * eye_array(3).tocsr()] * 3, np.eye(3))
+    >>> factors = Factors([2.0 * eye_array(3).tocsr()] * 3)
     >>> minimiser = Minimiser(factors, np.ones(3), iterations=3)
     >>> def energy(u, gradient):
     ...     gradient[:] = 2.0 * (u - 1.0)
@@ -113,9 +107,9 @@ class Minimiser:
 
         The objective returns its value at its first argument (n, 3) and writes its gradient to the second.
         """
-        u, here, there = start.copy(), _Gradients(start.shape), _Gradients(start.shape)
+        u, here, there = start.copy(), np.empty((2, *start.shape)), np.empty((2, *start.shape))
         before = value = self._evaluated(objective, u, here)
-        enough = LEFT_OVER * self._residual(here.total)
+        enough = LEFT_OVER * self._residual(here[1])
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)
         length, fine = 1.0, False
@@ -132,39 +126,41 @@ class Minimiser:
                 value = self._evaluated(objective, u, here)
                 continue
             candidate, value, length = found
-            self._remember(candidate - u, there.free - here.free)
+            self._remember(candidate - u, there[0] - here[0])
             u, here, there = candidate, there, here
-            if -slope <= SMALL * self._total_area or self._residual(here.total) <= enough:
+            if -slope <= SMALL * self._total_area or self._residual(here[1]) <= enough:
                 return Minimum(u, before, value, True, iteration + 1)
         return Minimum(u, before, value, False, self._iterations)
 
-    def _evaluated(self, objective: Objective, u: Array, gradients: _Gradients) -> float:
-        value = objective(u, gradients.free)
-        gradients.total[:] = gradients.free
-        return value if self._contacts is None else value + self._contacts.energy(u, gradients.total)
+    def _evaluated(self, objective: Objective, u: Array, gradients: Array) -> float:
+        """Return the energy at displacements (n, 3); write its gradients (2, n, 3) without contacts, and with them."""
+        free, total = gradients
+        value = objective(u, free)
+        total[:] = free
+        return value if self._contacts is None else value + self._contacts.energy(u, total)
 
     def _residual(self, gradient: Array) -> float:
         """Return the sum of the squares of a gradient (n, 3), per area."""
         return float(np.einsum("nk,nk,n", gradient, gradient, 1.0 / self._area))
 
-    def _direction(self, at: _Gradients, fine: bool) -> tuple[Array, float]:
+    def _direction(self, at: Array, fine: bool) -> tuple[Array, float]:
         """Return a direction in which the objective falls from where it was last evaluated, and its slope.
 
         If it is to be `fine`, or forces balance, only the change of the forces of contacts is computed: large forces
         that balance lose what is left of a way in their rounding.
         """
-        slope = 0.0
-        fine = fine or self._residual(at.total) < BALANCED * self._residual(at.free)
+        slope, (free, total) = 0.0, at
+        fine = fine or self._residual(total) < BALANCED * self._residual(free)
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
             if attempt < 2:
-                direction = -self._inverse_curvature(at.total if fine else at.free)
+                direction = -self._inverse_curvature(total if fine else free)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
                     direction += self._compliance.response(rows, direction if fine else None)
             else:  # the model's contacts err: follow the slope itself
-                direction = -self.factors.solved(at.total)
-            slope = _inner(direction, at.total)
+                direction = -self.factors.solved(total)
+            slope = _inner(direction, total)
             if slope < 0.0:
                 break
         return direction, slope
@@ -177,7 +173,7 @@ class Minimiser:
         direction: Array,
         slope: float,
         length: float,
-        there: _Gradients,
+        there: Array,
     ) -> tuple[Array, float, float] | None:
         """Return the first of ever shorter steps that lowers the objective enough, its value and its length."""
         for _ in range(MAX_HALVINGS):
@@ -209,13 +205,6 @@ def _inner(a: Array, b: Array) -> float:
     return float(np.einsum("nk,nk", a, b))
 
 
-class _Gradients:
-    """Gradients (n, 3) of an objective without contacts and with them."""
-
-    def __init__(self, shape: tuple[int, ...]) -> None:
-        self.free, self.total = np.empty(shape), np.empty(shape)
-
-
 class Factors:
     """Factors L D L^T of three symmetric matrices of one pattern, one for each coordinate, side by side.
 
@@ -231,22 +220,17 @@ class Factors:
     --------
     >>> from scipy.sparse import diags_array
     >>> double = diags_array([2.0, 2.0]).tocsr()
-    >>> Factors([double] * 3, np.zeros((2, 3))).solved(np.ones((2, 3))).tolist()
+    >>> Factors([double] * 3).solved(np.ones((2, 3))).tolist()
     [[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]]
     """
 
-    def __init__(self, matrices: list[csr_array], points: Array) -> None:
-        n = len(points)
-        self._inverse = np.empty((n, 3))
-        order, ordering = np.arange(n), "MMD_AT_PLUS_A"
-        if n > DISSECTED_FROM:
-            order, ordering = nested_dissection((matrices[0].indptr, matrices[0].indices), points), "NATURAL"
+    def __init__(self, matrices: list[csr_array]) -> None:
+        self._inverse = np.empty((matrices[0].shape[0], 3))
         options = {"SymmetricMode": True}
         for k, matrix in enumerate(matrices):  # one by one: on fine meshes factors take gigabytes
-            ordered = matrix[order][:, order].tocsc()
-            self._keep(k, order, splu(ordered, permc_spec=ordering, diag_pivot_thresh=0.0, options=options))
+            self._keep(k, splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
 
-    def _keep(self, k: int, order: IntArray, factor: SuperLU) -> None:
+    def _keep(self, k: int, factor: SuperLU) -> None:
         """Keep what solving for coordinate k needs of its factors."""
         self._inverse[:, k] = 1.0 / factor.U.diagonal()
         lower = factor.L.tocsc()
@@ -254,8 +238,7 @@ class Factors:
         if k == 0:
             self._pattern = lower.indptr, lower.indices.astype(np.uint32)
             self.lower = np.empty((lower.nnz, 3), np.float32)
-            self._order = np.empty_like(factor.perm_r), np.empty_like(factor.perm_c)
-            self._order[0][order], self._order[1][order] = factor.perm_r, factor.perm_c
+            self._order = factor.perm_r, factor.perm_c
         self.lower[:, k] = lower.data
 
     def solved(self, right: Array) -> Array:

@@ -158,7 +158,7 @@ class Skin:
     def _factors(self) -> Factors:
         """Return those of the curvature of what a step minimises."""
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
-        return Factors([matrix + inertia for matrix in self._stiffness_matrices(self._bending)], self._rest_points)
+        return Factors([matrix + inertia for matrix in self._stiffness_matrices(self._bending)])
 
     def _bending_matrix(self, face: Face) -> csr_array:
         laplacian = cotangent_laplacian(self._rest_points, self._triangles)
@@ -402,9 +402,7 @@ class Skin:
             not self._placed.any()
             and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST
         ):
-            self._displacement, self._velocity = np.zeros_like(self._rest_points), np.zeros_like(self._rest_points)
-            self._minimiser.reset()
-            self.contacts.reset()
+            self.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
         """Advance by a time h: implicit Euler, whose step minimises the sum of inertia, drag and energy.

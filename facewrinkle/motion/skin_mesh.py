@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
@@ -44,9 +45,6 @@ the third.
 
 CORNERS = tuple(name.format(side) for name in ("mouth_{}", "eye_{}_inner", "eye_{}_outer") for side in "lr")
 """Landmarks at the corners of mouth and eyes."""
-
-BISECTIONS = 30
-"""Steps in which the scale of the lengths is found."""
 
 
 class SkinMesh:
@@ -154,14 +152,9 @@ def edge_lengths(face: Face, count: int) -> Array:
     length = scale * np.minimum(np.minimum(length, AT_CORNERS + GROWTH_FROM_CORNERS * from_corners), LARGEST)
     # Two equilateral triangles for each vertex cover the face; where it is coarser, its own vertices are all there are.
     share = vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)
-    low, high = 0.0, np.sqrt(share.sum() / count)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if np.minimum(share / middle**2, 1.0).sum() > count:
-            low = middle
-        else:
-            high = middle
-    return np.asarray(high * length)
+    usual = float(np.sqrt(share.sum() / count))
+    factor = brentq(lambda factor: np.minimum(share / factor**2, 1.0).sum() - count, 1e-9 * usual, 2.0 * usual)
+    return np.asarray(factor * length)
 
 
 def _rims(face: Face) -> IntArray:

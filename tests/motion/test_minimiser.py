@@ -5,13 +5,10 @@ quadratic energies              their minimum, in one step with the exact matrix
 line search                     an energy that rises where the guess of the curvature leads
 energies that are not convex    their values at the start
 contacts                        springs on a stiff floor, written out
-factors of a fine mesh          the same motion with the factors of a coarse one
 forces at single vertices        columns of the inverse
 """
 
 from __future__ import annotations
-
-import copy
 
 import numpy as np
 import pytest
@@ -19,9 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array, diags_array
 
-from facewrinkle.motion import minimiser as module
 from facewrinkle.motion.minimiser import Factors, Minimiser
-from facewrinkle.motion.skin import Skin
 
 
 def test_a_quadratic_energy_is_at_its_minimum_after_a_step():
@@ -39,7 +34,7 @@ def test_a_quadratic_energy_is_at_its_minimum_after_a_step():
         gradient[:] = product - force
         return float((u * (0.5 * product - force)).sum())
 
-    minimiser = Minimiser(Factors(matrices, np.zeros((n, 3))), np.ones(n), iterations=5)
+    minimiser = Minimiser(Factors(matrices), np.ones(n), iterations=5)
     end = minimiser.minimised(energy, np.zeros((n, 3)))
     expected = np.stack([np.linalg.solve(m.toarray(), force[:, k]) for k, m in enumerate(matrices)], axis=1)
     np.testing.assert_allclose(end.u, expected, rtol=0.0, atol=1e-5)  # factors are of single precision
@@ -58,14 +53,14 @@ def test_steps_that_would_raise_the_energy_are_shortened():
         return float(50.0 * ((u - 1.0) ** 2).sum())
 
     u, gradient = np.zeros((4, 3)), np.empty((4, 3))
-    minimiser = Minimiser(Factors([unit] * 3, u), np.ones(4), iterations=1)
+    minimiser = Minimiser(Factors([unit] * 3), np.ones(4), iterations=1)
     once = minimiser.minimised(energy, u)
     assert once.value == energy(once.u, gradient) < once.before == energy(u, gradient)
     assert not once.converged
     assert once.iterations == 1
     assert not u.any()
     # A minimisation leaves a share of the residual to the next one.
-    minimiser, end = Minimiser(Factors([unit] * 3, u), np.ones(4), iterations=12), once
+    minimiser, end = Minimiser(Factors([unit] * 3), np.ones(4), iterations=12), once
     for _ in range(12):
         before, end = end.value, minimiser.minimised(energy, end.u)
         assert end.converged
@@ -75,7 +70,7 @@ def test_steps_that_would_raise_the_energy_are_shortened():
 
 def test_nothing_is_done_where_the_energy_is_least():
     start = np.zeros((4, 3))
-    factors = Factors([csr_array(diags_array(np.ones(4)))] * 3, start)
+    factors = Factors([csr_array(diags_array(np.ones(4)))] * 3)
 
     def energy(u, gradient):
         gradient[:] = u
@@ -100,7 +95,7 @@ def test_no_minimisation_ends_higher_than_it_began(seed, iterations):
 
     guess = [csr_array(diags_array(rng.uniform(0.05, 5.0, n))) for _ in range(3)]
     start, gradient = rng.normal(size=(n, 3)), np.empty((n, 3))
-    end = Minimiser(Factors(guess, np.zeros((n, 3))), np.ones(n), iterations).minimised(energy, start)
+    end = Minimiser(Factors(guess), np.ones(n), iterations).minimised(energy, start)
     assert end.before == energy(start, gradient)
     steepest = (gradient**2).sum()
     assert end.value == energy(end.u, gradient) < end.before
@@ -135,31 +130,12 @@ def test_stiff_contacts_are_met_in_few_iterations(stiffness):
         gradient[:, 2] += pull
         return float(0.5 * (u**2).sum() + (pull * u[:, 2]).sum())
 
-    end = Minimiser(Factors([unit] * 3, np.zeros((n, 3))), np.ones(n), 9, Floor()).minimised(energy, np.zeros((n, 3)))
+    end = Minimiser(Factors([unit] * 3), np.ones(n), 9, Floor()).minimised(energy, np.zeros((n, 3)))
     expected = np.where(pull > 1.0, -(pull + stiffness) / (1.0 + stiffness), -pull)
     assert end.converged
     assert end.iterations <= 2
     np.testing.assert_allclose(end.u[:, 2], expected, rtol=0.0, atol=1e-6)
     assert not end.u[:, :2].any()
-
-
-STEPS = 10
-
-
-def test_the_order_of_the_factors_does_not_show(face, monkeypatch):
-    rates = {"zygomaticus_major_l": 1.0, "frontalis_inner_r": 0.7, "jaw": 0.5}
-    moved = []
-    for large in (module.DISSECTED_FROM, 100):
-        monkeypatch.setattr(module, "DISSECTED_FROM", large)
-        skin = Skin(copy.copy(face))  # whose factors are made anew
-        skin.contract(rates)
-        for _ in range(STEPS):
-            last = skin.step()
-        moved.append(last)
-    assert not np.array_equal(*moved), "another order has other factors, and rounds otherwise"
-    assert np.abs(moved[0] - skin.points).max() > 3.0
-    within = STEPS * 1e-8  # mm: a step leaves so much, CONVERGED
-    np.testing.assert_allclose(moved[1], moved[0], rtol=0.0, atol=within)
 
 
 @settings(max_examples=30)
@@ -170,7 +146,7 @@ def test_forces_at_single_vertices_move_all_that_is_tied_to_them(seed, n, data):
         a = rng.normal(size=(n, n))
         pattern = rng.random((n, n)) < 0.1 if pattern is None else pattern
         matrices.append(csr_array((a * pattern) @ (a * pattern).T + np.eye(n)))
-    factors = Factors([csr_array(np.where(pattern @ pattern.T + np.eye(n) > 0, m.toarray(), 0.0)) for m in matrices], a)
+    factors = Factors([csr_array(np.where(pattern @ pattern.T + np.eye(n) > 0, m.toarray(), 0.0)) for m in matrices])
     vertex, unit = data.draw(st.integers(0, n - 1)), np.zeros((n, 3))
     unit[vertex] = 1.0
     expected = np.stack([np.linalg.inv(matrix.toarray())[:, vertex] for matrix in matrices], axis=1)
