@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import facewrinkle as fw
-from facewrinkle.export import output_folder
 
-from . import emotions, folds, motion, performance, profiles, realism, refinement, relief, soundness, subjects, volume
+from . import emotions, folds, motion, performance, profiles, realism, refinement, relief, volume
 from .report import OUTPUT, publish, run
 
 
@@ -23,8 +22,6 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
     """
     for module in (profiles, folds, volume, realism, refinement, performance):
         publish(module.report(quick), out)
-    faces, count = (subjects.names()[:1], 1) if quick else (subjects.names(), 3)
-    publish(soundness.report(soundness.play_all(output_folder(out) / "soundness.jsonl", faces, count)), out)
     if (motion.FACES / "ict_face_expressions.npz").exists():
         face = fw.fit_face(
             motion.FACES / "ict_face_narrow.obj", motion.FACES / "ict_face_narrow.landmarks.json", units="cm"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.oracle import Oracle
+from tools.trials.oracle import Oracle
 
 newton = pytest.importorskip("newton", reason="pip install newton")
 wp = pytest.importorskip("warp")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -130,7 +131,7 @@ def reading(path: Path) -> Iterator[None]:
     except OSError as problem:
         raise MeshError(f"{str(path)!r} cannot be read: {problem.strerror or problem}. Check the file.") from problem
     except Exception as problem:
-        reason = " ".join(f"{type(problem).__name__}: {problem}".split())
+        reason = " ".join(traceback.format_exception_only(problem)[-1].split())  # str fails for some errors of USD
         raise MeshError(
             f"{path.name} cannot be read: its content makes no sense ({reason[:300]}). The file is damaged or of "
             "another format: export it again."

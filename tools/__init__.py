@@ -1,1 +1,1 @@
-"""Programs for developers: a check of the set-up, mutation testing, and the builder of the built-in head."""
+"""Programs for developers: a check of the set-up, mutation testing, the builder of the built-in head, long trials."""

@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from analysis.orientation import Normals, Orientation
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.geometry.untangling import LEAST, Untangling
+from tools.trials.orientation import Normals, Orientation
 
 AREA = 0.5
 """Of each triangle of the flat sheet."""

@@ -1,6 +1,6 @@
 """Dirty faces in the proportions met in the wild: each is fitted to a sound mesh that moves, or refused.
 
-``python -m analysis.corpus`` goes through more of them, and finds their landmarks too.
+``python -m tools.trials corpus`` goes through more of them, and finds their landmarks too.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from analysis.corpus import FAULTS, clean_faces, corpus, crossed, flaws, flaws_in_motion, verdict
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.mesh.repair import areas_doubled
+from tools.trials.corpus import FAULTS, clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
 
 COUNT, SEED = 18, 2
 
 
 @lru_cache(maxsize=2)
 def dirty_faces(count=COUNT, seed=SEED):
-    return list(corpus(count, seed))
+    return [spoiled(count, seed, number) for number in range(count)]
 
 
 @pytest.mark.slow

@@ -23,7 +23,6 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.motion._contact_kernels import gaps_of
@@ -31,6 +30,7 @@ from facewrinkle.motion.contacts import REACH, Compliance, Contacts
 from facewrinkle.motion.lip_surfaces import CLOSE_BY, LIP_DISTANCE, reached
 from facewrinkle.motion.skin import Skin
 from facewrinkle.motion.solids import SLACK, met_solids, samples_of
+from tools.trials.oracle import DEEPEST, Oracle
 
 
 @pytest.fixture(scope="module")

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.oracle import DEEPEST, Oracle
-from analysis.sequences import sequence
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.lip_surfaces import THINNEST, behind_lips
 from facewrinkle.motion.solids import met_solids
+from tools.trials.oracle import DEEPEST, Oracle
+from tools.trials.sequences import sequence
 
 
 @pytest.fixture(scope="module")

@@ -23,7 +23,6 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from analysis.trials import area_shares
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.geometry.topology import boundary_loops
@@ -32,6 +31,7 @@ from facewrinkle.motion._contact_kernels import shares_of_area
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.minimiser import Minimiser
 from facewrinkle.motion.skin import Skin
+from tools.trials.player import area_shares
 
 
 @pytest.fixture(scope="module")

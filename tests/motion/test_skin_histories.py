@@ -4,7 +4,7 @@ what                        checked against
 releases                    rest, to the last bit, after a hundred steps
 energy                      itself: it never grows while contraction rates are held
 steady states               those after jumps, ramps and detours
-lids, lips, teeth           the faults that `analysis.oracle` finds, in every step of random jumps
+lids, lips, teeth           the faults that `tools.trials.oracle` finds, in every step of random jumps
 the jaw                     the way between where the skin was and where it ends
 processes, threads          each other, byte by byte
 """
@@ -21,8 +21,8 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.oracle import DEEPEST, Oracle, off_the_way
 from facewrinkle.motion.skin import Skin
+from tools.trials.oracle import DEEPEST, Oracle, off_the_way
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 

@@ -1,5 +1,5 @@
-"""A sample of random sequences on many faces. `python -m analysis.soundness` plays many more, and tells more kinds of
-faults: what is asserted here holds for whatever the muscles do.
+"""A sample of random sequences on many faces. `python -m tools.trials soundness` plays many more, and tells more
+kinds of faults: what is asserted here holds for whatever the muscles do.
 
 on any face      | finite; no energy gained while the rates are held; nothing deep in an eye or a tooth; rest after
                  | a release; no triangle turned over, of those that are simulated and of those that follow
@@ -12,9 +12,9 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.sequences import sequence
 from analysis.subjects import names, subject
-from analysis.trials import Player, can_wrinkle
+from tools.trials.player import Player, can_wrinkle
+from tools.trials.sequences import sequence
 
 pytestmark = pytest.mark.slow
 

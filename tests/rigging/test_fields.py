@@ -13,9 +13,9 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.rigging.fields import faded
 from facewrinkle.rigging.modelled import Movements
+from tools.trials.oracle import DEEPEST, Oracle
 
 CURVED = ("eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthClose")
 BETWEEN = (0.25, 0.5, 0.75)

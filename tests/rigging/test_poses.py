@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from analysis.oracle import DEEPEST, Oracle
 from facewrinkle.rigging.poses import Posing, _closest, _lifts, share_of_side
 from facewrinkle.rigging.shapes import ARKIT
+from tools.trials.oracle import DEEPEST, Oracle
 
 FINITE = st.floats(-3.0, 3.0, allow_nan=False, width=32)
 

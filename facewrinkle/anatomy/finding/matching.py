@@ -395,7 +395,8 @@ AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
 
 # Is it a face? The confidence is a product of shares, each 0 at the first and 1 at the second number of a pair.
-# Measured by `python -m analysis.finding likeness` on faces and other things, each warped to be most like the template.
+# Measured by `python -m tools.trials finding likeness` on faces and other things, each warped to be most like the
+# template.
 CORRELATION = (0.5, 1.0)
 """Mean correlation of curvature: spheres and other things have 0.57 to 0.92, faces 0.82 and more."""
 NOSE_CORRELATION, NOSE_RADIUS = (0.80, 0.94), 0.25

@@ -16,33 +16,34 @@ import pyvista as pv
 from PIL import Image
 
 import facewrinkle as fw
-from analysis.fuzzing import READERS, file_name, mutated, outcome, outcomes, seeds
 from facewrinkle.errors import MeshError
 from facewrinkle.files import inside_only
 from facewrinkle.mesh.formats import probing
+from tools.trials.fuzzing import READERS, SECONDS, outcome, play, seeds
+from tools.trials.runner import Worker
 
 MUTANTS = 150
-"""Of each kind of file; `python -m analysis.fuzzing` makes more."""
+"""Of each kind of file; `python -m tools.trials fuzzing` makes more."""
 
 PROBED = (".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".usda", ".usdc", "clip.vtkhdf", "clip.usda")
 """Kinds that are read by VTK or USD in a further process, which takes longer: a twentieth of the mutants."""
 
 
+@pytest.fixture(scope="module")
+def apart():
+    """A process beside this one, which may die."""
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("the memory of a process is limited by what Linux tells of it")
+    worker = Worker(SECONDS)
+    yield worker
+    worker.close()
+
+
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
 @pytest.mark.parametrize("kind", sorted(READERS))
-def test_mutants(tmp_path, kind):
-    found = seeds(tmp_path, kind)
-    generator = np.random.default_rng(7)
-    path = tmp_path / file_name(kind)
-
-    def mutants():
-        for number in range(MUTANTS // 20 + 1 if kind in PROBED else MUTANTS):
-            path.write_bytes(mutated(found[number % len(found)], generator))
-            yield path
-
-    for number, came in enumerate(outcomes(mutants())):
-        assert came in ("read", "refused"), number
+def test_mutants(apart, kind):
+    for number in range(MUTANTS // 20 + 1 if kind in PROBED else MUTANTS):
+        assert apart(play, kind, number) in ("read", "refused"), number
 
 
 @pytest.fixture
@@ -178,15 +179,14 @@ def test_a_library_that_is_named_a_hundred_thousand_times(tmp_path):
     assert fw.read_surface(tmp_path / "mesh.obj").n_cells == 1
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
-def test_an_offset_that_crashes_vtk(tmp_path):
+def test_an_offset_that_crashes_vtk(apart, tmp_path):
     """VTK allocates nothing for a negative number of corners, and writes there."""
-    (seed, _) = seeds(tmp_path, ".vtk")
+    (seed, _) = seeds(".vtk")
     at = seed.index(b"OFFSETS vtktypeint64\n") + len(b"OFFSETS vtktypeint64\n")
     for place in (at, at + 8 * 40, at + 8 * 80):
         for number in (-1, 2**62, -(2**62)):
             (tmp_path / "mesh.vtk").write_bytes(seed[:place] + struct.pack(">q", number) + seed[place + 8 :])
-            assert outcome(tmp_path / "mesh.vtk") == "refused"
+            assert apart(outcome, tmp_path / "mesh.vtk") == "refused"
 
 
 VAST = {
@@ -248,11 +248,6 @@ def test_without_a_python_of_its_own_the_file_is_read_at_once(tmp_path, monkeypa
     assert fw.read_surface(tmp_path / "mesh.vtp").n_cells == pv.Sphere().n_cells
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="the processes that read are copies of this one")
-@pytest.mark.parametrize("kind", [".usdc"])
-def test_a_library_that_dies_of_a_file(tmp_path, kind):
+def test_a_library_that_dies_of_a_file(apart):
     """This mutant made USD crash."""
-    (seed,) = seeds(tmp_path, kind)
-    path = tmp_path / file_name(kind)
-    path.write_bytes(mutated(seed, np.random.default_rng(670)))
-    assert outcome(path) == "refused"
+    assert apart(play, ".usdc", 670) == "refused"

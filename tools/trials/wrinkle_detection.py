@@ -1,7 +1,7 @@
 """Wrinkles found in pictures by a small network that was trained on a data set, tried on people it has not seen.
 
     facewrinkle dataset --count 240 --workers 2 --out faces
-    python -m analysis.wrinkle_detection faces
+    python -m tools.trials wrinkle-detection faces
 
 The network has one hidden layer and sees a pixel and its surroundings: derivatives of the logarithm of the brightness
 at a few scales, as a filter that enhances ridges does (Frangi et al., 1998). Nothing tells it where on the face it
@@ -23,9 +23,10 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 from scipy.stats import rankdata
 
+from analysis.report import Plot, Report, Table, plot, publish
 from facewrinkle.dataset.labels import PARTS
 
-from .report import OUTPUT, Plot, Report, Table, plot, publish, run
+from .runner import OUTPUT
 
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
@@ -237,8 +238,8 @@ def _figure(network: Network, shown: list[tuple[Array, BoolArray, BoolArray]]) -
     )
 
 
-def main(folder: Path, /, *, out: Path = OUTPUT) -> None:
-    """Train on a data set and try it.
+def wrinkle_detection(folder: Path, /, *, out: Path = OUTPUT) -> None:
+    """Train a small network to find furrows in the pictures of a data set, and try it on other people.
 
     Parameters
     ----------
@@ -248,7 +249,3 @@ def main(folder: Path, /, *, out: Path = OUTPUT) -> None:
         Folder for the table and the plot.
     """
     publish(report(folder), out)
-
-
-if __name__ == "__main__":
-    run(main)

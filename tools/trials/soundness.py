@@ -1,50 +1,26 @@
-"""Soundness of the skin in random sequences of contraction: no fault in any frame, on any face.
-
-    python -m analysis.soundness [--count 40] [--faces head --faces ict-3] [--workers 2]
-
-A run that was stopped goes on where it was. A sequence with a fault is played again, frame by frame, by
-
-    python -m analysis.soundness --replay head-1 17
-"""
+"""Soundness of the skin in random sequences of contraction: no fault in any frame, on any face."""
 
 from __future__ import annotations
 
-import hashlib
-import json
-import multiprocessing
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 import facewrinkle as fw
+from analysis.report import Report, Table, publish
+from analysis.subjects import names, subject
 from facewrinkle.export import output_folder
 from facewrinkle.plotting import Scene, Style, save_picture
 
-from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
+from .player import EVERY_SIMULATED, LIMITS, RECORDED, Player, can_wrinkle
+from .runner import DIED, OUTPUT, run
 from .sequences import sequence
-from .subjects import names, subject
-from .trials import EVERY_SIMULATED, LIMITS, RECORDED, Player, can_wrinkle
 
 Record = dict[str, Any]
-
-AT_ONCE = 2
-"""Sequences of a face that a worker plays before it tells of them."""
-
-
-def code() -> str:
-    """Return a digest of the package's and this analysis's source: other code is another measurement."""
-    digest, root = hashlib.sha256(), Path(__file__).parents[1]
-    files = [path for folder in ("facewrinkle", "analysis") for path in (root / folder).rglob("*")]
-    for path in sorted(files):
-        if path.suffix in (".py", ".toml", ".json"):
-            digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
 
 
 @cache
@@ -54,79 +30,17 @@ def player(name: str, seed: int) -> tuple[Player, bool]:
     return Player(face), can_wrinkle(face)
 
 
-def play(name: str, seed: int, index: int) -> Record:
+def play(seed: int, name: str, index: int) -> Record:
     """Play one sequence, and return its record."""
     on, wrinkles = player(name, seed)
     begin, simulated = time.process_time(), wrinkles and index % EVERY_SIMULATED == EVERY_SIMULATED - 1
     trial = on.play(sequence(on.face, seed, name, index), simulated)
     return {
-        "face": name, "index": index, "seed": seed, "frames": len(trial.largest), "simulated": simulated,
+        "face": name, "index": index, "frames": len(trial.largest), "simulated": simulated,
         "failed": {kind: count for kind, count in trial.failed().items() if count}, "worst": trial.worst(),
         "recorded": {kind: count for kind, count in trial.recorded().items() if count},
         "seconds": time.process_time() - begin,
     }  # fmt: skip
-
-
-def read_records(path: Path, seed: int, digest: str) -> list[Record]:
-    """Return the records in a file that the same code has made from the same seed; a line that is torn is left out."""
-    found = []
-    for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if record.get("seed") == seed and record.get("code") == digest:
-            found.append(record)
-    return found
-
-
-def play_all(path: Path, faces: Sequence[str], count: int, seed: int = 0, workers: int = 1) -> list[Record]:
-    """Play the first `count` sequences of each face that are not in the file yet, add them to it, and return all."""
-    digest = code()
-    records = read_records(path, seed, digest)
-    done = {(record["face"], record["index"]) for record in records}
-    tasks = []
-    for first in range(0, count, AT_ONCE):
-        for name in faces:
-            left = [k for k in range(first, min(first + AT_ONCE, count)) if (name, k) not in done]
-            tasks += [(name, seed, left)] if left else []
-    with path.open("a+", encoding="utf-8") as file, _progress() as bar:
-        file.seek(0)
-        text = file.read()
-        file.write("\n" if text and not text.endswith("\n") else "")
-        shown = bar.add_task("Sequences", total=len(faces) * count, completed=len(faces) * count - _left(tasks))
-        for played in _played(tasks, workers):
-            for record in played:
-                records.append({**record, "code": digest})
-                file.write(json.dumps(records[-1]) + "\n")
-            file.flush()
-            bar.advance(shown, len(played))
-    return records
-
-
-def _left(tasks: Iterable[tuple[str, int, list[int]]]) -> int:
-    return sum(len(left) for _, _, left in tasks)
-
-
-def _progress() -> Progress:
-    return Progress(
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"),
-        TimeRemainingColumn(),
-    )  # fmt: skip
-
-
-def _played(tasks: list[tuple[str, int, list[int]]], workers: int) -> Iterator[list[Record]]:
-    """Yield the records of tasks, in the order in which they are done."""
-    if workers <= 1:
-        yield from map(_play_some, tasks)
-        return
-    with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        yield from pool.imap_unordered(_play_some, tasks)
-
-
-def _play_some(task: tuple[str, int, list[int]]) -> list[Record]:
-    name, seed, left = task
-    return [play(name, seed, index) for index in left]
 
 
 def report(records: Sequence[Record]) -> Report:
@@ -156,9 +70,8 @@ def report(records: Sequence[Record]) -> Report:
             Table("The worst", ("fault", "sequences", "frames", "largest", "face", "index", "frame"), worst),
             Table("Not judged", ("value", "sequences", "frames", "largest", "face", "index", "frame"), beside),
         ],
-        [Plot("faults", _figure(records), "Sequences with each kind of fault, and the largest depths in them.")],
-        {"sequences": len(records), "sound": sound, "frames": frames, "seconds": seconds},
-    )  # fmt: skip
+        numbers={"sequences": len(records), "sound": sound, "frames": frames, "seconds": seconds},
+    )
 
 
 def _largest(records: Sequence[Record], counted: str, limits: Mapping[str, float]) -> list[tuple[Any, ...]]:
@@ -171,21 +84,6 @@ def _largest(records: Sequence[Record], counted: str, limits: Mapping[str, float
             counts = [r[counted][kind] for r in records if kind in r[counted]]
             rows.append((kind, len(counts), sum(counts), value, most["face"], most["index"], frame))
     return rows
-
-
-def _figure(records: Sequence[Record]) -> Figure:
-    figure, axes = plot(1, 2, (11.0, 3.6))
-    counts = [sum(kind in r["failed"] for r in records) for kind in LIMITS]
-    axes[0].barh(list(LIMITS), counts, color=COLOURS[0])
-    axes[0].invert_yaxis()
-    axes[0].set(xlabel="sequences with a fault")
-    for k, kind in enumerate(("eyes", "lips", "lids", "teeth")):
-        depths = np.sort([r["worst"][kind][0] for r in records])[::-1]
-        axes[1].plot(np.arange(1, len(depths) + 1), depths, color=COLOURS[k], label=kind)
-    axes[1].axhline(LIMITS["eyes"], color=COLOURS[5], linestyle="--", linewidth=1)
-    axes[1].set(xlabel="sequences, the deepest first", ylabel="depth (mm)", yscale="symlog")
-    axes[1].legend(fontsize=7, frameon=False)
-    return figure
 
 
 def replay(name: str, index: int, seed: int, out: Path) -> None:
@@ -227,11 +125,12 @@ def draw(face: fw.Face, points: np.ndarray, path: Path) -> None:
     save_picture(np.hstack(pictures), path)
 
 
-def main(
+def soundness(
     *,
     count: int = 40,
     faces: list[str] | None = None,
     workers: int = 1,
+    minutes: float = np.inf,
     seed: int = 0,
     replay: tuple[str, int] | None = None,
     out: Path = OUTPUT,
@@ -246,23 +145,27 @@ def main(
         Names of faces, or what these begin with. Default: all.
     workers
         Processes.
+    minutes
+        Time after which no sequence is begun.
     seed
         Of the random people and sequences.
     replay
         Play one sequence again, given the name of the face and the sequence's number; print each frame and draw the
         worst.
     out
-        Folder for soundness.jsonl, which a later run continues, soundness.json, the plot and the index page.
+        Folder for soundness.jsonl, which a later run continues, and soundness.json.
     """
     if replay is not None:
         return _replay(*replay, seed, out)
     chosen = [name for name in names() if faces is None or name.startswith(tuple(faces))]
     if not chosen:
         raise SystemExit(f"No face is named so: {faces}. Names are {', '.join(names())}.")
-    publish(report(play_all(output_folder(out) / "soundness.jsonl", chosen, count, seed, workers)), out)
+    cases = [(seed, name, index) for index in range(count) for name in chosen]
+    outcomes = run(output_folder(out) / "soundness.jsonl", play, cases, workers=workers, minutes=minutes)
+    for case, outcome in outcomes.items():
+        if outcome == DIED:
+            print(f"{case}: {DIED}")
+    publish(report([outcome for outcome in outcomes.values() if outcome != DIED]), out)
 
 
 _replay = replay
-
-if __name__ == "__main__":
-    run(main)

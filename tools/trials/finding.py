@@ -1,9 +1,5 @@
 """The search for faces, measured; each command prints as it goes, ends in a verdict, and fails if a target is missed.
 
-``python -m analysis.finding [POSES]`` finds faces in many poses, ``... likeness`` tells faces from other things, and
-``... persons`` finds the labelled landmarks of all faces at hand and of twenty-eight persons, and ``... strangers``
-finds bodies in many poses, and faces far from the mean.
-
 The built-in head and the real faces next to the repository are turned, scaled (1e-3 to 1e3) and shifted at random, and
 searched both as they are and spoiled. Errors are in % of the distance between the pupils. For the likeness, other
 people, expressions, cut and torn meshes of these faces are searched, and things that are no faces: solids, parts of
@@ -14,22 +10,23 @@ from __future__ import annotations
 
 import itertools
 import json
-import sys
 import warnings
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from cyclopts import App
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.fitting import DOUBTED, REFUSED, UNSURE
-from facewrinkle.anatomy.landmarks import frame_of, read_landmarks
+from analysis.subjects import FACES
+from facewrinkle.anatomy.fitting import DOUBTED, UNSURE
+from facewrinkle.anatomy.landmarks import REFUSED, frame_of, read_landmarks
 from facewrinkle.errors import LandmarkError
 from facewrinkle.mesh import to_polydata
 
-FACES = Path(__file__).parents[2] / "shared" / "faces"
+app = App(name="finding", help="Find faces and landmarks, and refuse what is no face; fails if a target is missed.")
+
 PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
 CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid", *PAIRS)
 MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "menton")
@@ -111,14 +108,9 @@ SPOILED: dict[str, Callable[[pv.PolyData, float], pv.PolyData]] = {
 }
 
 
-def main(*arguments: str) -> bool:
-    """Print the table of poses, 300 or as many as given, or that of likeness; return True if the targets are met."""
-    other = {"likeness": likeness, "persons": persons, "strangers": strangers}.get("".join(arguments[:1]))
-    return other() if other is not None else poses(*map(int, arguments[:1]))
-
-
-def poses(n: int = 300) -> bool:
-    """Search the faces in n poses and print the errors; return True if the targets are met."""
+@app.command
+def poses(n: int = 300, /) -> bool:
+    """Search the faces in n poses, and print the errors."""
     titles = "".join(f" {title:>{width}s}" for title, width in COLUMNS)
     print(f"{'face':32s} {'spoiled by':18s}{titles}")
     known, outcome = list(faces()), []
@@ -207,8 +199,9 @@ def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Ma
         yield f"ict, person {person}", to_polydata(points, rest.regular_faces), marks
 
 
+@app.command
 def persons() -> bool:
-    """Print the errors on all labelled faces and on persons; return True if the targets are met."""
+    """Print the errors on all labelled faces and on persons."""
     brows = tuple(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer"))
     print(f"{'face':32s}  like   mean  worst  brows  the worst; of more than {SAID:g} %; warned of")
     rows: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
@@ -237,8 +230,9 @@ def persons() -> bool:
     return met
 
 
+@app.command
 def strangers() -> bool:
-    """Search bodies in sixteen poses, and faces two standard deviations from the mean; True if none is refused."""
+    """Search bodies in sixteen poses, and faces two standard deviations from the mean: none may be refused."""
     low = 1.0
     for name, mesh, marks in faces():
         if mesh.bounds[5] - mesh.bounds[4] < 2.5 * frame_of(marks).pupil_distance:
@@ -398,8 +392,9 @@ def _animal(seed: int) -> pv.PolyData:
     return _triangles(grid.contour([1.0], scalars="field"))
 
 
+@app.command
 def likeness() -> bool:
-    """Print the likeness of faces and other things; return True if all faces are accepted and all things refused."""
+    """Print the likeness of faces and other things: all faces must be accepted, and all things refused."""
     extremes = []
     for title, corpus, lowest in (("faces", people, True), ("other things", things, False)):
         print(title, flush=True)
@@ -425,7 +420,3 @@ def _likeness(mesh: pv.PolyData) -> float:
         return fw.find_landmarks(mesh).confidence
     except LandmarkError:
         return 0.0
-
-
-if __name__ == "__main__":
-    sys.exit(0 if main(*sys.argv[1:]) else 1)

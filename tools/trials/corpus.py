@@ -4,28 +4,17 @@ Of ten thousand meshes from an exchange, 45 % ran through themselves, 22 % were 
 triangles, 11 % were open and 10 % badly oriented (Zhou and Jacobson, "Thingi10K", 2016). Here faces are
 spoiled in these proportions, turned and scaled, and given to ``fit_face``: each must become a sound mesh that moves, or
 be refused.
-
-    python -m analysis.corpus [COUNT] [--find] [--seed 0] [--play 1] [--minutes M]
-
-Verdicts are written into ``output/corpus``, and a run goes on where the last one stopped. Each mesh has
-five minutes of the processor; a process that dies or takes longer is a verdict as well.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
-import signal
-import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,19 +22,20 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from analysis.subjects import FACES
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import to_polydata
 from facewrinkle.mesh.repair import areas_doubled
 from tools.self_intersections import self_intersections
 
+from .runner import DIED, OUTPUT, run
+
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 Mesh = tuple[Array, IntArray]
 Random = np.random.Generator
 Fault = Callable[[Array, IntArray, Random, float], Mesh]
-
-FACES = Path(__file__).parents[2] / "shared" / "faces"
 
 SECONDS = 300
 """Time of the processor that a mesh may take, the compilation of the kernels included."""
@@ -218,20 +208,25 @@ def _combined(one: Mesh, other: Mesh) -> Mesh:
 # --- the corpus ------------------------------------------------------------------------------------------
 
 
-def clean_faces() -> Iterator[tuple[str, Mesh, dict[str, Array]]]:
-    """Yield name, mesh and landmarks of faces to spoil: built-in heads, and real ones that are at hand."""
+@cache
+def clean_faces() -> list[tuple[str, Mesh, dict[str, Array]]]:
+    """Return name, mesh and landmarks of faces to spoil: built-in heads, and real ones that are at hand."""
+    found = []
     for name, identity in (("head", {}), ("old head", {"age": 1.0, "jaw": 0.6}), ("broad head", {"width": 0.9})):
         head = fw.default_face(identity)
-        yield name, (head.points, head.triangles.astype(np.int64)), head.landmarks
+        found.append((name, (head.points, head.triangles.astype(np.int64)), head.landmarks))
     for stem in ("mediapipe_canonical_face_model", "makehuman_head_male", "ict_face_narrow"):
         path = FACES / f"{stem}.obj"
         if path.exists():
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
                 mesh, marks = fw.read_surface(path), read_landmarks(FACES / f"{stem}.landmarks.json")
-            yield stem.split("_")[0], (np.asarray(mesh.points), np.asarray(mesh.regular_faces, np.int64)), marks
+            points, triangles = np.asarray(mesh.points), np.asarray(mesh.regular_faces, np.int64)
+            found.append((stem.split("_")[0], (points, triangles), marks))
+    return found
 
 
+@cache
 def ways_to_spoil(count: int, seed: int) -> list[dict[str, Fault]]:
     """Return the faults of each mesh by their kinds; the shares of :data:`FAULTS` are met exactly."""
     random = np.random.default_rng(seed)
@@ -243,25 +238,22 @@ def ways_to_spoil(count: int, seed: int) -> list[dict[str, Fault]]:
     return [{kind: next(turns[kind]) for kind in of_mesh} for of_mesh in kinds]  # each way has its turn
 
 
-def corpus(count: int = 100, seed: int = 0, begin: int = 0) -> Iterator[Dirty]:
-    """Yield dirty faces from number `begin` on; each is the same for the same count and seed."""
-    faces = list(clean_faces())
-    for i, faults in enumerate(ways_to_spoil(count, seed)):
-        if i < begin:
-            continue
-        random = np.random.default_rng([seed, i])
-        name, (points, triangles), marks = faces[i % len(faces)]
-        size = float(np.linalg.norm(marks["eye_l_outer"] - marks["eye_r_outer"]) / 1.4)
-        points, triangles = points.copy(), triangles.copy()
-        for kind, fault in faults.items():
-            spoil = partial(self_intersecting, fault) if kind == "self-intersecting" else fault
-            points, triangles = spoil(points, triangles, random, size)
-        turn = Rotation.random(rng=random).as_matrix()
-        scale, shift = 10.0 ** random.uniform(-3.0, 3.0), random.normal(0.0, 5.0, 3)
-        landmarks = {mark: scale * (turn @ place + size * shift) for mark, place in marks.items()}
-        dirty = to_polydata(scale * (points @ turn.T + size * shift), triangles)
-        done = ", ".join(fault.__name__ for fault in faults.values())
-        yield Dirty(f"{i} {name}: {done or 'clean'}", dirty, landmarks, tuple(faults))
+def spoiled(count: int, seed: int, number: int) -> Dirty:
+    """Return one of the dirty faces of a corpus, which is the same for the same count and seed."""
+    faces, faults = clean_faces(), ways_to_spoil(count, seed)[number]
+    random = np.random.default_rng([seed, number])
+    name, (points, triangles), marks = faces[number % len(faces)]
+    size = float(np.linalg.norm(marks["eye_l_outer"] - marks["eye_r_outer"]) / 1.4)
+    points, triangles = points.copy(), triangles.copy()
+    for kind, fault in faults.items():
+        spoil = partial(self_intersecting, fault) if kind == "self-intersecting" else fault
+        points, triangles = spoil(points, triangles, random, size)
+    turn = Rotation.random(rng=random).as_matrix()
+    scale, shift = 10.0 ** random.uniform(-3.0, 3.0), random.normal(0.0, 5.0, 3)
+    landmarks = {mark: scale * (turn @ place + size * shift) for mark, place in marks.items()}
+    dirty = to_polydata(scale * (points @ turn.T + size * shift), triangles)
+    done = ", ".join(fault.__name__ for fault in faults.values())
+    return Dirty(f"{number} {name}: {done or 'clean'}", dirty, landmarks, tuple(faults))
 
 
 def flaws(face: fw.Face) -> list[str]:
@@ -304,72 +296,48 @@ def verdict(dirty: Dirty, find: bool = False, play: bool = True) -> tuple[str, t
         return ", ".join(flaws(face) + (flaws_in_motion(face) if play else [])) or "fitted", face.report
 
 
-@dataclass(frozen=True)
-class Run:
-    """A run over a corpus: how many meshes, every which is played, where its verdicts are, one JSON object a line."""
-
-    count: int
-    seed: int
-    find: bool
-    play: int
-    table: Path
-
-    def verdicts(self) -> list[dict[str, Any]]:
-        """Return those that are known, in the order of the meshes."""
-        return [json.loads(line) for line in self.table.read_text().splitlines()] if self.table.exists() else []
-
-    def add(self, **verdict: str | float) -> None:
-        """Add the verdict on the next mesh."""
-        with self.table.open("a") as table:
-            table.write(json.dumps(verdict) + "\n")
-
-    def go_on(self, end: float) -> None:
-        """Fit the next meshes until a time of the monotonic clock."""
-        begin = len(self.verdicts())
-        for i, dirty in enumerate(corpus(self.count, self.seed, begin), begin):
-            if time.monotonic() > end:
-                return
-            signal.setitimer(signal.ITIMER_PROF, SECONDS)  # nothing catches this signal: it ends the process
-            start = time.process_time()
-            found, report = verdict(dirty, self.find, i % self.play == 0)
-            signal.setitimer(signal.ITIMER_PROF, 0.0)
-            spent = round(time.process_time() - start, 1)
-            self.add(name=dirty.name, verdict=found, seconds=spent, report=" ".join(report)[:300])
-
-    def run(self, end: float) -> None:
-        """Fit the meshes in a process of its own, and another one should that die."""
-        while len(self.verdicts()) < self.count and time.monotonic() < end:
-            child = os.fork()
-            if child == 0:
-                self.go_on(end)
-                os._exit(0)
-            _, status = os.waitpid(child, 0)
-            if os.WIFSIGNALED(status):
-                slow = os.WTERMSIG(status) == signal.SIGPROF
-                self.add(name=str(len(self.verdicts())), verdict="took too long" if slow else "died")
-            elif status:
-                raise SystemExit("The analysis itself failed.")
+def play(count: int, seed: int, find: bool, played: bool, number: int) -> list[str]:
+    """Return the name of a mesh, the verdict on it, and what was reported."""
+    dirty = spoiled(count, seed, number)
+    found, report = verdict(dirty, find, played)
+    return [dirty.name, found, " ".join(report)[:300]]
 
 
-def main() -> None:
-    """Print the verdicts that are neither "fitted" nor "refused", and a summary."""
-    parser = argparse.ArgumentParser(description="Fit dirty meshes.")
-    parser.add_argument("count", type=int, nargs="?", default=100)
-    parser.add_argument("--find", action="store_true", help="find the landmarks too")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--play", type=int, default=1, metavar="N", help="play the first frames of every Nth only")
-    parser.add_argument("--minutes", type=float, default=np.inf)
-    options = parser.parse_args()
-    table = Path("output") / "corpus" / f"{options.count}_{options.seed}{'_find' * options.find}.jsonl"
-    table.parent.mkdir(parents=True, exist_ok=True)
-    run = Run(options.count, options.seed, options.find, options.play, table)
-    run.run(time.monotonic() + 60.0 * options.minutes)
-    for known in run.verdicts():
-        if known["verdict"] not in ("fitted", "refused"):
-            print(known)
-    counts = Counter(known["verdict"] for known in run.verdicts())
+def corpus(
+    *,
+    count: int = 100,
+    find: bool = False,
+    every: int = 1,
+    workers: int = 1,
+    minutes: float = np.inf,
+    seed: int = 0,
+    out: Path = OUTPUT,
+) -> None:
+    """Fit dirty meshes; print the verdicts that are neither "fitted" nor "refused", and a summary.
+
+    Parameters
+    ----------
+    count
+        Meshes.
+    find
+        Find the landmarks, too.
+    every
+        Play the first frames of one in so many meshes.
+    workers
+        Processes.
+    minutes
+        Time after which no mesh is begun.
+    seed
+        Of the faults.
+    out
+        Folder for corpus.jsonl, which a later run continues.
+    """
+    cases = [(count, seed, find, number % every == 0, number) for number in range(count)]
+    outcomes = run(out / "corpus.jsonl", play, cases, workers=workers, minutes=minutes, seconds=SECONDS)
+    counts: Counter[str] = Counter()
+    for (*_, number), outcome in outcomes.items():
+        found = outcome if outcome == DIED else outcome[1]
+        counts[found] += 1
+        if found not in ("fitted", "refused"):
+            print(number, outcome)
     print(", ".join(f"{found}: {count}" for found, count in counts.most_common()))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,20 +1,14 @@
 """Folds that turn triangles over, or run through each other: action units and expressions, alone and in pairs.
 
-    python -m analysis.crossings [--faces head-0 --faces ict-0] [--minutes 30] [--alone]
-
-Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that
-folds turn over, and pairs of triangles that run through each other with folds, farther than a millimetre from where
-bare skin does. Results are written into ``output/crossings``, and a run goes on where the last one stopped; pairs come
-in a random order, so that those of a run that was stopped are a sample.
+Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that folds turn over, and
+pairs of triangles that run through each other with folds, farther than a millimetre from where bare skin does. Pairs of
+units and expressions come in a random order, so that those of a run that was stopped are a sample.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
-import time
 import warnings
-from collections.abc import Iterator
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -24,18 +18,17 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
+from analysis import subjects
+from analysis.swept import swept_volumes
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.simulation.fold_layers import fold_layers
 from tools.self_intersections import self_intersections
 
-from . import subjects
-from .soundness import code
-from .swept import swept_volumes
+from .runner import DIED, OUTPUT, run
 
 Array = npt.NDArray[np.float64]
 Record = dict[str, Any]
 
-OUTPUT = Path("output/crossings")
 AGES = (0.0, 1.0)
 FACES = ("head-0", "ict-0", "makehuman")
 
@@ -137,39 +130,47 @@ def _near(places: Array, others: Array) -> npt.NDArray[np.bool_]:
     return np.isfinite(cKDTree(others).query(places, distance_upper_bound=BESIDE)[0])
 
 
-def played(name: str, alone: bool, done: set[str]) -> Iterator[Record]:
-    """Play the poses of a face that are not done yet."""
-    folded = Folded(subjects.subject(name))
-    for pose in poses(folded.face, alone):
-        if "+".join(pose) in done:
-            continue
-        folded.pose(pose)
-        for age in AGES:
-            yield {"pose": "+".join(pose), "age": age, **folded.measured(age)}
+@cache
+def _folded(name: str) -> Folded:
+    return Folded(subjects.subject(name))
 
 
-def main() -> None:
-    """Play poses, append what was counted, and say what was found so far."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--faces", action="append")
-    parser.add_argument("--minutes", type=float, default=30.0, help="for each face")
-    parser.add_argument("--alone", action="store_true", help="no pairs")
-    options = parser.parse_args()
-    OUTPUT.mkdir(parents=True, exist_ok=True)
-    for name in options.faces or [name for name in FACES if name in subjects.names()]:
-        path = OUTPUT / f"{name}-{code()}.jsonl"
-        known = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-        done = {record["pose"] for record in known if record["age"] == AGES[-1]}
-        end = time.monotonic() + 60.0 * options.minutes
-        with path.open("a") as file, warnings.catch_warnings():
-            warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
-            for record in played(name, options.alone, done):
-                known.append(record)
-                file.write(json.dumps(record) + "\n")
-                file.flush()
-                if time.monotonic() > end and record["age"] == AGES[-1]:
-                    break
-        _tell(name, known)
+def play(name: str, *units: str) -> list[Record]:
+    """Hold a pose of a face, and return what is counted at each age."""
+    folded = _folded(name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+        folded.pose(units)
+        return [{"pose": "+".join(units), "age": age, **folded.measured(age)} for age in AGES]
+
+
+def crossings(
+    *,
+    faces: list[str] | None = None,
+    alone: bool = False,
+    workers: int = 1,
+    minutes: float = 30.0,
+    out: Path = OUTPUT,
+) -> None:
+    """Count triangles that folds turn over, and folds that run through each other.
+
+    Parameters
+    ----------
+    faces
+        Names of faces. Default: the built-in head, a captured face and MakeHuman's, where they are at hand.
+    alone
+        No pairs of units and expressions.
+    workers
+        Processes.
+    minutes
+        Time for each face after which no pose is begun.
+    out
+        Folder for crossings_FACE.jsonl, which a later run continues.
+    """
+    for name in faces or [name for name in FACES if name in subjects.names()]:
+        cases = [(name, *pose) for pose in poses(subjects.subject(name), alone)]
+        outcomes = run(out / f"crossings_{name}.jsonl", play, cases, workers=workers, minutes=minutes)
+        _tell(name, [record for records in outcomes.values() if records != DIED for record in records])
 
 
 def _net(records: list[Record]) -> float:
@@ -190,7 +191,3 @@ def _tell(name: str, records: list[Record]) -> None:
             places, counts = np.unique(record["where"], return_counts=True)
             at = ", ".join(f"{places[k]} {counts[k]}" for k in np.argsort(-counts)[:4])
             print(f"  {record['pose']}: {record['crossing']} pairs ({record['bare']} on bare skin) near {at}")
-
-
-if __name__ == "__main__":
-    main()

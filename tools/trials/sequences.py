@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 import facewrinkle as fw
+from analysis.subjects import generator
 from facewrinkle.anatomy.eyelids import LARGEST_TURN
 from facewrinkle.anatomy.muscles import EyeMuscle
 from facewrinkle.geometry.interpolation import smoothstep
-
-from .subjects import generator
 
 Array = npt.NDArray[np.float64]
 

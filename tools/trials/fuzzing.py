@@ -1,29 +1,18 @@
 """Mutated files for all readers: each must be refused with an error of this package, or read as a good mesh.
 
-    python -m analysis.fuzzing .obj --minutes 60
-
-Files are read in a process beside this one, with 2 GB of memory, each within ten seconds; one that fails is read once
-more in a process of its own before it counts. The seeds are small files that the package and its libraries write;
-what fails is kept in ``output/fuzzing``. A run goes on where the last one stopped. Animations, takes, landmarks,
-sessions and specs have names of their own: ``clip.glb``, ``take.csv`` and so on.
+The seeds are small files that the package and its libraries write. Animations, takes, landmarks, sessions and specs
+have names of their own: ``clip.glb``, ``take.csv`` and so on.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
-import multiprocessing
 import os
-import signal
-import sys
 import tempfile
-import time
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from functools import lru_cache
+from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -38,12 +27,10 @@ from facewrinkle.export.gltf import gltf
 from facewrinkle.export.model import Morphs, WeightTrack, skin_model
 from facewrinkle.live.document import Document
 
+from .runner import OUTPUT, run
+
 MEMORY, SECONDS = 2 * 2**30, 10
-
-PER_CHILD = 500
-"""Files that a process reads before the next one takes over."""
-
-DIED = "the process died of it, or it took too long"
+"""Memory, and time of the processor, that reading a file may take."""
 
 TEXTS: dict[str, tuple[str, ...]] = {
     "take.csv": (
@@ -97,7 +84,7 @@ TEXTS: dict[str, tuple[str, ...]] = {
 """Small good files of text, by their names."""
 
 
-@lru_cache(maxsize=1)
+@cache
 def _atlas() -> Atlas:
     return fw.read_atlas(DEFAULT_ATLAS)
 
@@ -129,7 +116,7 @@ WORDS = (
 )
 
 
-@lru_cache(maxsize=1)
+@cache
 def _ball() -> pv.PolyData:
     ball = pv.Icosphere(nsub=1)
     ball.point_data["W"] = np.linspace(0.0, 1.0, ball.n_points)
@@ -141,8 +128,14 @@ def file_name(kind: str) -> str:
     return f"mutant{kind}" if kind.startswith(".") else kind
 
 
-def seeds(folder: Path, kind: str) -> list[bytes]:
-    """Return small good files of a kind; `folder` is for temporary ones."""
+@cache
+def seeds(kind: str) -> list[bytes]:
+    """Return small good files of a kind."""
+    with tempfile.TemporaryDirectory() as folder:
+        return _seeds(Path(folder), kind)
+
+
+def _seeds(folder: Path, kind: str) -> list[bytes]:
     ball, path = _ball(), folder / f"seed{kind}"
     match kind:
         case ".obj" | ".ply" | ".glb" | ".gltf":
@@ -172,7 +165,7 @@ def seeds(folder: Path, kind: str) -> list[bytes]:
         case "clip.glb":
             return [_animated(ball)]
         case "clip.vtkhdf":
-            return seeds(folder, ".vtkhdf")
+            return _seeds(folder, ".vtkhdf")
         case "clip.usda":
             return [_usd(ball, folder / "seed.usda", times=(0.0, 12.0))]
         case _:
@@ -233,57 +226,11 @@ def mutated(seed: bytes, generator: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-def outcome(path: Path) -> str:
-    """Read a file in a process of its own: "read", "refused", or else what is wrong with the reader."""
-    return next(outcomes([path]))
-
-
-def outcomes(paths: Iterable[Path]) -> Iterator[str]:
-    """Read files one after the other, in a process beside this one: yield as :func:`outcome` returns.
-
-    A file may have been written just before its path comes: no more than one path is taken at a time.
-    """
-    pool, files = _pool(), 0
-    try:
-        for path in paths:
-            if files == PER_CHILD:
-                pool.shutdown()
-                pool, files = _pool(), 0
-            said = _said(pool, path)
-            if said not in ("read", "refused") and files:  # what was read before may be the cause
-                pool.shutdown()
-                pool, files = _pool(), 0
-                said = _said(pool, path)
-            files += 1
-            if said is DIED:
-                pool.shutdown()
-                pool, files = _pool(), 0
-            yield said
-    finally:
-        pool.shutdown()
-
-
-def _pool() -> ProcessPoolExecutor:
-    """One process that begins as a copy of this one."""
-    return ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("fork"), initializer=_limit)
-
-
-def _said(pool: ProcessPoolExecutor, path: Path) -> str:
-    """Read a file in the process of a pool, and return what came of it."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", DeprecationWarning)  # of forking with threads: the process only reads
-            return pool.submit(_timed, path).result()
-    except BrokenProcessPool:
-        return DIED
-
-
-def _limit() -> None:
-    """Limit the memory of this process, and let it die of the alarms that :func:`_timed` sets."""
+@cache
+def _limited() -> None:
+    """Limit the memory of this process, and let it tell nothing; once."""
     import resource
 
-    for number in (signal.SIGALRM, signal.SIGPROF):
-        signal.signal(number, signal.SIG_DFL)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
@@ -291,22 +238,17 @@ def _limit() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream)
 
 
-def _timed(path: Path) -> str:
-    signal.setitimer(signal.ITIMER_PROF, SECONDS)
-    signal.alarm(3 * SECONDS)  # a busy machine is slower; the processor's time is what counts
-    said = _read(path)
-    signal.setitimer(signal.ITIMER_PROF, 0.0)
-    signal.alarm(0)
-    return said
-
-
-def _read(path: Path) -> str:
+def outcome(path: Path) -> str:
+    """Read a file in a process of its own: return "read", "refused", or what is wrong with the reader."""
+    _limited()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
             found = (READERS.get(path.name) or READERS[path.suffix])(path)
         except FaceWrinkleError:
             return "refused"
+        except MemoryError:
+            os._exit(1)  # files before may have filled it
         except BaseException as error:
             return f"raised {type(error).__name__}: {error}"
     if isinstance(found, pv.PolyData) and (found.n_cells == 0 or not found.is_all_triangles):
@@ -314,37 +256,45 @@ def _read(path: Path) -> str:
     return "read"
 
 
-def main() -> None:
-    """Mutate files for some minutes, and tell what came of it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("kind", choices=sorted(READERS))
-    parser.add_argument("--minutes", type=float, default=60.0)
-    options = parser.parse_args()
-    folder = Path("output") / "fuzzing" / options.kind.removeprefix(".")
-    folder.mkdir(parents=True, exist_ok=True)
-    table = folder / "counts.json"
-    counts = Counter(json.loads(table.read_text()) if table.exists() else {})
-    end = time.monotonic() + 60.0 * options.minutes
+def mutant(kind: str, number: int, folder: Path) -> Path:
+    """Write one of the mutants of a kind into a folder, and return its path."""
+    found = seeds(kind)
+    path = folder / file_name(kind)
+    path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
+    return path
+
+
+def play(kind: str, number: int) -> str:
+    """Return the outcome of reading a mutant."""
     with tempfile.TemporaryDirectory() as scratch:
-        path, found = Path(scratch) / file_name(options.kind), seeds(Path(scratch), options.kind)
-
-        def mutants() -> Iterator[Path]:
-            while time.monotonic() < end:
-                number = counts["files"]
-                path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
-                yield path
-
-        for came in outcomes(mutants()):
-            if came not in ("read", "refused"):
-                path.rename(folder / f"{counts['files']}_{path.name}")
-                print(counts["files"], came, flush=True)
-            counts[came if came in ("read", "refused") else "failed"] += 1
-            counts["files"] += 1
-            if counts["files"] % 100 == 0 or time.monotonic() > end:
-                table.write_text(json.dumps(counts))
-    table.write_text(json.dumps(counts))
-    print(options.kind, dict(counts), file=sys.stderr)
+        return outcome(mutant(kind, number, Path(scratch)))
 
 
-if __name__ == "__main__":
-    main()
+def fuzzing(kind: str, /, *, count: int = 10000, workers: int = 1, minutes: float = np.inf, out: Path = OUTPUT) -> None:
+    """Read mutated files, and keep those that neither are refused nor become a mesh.
+
+    Parameters
+    ----------
+    kind
+        Ending of the files, such as .obj, or a name, such as clip.glb.
+    count
+        Files.
+    workers
+        Processes.
+    minutes
+        Time after which no file is begun.
+    out
+        Folder for fuzzing/KIND.jsonl, which a later run continues, and for files beside it that make readers fail.
+    """
+    if kind not in READERS:
+        raise SystemExit(f"No reader is tried with {kind}. Kinds are {', '.join(sorted(READERS))}.")
+    folder = out / "fuzzing"
+    path, cases = folder / f"{kind.removeprefix('.')}.jsonl", [(kind, number) for number in range(count)]
+    outcomes = run(path, play, cases, workers=workers, minutes=minutes, seconds=SECONDS)
+    for (_, number), came in outcomes.items():
+        if came not in ("read", "refused"):
+            print(number, came)
+            kept = folder / str(number)
+            kept.mkdir(exist_ok=True)
+            mutant(kind, number, kept)
+    print(kind, Counter(came if came in ("read", "refused") else "failed" for came in outcomes.values()))

@@ -9,10 +9,10 @@ import tarfile
 import numpy as np
 import pytest
 
-from analysis import wrinkle_detection
-from analysis.wrinkle_detection import Network, area_under_curve, average_precision, overlap, report
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.sample import Sample
+from tools.trials import wrinkle_detection
+from tools.trials.wrinkle_detection import Network, area_under_curve, average_precision, overlap, report
 
 
 def test_the_area_is_the_share_of_pairs_in_order():

@@ -1,16 +1,14 @@
-"""The oracle of the skin against failures that are made, and runs that are stopped.
+"""The oracle of the skin against failures that are made.
 
 each kind of fault         | a skin that has it and nothing else, and one just short of it
 ways                       | states of rest that explain them, and what lies beyond
 the cheap tests            | the exact ones on all triangles; a naive loop over all of the arch
 sequences                  | what they are to hold; the spec alone decides
-runs                       | a file that is torn, and code that has changed
 """
 
 from __future__ import annotations
 
 import copy
-import json
 
 import numpy as np
 import pytest
@@ -18,15 +16,16 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from analysis import soundness, subjects
-from analysis.oracle import Findings, Oracle, off_the_way
-from analysis.orientation import Normals, Orientation
-from analysis.penetration import Ball, Samples, Sheets
-from analysis.sequences import RELEASED, Sequence, sequence
-from analysis.trials import LIMITS, RECORDED, Player, area_shares
+from analysis import subjects
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.geometry.rigid_alignment import closest_rotations
 from facewrinkle.geometry.topology import vertex_rings
+from tools.trials import soundness
+from tools.trials.oracle import Findings, Oracle, off_the_way
+from tools.trials.orientation import Normals, Orientation
+from tools.trials.penetration import Ball, Samples, Sheets
+from tools.trials.player import LIMITS, RECORDED, Player, area_shares
+from tools.trials.sequences import RELEASED, Sequence, sequence
 
 
 @pytest.fixture(scope="module")
@@ -476,45 +475,16 @@ def test_captured_persons_have_the_eyes_that_come_with_them():
         assert 0.05 < np.linalg.norm(one.centre - other.centre) < 1.0  # cm
 
 
-@pytest.fixture
-def quick(monkeypatch):
-    """Records without a skin; those asked for are listed."""
-    asked = []
-
-    def play(name, seed, index):
-        asked.append((name, index))
-        worst = {kind: (0.5 if kind == "lips" and index == 1 else 0.0, 3) for kind in (*LIMITS, *RECORDED)}
-        failed = {"lips": 7} if index == 1 else {}
-        recorded = {RECORDED[0]: 4} if index == 0 else {}
-        worst[RECORDED[0]] = (0.25 if recorded else 0.0, 2)
-        return {"face": name, "index": index, "seed": seed, "frames": 50, "simulated": False, "failed": failed,
-                "recorded": recorded, "worst": worst, "seconds": 1.0}  # fmt: skip
-
-    monkeypatch.setattr(soundness, "play", play)
-    return asked
+def record(name, index):
+    """The record of a sequence: number 1 has lips too deep, number 0 is off the way to the end."""
+    worst = dict.fromkeys((*LIMITS, *RECORDED), (0.0, 0))
+    worst |= {"lips": (0.5, 3)} if index else {RECORDED[0]: (0.25, 2)}
+    return {"face": name, "index": index, "frames": 50, "simulated": False, "failed": {"lips": 7} if index else {},
+            "recorded": {} if index else {RECORDED[0]: 4}, "worst": worst, "seconds": 1.0}  # fmt: skip
 
 
-def test_a_run_goes_on_where_it_was(quick, tmp_path, monkeypatch):
-    path = tmp_path / "soundness.jsonl"
-    first = soundness.play_all(path, ["a", "b"], 3)
-    assert quick == [("a", 0), ("a", 1), ("b", 0), ("b", 1), ("a", 2), ("b", 2)]
-    lines = path.read_text().splitlines()
-    path.write_text("\n".join(lines[:-2]) + "\n" + lines[-2][:30])  # killed as it wrote
-    quick.clear()
-    again = soundness.play_all(path, ["a", "b"], 4)
-    assert quick == [("a", 2), ("a", 3), ("b", 2), ("b", 3)]
-    assert len(again) == 8
-    assert [json.dumps(r) for r in again[:4]] == [json.dumps(r) for r in json.loads(json.dumps(first[:4]))]
-    quick.clear()
-    assert len(soundness.play_all(path, ["a"], 4)) == 8
-    assert quick == []
-    monkeypatch.setattr(soundness, "code", lambda: "other")
-    soundness.play_all(path, ["a"], 2)
-    assert quick == [("a", 0), ("a", 1)]
-
-
-def test_the_report_tells_what_failed_and_where(quick, tmp_path):
-    made = soundness.report(soundness.play_all(tmp_path / "soundness.jsonl", ["a", "b"], 2))
+def test_the_report_tells_what_failed_and_where():
+    made = soundness.report([record(name, index) for index in range(2) for name in "ab"])
     faults, worst, beside = made.tables
     lips = faults.columns.index("lips")
     assert [row[0] for row in faults.rows] == ["a", "b", "all"]
@@ -534,12 +504,12 @@ def test_a_sequence_plays_the_same_after_another_one(face):
 
 def test_a_replay_prints_every_frame(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(soundness, "sequence", lambda face, *_: Sequence(np.zeros((3, len(face.muscles))), (), False))
-    soundness.main(replay=("head-0", 5), out=tmp_path)
+    soundness.soundness(replay=("head-0", 5), out=tmp_path)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == "head-0, sequence 5 of seed 0"
     assert [line.split()[0] for line in lines[2:]] == ["0", "1", "2"]
     with pytest.raises(SystemExit, match="No face is named so"):
-        soundness.main(faces=["nobody"], out=tmp_path)
+        soundness.soundness(faces=["nobody"], out=tmp_path)
 
 
 def test_a_sequence_runs_with_wrinkles(face):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from analysis.crossings import AGES, Folded, _near, poses
+from tools.trials.crossings import AGES, Folded, _near, poses
 
 
 def test_poses_are_units_and_expressions_alone_and_then_all_pairs(face):

@@ -1,29 +1,29 @@
 """Signals at random moments of every command: it ends soon, without a traceback, and every file is whole.
 
-    python -m analysis.signals [COUNT] [--minutes M]
-
 Each command writes its files once. Then it runs again over them, and is sent SIGINT, SIGTERM or SIGHUP at a random
-moment; afterwards each file must have the bytes that it had, and there must be no other. Outcomes are written into
-``output/signals``, and a run goes on where the last one stopped.
+moment; afterwards each file must have the bytes that it had, and there must be no other.
 """
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
-import os
 import signal
 import subprocess
 import sys
 import tempfile
 import time
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkIOHDF import vtkHDFReader
+
+import facewrinkle as fw
+
+from .runner import OUTPUT, run
 
 PROGRAM = (sys.executable, "-m", "facewrinkle")
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
@@ -48,10 +48,11 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 PRINTS_ONLY = ("info", "atlas")
 
 
-def prepare(folder: Path) -> None:
-    """Write the files that the commands read."""
-    import facewrinkle as fw
-
+@cache
+def prepared() -> tempfile.TemporaryDirectory[str]:
+    """Return a folder with the files that the commands read; it is kept as long as the process."""
+    kept = tempfile.TemporaryDirectory()
+    folder = Path(kept.name)
     head = fw.default_face()
     fw.write_mesh(head.mesh, folder / "head.ply")
     marks = {name: place.tolist() for name, place in head.landmarks.items()}
@@ -60,6 +61,19 @@ def prepare(folder: Path) -> None:
     sim.express("happiness")
     frames = list(sim.run(5))
     fw.export.write_series(frames, [0.1 * k for k in range(len(frames))], folder / "animation.vtkhdf")
+    return kept
+
+
+@cache
+def undisturbed(name: str) -> tuple[float, dict[str, str]]:
+    """Run a command to its end: return the seconds that it takes, and the digests of its files."""
+    folder = Path(prepared().name)
+    out = folder / f"out_{name}"
+    out.mkdir()
+    for _ in range(2):  # the first run may compile
+        begin = time.monotonic()
+        subprocess.run(words(name, out), cwd=folder, check=True, capture_output=True)
+    return time.monotonic() - begin, contents(out)
 
 
 def contents(folder: Path) -> dict[str, str]:
@@ -91,8 +105,12 @@ def words(name: str, out: Path) -> list[str]:
     return [*PROGRAM, *COMMANDS[name], *(() if name in PRINTS_ONLY else ("--out", str(out)))]
 
 
-def outcome(name: str, number: str, delay: float, folder: Path, out: Path, whole: dict[str, str]) -> dict[str, object]:
-    """Run a command, send it a signal after some seconds, and return what came of it."""
+def play(name: str, number: str, index: int) -> dict[str, object]:
+    """Run a command, send it a signal at a random moment, and return what came of it."""
+    span, whole = undisturbed(name)
+    delay = float(np.random.default_rng([index, SIGNALS.index(number)]).uniform(0.0, span))
+    folder = Path(prepared().name)
+    out = folder / f"out_{name}"
     sent = getattr(signal, number)
     with subprocess.Popen(words(name, out), cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         try:
@@ -116,8 +134,6 @@ def outcome(name: str, number: str, delay: float, folder: Path, out: Path, whole
         "partial": bool(set(found) - set(whole)),
     }
     return {
-        "name": name,
-        "signal": number,
         "delay": round(delay, 3),
         "after": round(after, 3),
         "code": process.returncode,
@@ -127,45 +143,34 @@ def outcome(name: str, number: str, delay: float, folder: Path, out: Path, whole
     }
 
 
-def main() -> None:
-    """Send signals at random moments, and print what did not end well."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("count", type=int, nargs="?", default=30, help="moments of each signal, over all commands")
-    parser.add_argument("--minutes", type=float, default=np.inf)
-    parser.add_argument("--only", nargs="*", default=list(COMMANDS), choices=list(COMMANDS))
-    options = parser.parse_args()
-    os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
-    table = Path("output") / "signals" / "outcomes.jsonl"
-    table.parent.mkdir(parents=True, exist_ok=True)
-    known = [json.loads(line) for line in table.read_text().splitlines()] if table.exists() else []
-    end = time.monotonic() + 60.0 * options.minutes
-    with tempfile.TemporaryDirectory() as scratch:
-        folder = Path(scratch)
-        prepare(folder)
-        spans: dict[str, float] = {}
-        for i in range(len(known), len(SIGNALS) * options.count):
-            if time.monotonic() > end:
-                break
-            number, name = SIGNALS[i % len(SIGNALS)], options.only[i // len(SIGNALS) % len(options.only)]
-            out = folder / f"out_{name}"
-            if name not in spans:
-                out.mkdir()
-                for _ in range(2):  # the first run may compile
-                    begin = time.monotonic()
-                    subprocess.run(words(name, out), cwd=folder, check=True, capture_output=True)
-                    spans[name] = time.monotonic() - begin
-                kept = contents(out)
-                (folder / f"{name}.json").write_text(json.dumps(kept))
-            whole = json.loads((folder / f"{name}.json").read_text())
-            delay = float(np.random.default_rng(i).uniform(0.0, spans[name]))
-            known.append(outcome(name, number, delay, folder, out, whole))
-            with table.open("a") as lines:
-                lines.write(json.dumps(known[-1]) + "\n")
-            if known[-1]["faults"]:
-                print(known[-1], flush=True)
-    print(Counter(fault for found in known for fault in found["faults"] or ["none"]))
-    print("longest wait:", max(found["after"] for found in known), "s")
+def signals(
+    *,
+    count: int = 30,
+    only: list[str] | None = None,
+    workers: int = 1,
+    minutes: float = np.inf,
+    out: Path = OUTPUT,
+) -> None:
+    """Send signals at random moments, and print what did not end well.
 
-
-if __name__ == "__main__":
-    main()
+    Parameters
+    ----------
+    count
+        Moments of each signal, over all commands.
+    only
+        Names of commands. Default: all.
+    workers
+        Commands that run at a time.
+    minutes
+        Time after which no command is begun.
+    out
+        Folder for signals.jsonl, which a later run continues.
+    """
+    names = only or list(COMMANDS)
+    cases = [(names[k % len(names)], number, k) for k in range(count) for number in SIGNALS]
+    outcomes = run(out / "signals.jsonl", play, cases, workers=workers, minutes=minutes)
+    for case, outcome in outcomes.items():
+        if outcome["faults"]:
+            print(case, outcome)
+    print(Counter(fault for outcome in outcomes.values() for fault in outcome["faults"] or ["none"]))
+    print("longest wait:", max(outcome["after"] for outcome in outcomes.values()), "s")

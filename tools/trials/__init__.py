@@ -1,0 +1,1 @@
+"""Long trials of the package: ``python -m tools.trials --help`` lists them."""
