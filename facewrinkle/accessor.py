@@ -22,7 +22,7 @@ from .geometry.closest_point import closest_point
 from .geometry.topology import components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
-from .layers.patterns_on_skin.region import Compression, given_centre
+from .layers.patterns_on_skin.region import Compression
 from .mesh import add_seams, corner_texture, read_surface, with_data
 from .mesh.arrays import PART
 from .motion.base import Still
@@ -106,7 +106,6 @@ class FaceWrinkleAccessor:
         FaceWrinkleWarning
             If the mesh is refined, or too coarse with `max_level`; and if by its size it is taken to be in cm or m.
         """
-        centre = given_centre(centre, words)
         check_range("time", time, -1e9, 1e9)
         check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
         if isinstance(words.get("strength"), Compression | str):

@@ -37,7 +37,7 @@ row(
     {
         "eye corner": corner,
         "frown": patterns.frown(x, y, 4.0, alpha=0.5, beta=1.5),
-        "frown as a fan": patterns.frown(x, y, 6.0, alpha=0.4, beta=0.1, variant="fan", shift=np.pi / 2),
+        "frown as a fan": 0.4 * np.sin(patterns.frown_phase(x, y, 6.0, beta=0.1, variant="fan") + np.pi / 2),
         "cheek": patterns.cheek(x, y, 0.0, alpha=0.4, beta=4.0),
     }
 )

@@ -1,9 +1,8 @@
 """Pattern functions: formulas on arrays for heights over a plane that form wrinkles, dimples and pouches.
 
 Paper: Lin, Cheng, "Modeling Three Dimensional Animated, Detailed, and Emotional Facial Expressions", Section 3. Each
-is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. Not the
-paper's is `shift`, radians, which is added to the phase of the sine: with one for each point, wrinkles differ. What is
-read where the print is damaged: docs/theory/patterns.rst.
+is z = f(x, y, t) in local coordinates of a selected area; alpha, beta and gamma are parameters, t is time. The phases
+of waves have functions of their own. What is read where the print is damaged: docs/theory/patterns.rst.
 """
 
 from __future__ import annotations
@@ -39,9 +38,7 @@ def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
     return np.asarray(np.arctan2(turned * y, np.abs(x)))
 
 
-def forehead(
-    x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, shift: Array | float = 0.0
-) -> Array:
+def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
     """Forehead wrinkles: ``exp(alpha sin(x^2 + y^2 - (t sin th - sin(beta th))^2))`` with ``th = arctan(y / x)``.
 
     Parameters
@@ -54,8 +51,6 @@ def forehead(
         Depth: from peak to valley it is 2 sinh(alpha).
     beta : float
         Style: 0 to 3 plain arcs, 4 to 5 M-shaped, 8 and more broken.
-    shift : float or ndarray, shape (n,)
-        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -66,7 +61,7 @@ def forehead(
     >>> round(float(forehead(1.0, 0.0, 1.2, alpha=0.5, beta=4.0)), 6)
     1.523081
     """
-    return np.asarray(np.exp(alpha * np.sin(forehead_phase(x, y, t, beta) + shift)))
+    return np.asarray(np.exp(alpha * np.sin(forehead_phase(x, y, t, beta))))
 
 
 def forehead_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
@@ -83,7 +78,6 @@ def eye_corner(
     alpha: float,
     beta: float,
     gamma: Array | float,
-    shift: Array | float = 0.0,
 ) -> Array:
     """Wrinkles that fan out from the corner of an eye: ``alpha exp(beta r - t sin(gamma arctan(y / x)))``.
 
@@ -100,8 +94,6 @@ def eye_corner(
     gamma : float or ndarray, shape (n,)
         Number: gamma / 2 on one side. For points on both sides of x = 0 it has to be even, or the surface tears there.
         The paper's is one number; if it falls outwards, the wrinkles curve apart.
-    shift : float or ndarray, shape (n,)
-        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -124,7 +116,7 @@ def eye_corner(
             f"gamma must be an even number where a pattern lies on both sides of x = 0, received {odd[0]:g}: the "
             f"surface would tear there. Use {max(2 * round(odd[0] / 2), 2)}, or keep to x > 0."
         )
-    sine = np.sin(eye_corner_phase(x, y, gamma) + shift)
+    sine = np.sin(eye_corner_phase(x, y, gamma))
     return np.asarray(alpha * np.exp(beta * np.hypot(x, y) - t * sine))
 
 
@@ -133,7 +125,7 @@ def eye_corner_phase(x: npt.ArrayLike, y: npt.ArrayLike, gamma: Array | float) -
     return np.asarray(gamma * angle(x, y))
 
 
-def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float, shift: Array | float = 0.0) -> Array:
+def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:
     """Wrinkles in arcs about the origin: ``alpha sin(beta r + t)``.
 
     Parameters
@@ -146,8 +138,6 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
         Depth: half of peak to valley.
     beta : float
         Number: beta / 2 pi of them per unit length.
-    shift : float or ndarray, shape (n,)
-        Added to the phase, radians; 0 as printed.
 
     Returns
     -------
@@ -158,7 +148,7 @@ def cheek(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: floa
     >>> round(float(cheek(1.0, 0.0, 0.3, alpha=0.5, beta=5.0)), 6)
     -0.416134
     """
-    return np.asarray(alpha * np.sin(cheek_phase(x, y, t, beta) + shift))
+    return np.asarray(alpha * np.sin(cheek_phase(x, y, t, beta)))
 
 
 def cheek_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float) -> Array:
@@ -174,7 +164,6 @@ def frown(
     alpha: float,
     beta: float,
     variant: Variant = "paper",
-    shift: Array | float = 0.0,
 ) -> Array:
     """Frown lines: ``alpha sin((x / beta) (y + t))``.
 
@@ -190,8 +179,6 @@ def frown(
         Distance: 2 pi beta / (y + t) from line to line.
     variant : {"paper", "fan"}
         The lines draw together upwards in "paper", and spread in "fan": ``alpha sin(x / (beta (y + t)))``.
-    shift : float or ndarray, shape (n,)
-        Added to the phase, radians: 0 as printed, pi/2 symmetric about x = 0.
 
     Returns
     -------
@@ -209,6 +196,11 @@ def frown(
     >>> frown(1.0, 0.5, 1.0, alpha=1.0, beta=3.0 / np.pi)
     array(1.)
     """
+    return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant)))
+
+
+def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
+    """Return the phase of the sine in :func:`frown`, radians; errors are those of that function."""
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
@@ -216,12 +208,6 @@ def frown(
         raise unknown_name("variant of frown", variant, get_args(Variant))
     if variant == "fan" and y.size and not (y + t).min() > 0.0:
         raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
-    return np.asarray(alpha * np.sin(frown_phase(x, y, t, beta, variant) + shift))
-
-
-def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, variant: Variant = "paper") -> Array:
-    """Return the phase of the sine in :func:`frown`, radians."""
-    x, y = _plane(x, y)
     return np.asarray(x / beta * (y + t) if variant == "paper" else x / (beta * (y + t)))
 
 

@@ -2,7 +2,7 @@
 
 what             checked against
 values           the formulas in 40 digits (mpmath) at random places
-shifts           the phase that they are added to; a number of wrinkles for each point
+numbers          one for each point
 angle            its limits on the axes; the same on both sides of the origin
 seams            odd gamma: the jump that it would make, refused; even gamma: none
 dimple           depth in proportion to the strength, its t inverted
@@ -52,22 +52,6 @@ def test_formulas_in_forty_digits(name, formula):
     with mpmath.workdps(40):
         expected = [float(exact(name, a, b)) for a, b in zip(x, y, strict=True)]
     np.testing.assert_allclose(formula(x, y), expected, rtol=1e-12, atol=1e-12)
-
-
-def test_a_shift_is_added_to_the_phase():
-    x, y = np.random.default_rng(0).uniform(0.5, 4, (2, 500))
-    shift = np.random.default_rng(1).uniform(-3, 3, 500)
-    cases = (
-        (p.forehead(x, y, 2.0, 0.5, 9.0, shift), np.exp(0.5 * np.sin(p.forehead_phase(x, y, 2.0, 9.0) + shift))),
-        (p.cheek(x, y, 1.0, 0.5, 5.0, shift), p.cheek(x, y, 1.0 + shift, 0.5, 5.0)),
-        (p.frown(x, y, 1.0, 2.0, 5.0, shift=shift), 2.0 * np.sin(x / 5.0 * (y + 1.0) + shift)),
-        (
-            p.eye_corner(x, y, 0.8, 2.0, -0.7, 6, shift),
-            2.0 * np.exp(-0.7 * np.hypot(x, y) - 0.8 * np.sin(6 * np.arctan(y / x) + shift)),
-        ),
-    )
-    for found, expected in cases:
-        np.testing.assert_allclose(found, expected, atol=1e-13)
 
 
 def test_a_number_for_each_point():
@@ -120,13 +104,9 @@ def test_frown_variants():
     crest = {"paper": np.pi / 2 * 0.4 / (y + 3.0), "fan": np.pi / 2 * 0.4 * (y + 3.0)}
     for variant, x in crest.items():
         np.testing.assert_allclose(p.frown(x, y, 3.0, 1.0, 0.4, variant), 1.0, atol=1e-14)
-        shifted = p.frown_phase(0.3, y, 3.0, 0.4, variant) + 0.7
-        np.testing.assert_allclose(p.frown(0.3, y, 3.0, 2.0, 0.4, variant, 0.7), 2.0 * np.sin(shifted), atol=1e-14)
     assert p.frown_phase(1.0, [-0.5, 0.0], 0.75, 2.0, "fan").tolist() == [2.0, 1 / 1.5]  # y + t from 0.25
     with pytest.raises(ParameterError, match="y . t must be above 0"):
         p.frown([1.0, 1.0], [-0.75, 0.0], 0.75, 1.0, 2.0, "fan")
-    both = [p.frown(s * 0.7, y, 3.0, 1.0, 0.4, "fan", shift=np.pi / 2) for s in (1, -1)]
-    np.testing.assert_allclose(*both, atol=1e-14)
 
 
 def test_depth_of_a_dimple_is_its_strength():

@@ -69,14 +69,6 @@ class Pattern:
         """Return heights (k,), 0 at strength 0."""
         raise NotImplementedError
 
-    def variation_at(self, x: Array, y: Array, aspect: float) -> tuple[Array | float, Array | float]:
-        """Return what natural variation adds to the phase, and the share of the height that it leaves."""
-        return 0.0, 1.0
-
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
-        """Return heights (k,) with a shift of the phase, before the share of natural variation."""
-        return self.relief(x, y, strength, t, aspect)
-
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
         raise NotImplementedError
@@ -220,24 +212,22 @@ class Waves(Pattern):
         """Return the place along the wrinkles, -1 to 1 from border to border."""
         raise NotImplementedError
 
-    def variation_at(self, x: Array, y: Array, aspect: float) -> tuple[Array | float, Array | float]:
-        """Return the phase that natural variation adds, and the share of the height that it leaves.
-
-        Like the marks of age, it belongs to the points of the skin: waves that move with time run through it.
-        """
-        if self.variation == 0.0:
-            return 0.0, 1.0
-        phase = self.phase(x, y, self.time(0.0), aspect)
-        return natural_variation(phase, self.place_along(x, y, aspect), self.variation, self.seed)
-
     def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
-        """See :class:`Pattern`."""
-        shift, share = self.variation_at(x, y, aspect)
-        return share * self.evaluated(x, y, strength, t, aspect, shift)
+        """See :class:`Pattern`.
 
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
-        """Return the heights (k,) by the paper's function, with a shift of its phase."""
-        raise NotImplementedError
+        Like the marks of age, natural variation belongs to the points of the skin: waves that move with time run
+        through it.
+        """
+        phase = self.phase(x, y, t, aspect)
+        if self.variation == 0.0:
+            return self.heights(x, y, strength, np.sin(phase))
+        still = self.phase(x, y, self.time(0.0), aspect)
+        shift, share = natural_variation(still, self.place_along(x, y, aspect), self.variation, self.seed)
+        return share * self.heights(x, y, strength, np.sin(phase + shift))
+
+    def heights(self, x: Array, y: Array, strength: float, sine: Array) -> Array:
+        """Return the heights (k,) of waves, given the sine of their phase."""
+        return strength * self.of_sine(sine)
 
     def of_sine(self, sine: Array, strength: float = 1.0) -> Array:
         """Return a sine as a wave of this sharpness, 1 from bulge to furrow at the full strength.

@@ -168,10 +168,9 @@ class Custom(Pattern):
     Attributes
     ----------
     function : callable
-    extent : tuple of float
-        x and y run from -1 to 1 times these.
+        x and y run from -1 to 1.
     finest : float
-        Half the wavelength of its finest detail, in its own coordinates: the mesh is refined accordingly.
+        Half the wavelength of its finest detail, in these coordinates: the mesh is refined accordingly.
 
     Examples
     --------
@@ -187,7 +186,6 @@ class Custom(Pattern):
     """
 
     function: patterns.PatternFunction
-    extent: tuple[float, float] = (1.0, 1.0)
     finest: float = 0.25
 
     def __post_init__(self) -> None:
@@ -196,14 +194,6 @@ class Custom(Pattern):
                 f"a pattern must have a name or be a function of x, y and t, received {self.function!r}."
             )
         check_positive("finest", self.finest)
-        if np.shape(self.extent) != (2,):
-            raise ParameterError(f"extent must be two numbers, half the width and height, received {self.extent!r}.")
-        for half in self.extent:
-            check_positive("extent", half)
-
-    def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
-        """See :class:`Pattern`."""
-        return self.extent[0] * uv[:, 0], self.extent[1] * uv[:, 1]
 
     def time(self, seconds: float) -> float:
         """See :class:`Pattern`."""

@@ -21,7 +21,7 @@ from ..patterns import PatternFunction
 from . import presets
 from .base import Pattern
 from .kinds import pattern_of
-from .region import Compression, LaidRegion, Region, RegionCompression, given_centre
+from .region import Compression, LaidRegion, Region, RegionCompression
 
 TimeFunction = Callable[[float], float]
 """A function of the time in seconds."""
@@ -118,7 +118,6 @@ class PatternLayer(Layer):
         parts: list[Any] = list(pattern) if isinstance(pattern, list | tuple) else [pattern]
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")
-        centre = given_centre(centre, parameters)
         where = {key: parameters.pop(key) for key in list(parameters) if key in Region.__dataclass_fields__}
         self.patterns = tuple(pattern_of(part, parameters, where.get("seed")) for part in parts)
         self.name = name or " + ".join(part if isinstance(part, str) else type(part).__name__ for part in parts)
@@ -202,9 +201,7 @@ class PatternLayer(Layer):
         new = Places(*sorted_by_vertex(*self._laid.at(created), n=len(created.points)))
         self._places = self._places.followed(change.kept, new)
         self._where, self._height = self._places.vertices, np.zeros(len(self._places.starts) - 1)
-        aspect = self._laid.aspect
-        self._planes = [(pattern, *pattern.plane(self._places.uv, aspect)) for pattern in self._sized]
-        self._variations = [pattern.variation_at(x, y, aspect) for pattern, x, y in self._planes]
+        self._planes = [(pattern, *pattern.plane(self._places.uv, self._laid.aspect)) for pattern in self._sized]
         self._steps = (np.nan, np.nan)
 
     def displacement(self, state: SurfaceState) -> Displacement:
@@ -214,8 +211,8 @@ class PatternLayer(Layer):
         if strength > 0.0:
             seconds = state.time + self.begin
             relief = sum(
-                share * pattern.evaluated(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect, shift)
-                for (pattern, x, y), (shift, share) in zip(self._planes, self._variations, strict=True)
+                pattern.relief(x, y, strength, self.t_at(pattern, seconds), self._laid.aspect)
+                for pattern, x, y in self._planes
             )
             height[self._where] = self._depth * self._places.weight * relief
         self._height = height

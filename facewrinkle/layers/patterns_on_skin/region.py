@@ -5,7 +5,7 @@ compression of the skin in them.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -138,16 +138,6 @@ SHORTCUT = 0.8
 """No path along a surface is shorter than the straight line: coordinates below this share of it lie beyond a fold."""
 
 
-def given_centre(centre: npt.ArrayLike | None, words: dict[str, Any]) -> npt.ArrayLike | None:
-    """Return the centre, which may be among the words as "center", as PyVista spells it, and is taken from them."""
-    if "center" not in words:
-        return centre
-    if centre is not None:
-        raise ParameterError("centre and center are the same: give one of them.")
-    given: npt.ArrayLike = words.pop("center")
-    return given
-
-
 @dataclass(frozen=True, eq=False)
 class Region:
     """An area of a surface.
@@ -232,7 +222,7 @@ class Region:
         if size is None and weight is None:
             size = 0.1 * float(np.linalg.norm(np.ptp(points, axis=0)))
         half = None if size is None else 0.5 * np.broadcast_to(np.asarray(size, dtype=np.float64), 2)
-        self._check_place(points, centre, half)
+        self._check_place(centre, half)
         chart = self._chart(points, triangles, centre, half)
         if half is None:
             inside = np.isfinite(chart).all(axis=1) & self._inside(chart, weight)
@@ -258,21 +248,13 @@ class Region:
             return vector("centre", self.centre)
         return np.asarray(np.average(points, axis=0, weights=weight))
 
-    def _check_place(self, points: Array, centre: ClosestPoint, half: Array | None) -> None:
+    def _check_place(self, centre: ClosestPoint, half: Array | None) -> None:
         if not np.any(tangents(centre.normal, vector("up", self.up))[1]):
             raise ParameterError(
                 f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
                 f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
             )
-        if half is None:
-            return
-        extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        if 2.0 * float(half.max()) > extent:
-            raise ParameterError(
-                f"the region is larger than the mesh: {2.0 * half.max():.3g} wide or high, and the mesh is "
-                f"{extent:.3g} from corner to corner. Is the size in the unit of the mesh? Use a smaller one."
-            )
-        if centre.distance > half.max():
+        if half is not None and centre.distance > half.max():
             raise ParameterError(
                 f"the region lies off the mesh: its centre {np.asarray(self.centre).tolist()} is {centre.distance:.3g} "
                 f"away from the surface, and it is {2.0 * half.max():.3g} in size. The closest point of the surface is "

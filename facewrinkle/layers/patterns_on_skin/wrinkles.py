@@ -9,7 +9,7 @@ from typing import ClassVar, get_args
 import numpy as np
 
 from ...array_types import Array
-from ...errors import ParameterError, check_range, unknown_name
+from ...errors import check_range, unknown_name
 from .. import patterns
 from .base import Waves
 
@@ -84,10 +84,6 @@ class Forehead(Waves):
         """See :class:`Waves`."""
         return y / max(self.bend, 1e-12)
 
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
-        """See :class:`Waves`."""
-        return strength * self.of_sine(np.log(patterns.forehead(x, y, t, 1.0, self.beta, shift)))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Cheek(Waves):
@@ -135,11 +131,6 @@ class Cheek(Waves):
         """See :class:`Waves`."""
         return y / aspect
 
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
-        """See :class:`Waves`."""
-        begin = t - self.beta * 2.0 * self.radius
-        return strength * self.of_sine(patterns.cheek(x, y, begin, 1.0, self.beta, shift))
-
 
 @dataclass(frozen=True, kw_only=True)
 class Frown(Waves):
@@ -150,9 +141,7 @@ class Frown(Waves):
     spread : float
         Change in the distance of the lines from the centre to the upper border, as a share; in [0, 1).
     variant : {"fan", "paper"}
-        "fan" spreads upwards, "paper" draws together.
-    offset : float
-        Phase in the middle, radians: pi/2 for a bulge there, which is symmetric; 0 as printed.
+        "fan" spreads upwards, with a bulge in the middle; "paper" draws together, and is as printed.
     number, spacing, sharpness, furrows, variation, seed :
         See :class:`Waves`.
 
@@ -173,12 +162,10 @@ class Frown(Waves):
     number: float = 2.0
     spread: float = 0.3
     variant: patterns.Variant = "fan"
-    offset: float = np.pi / 2
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("spread", self.spread, 1e-3, 0.95)
-        check_range("offset", self.offset, -1e3, 1e3)
         if self.variant not in get_args(patterns.Variant):
             raise unknown_name("variant of frown", self.variant, get_args(patterns.Variant))
 
@@ -198,16 +185,12 @@ class Frown(Waves):
 
     def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
         """See :class:`Waves`."""
-        return patterns.frown_phase(x, y, t, self.beta, self.variant) + self.offset
+        middle = 0.5 * np.pi if self.variant == "fan" else 0.0
+        return patterns.frown_phase(x, y, t, self.beta, self.variant) + middle
 
     def place_along(self, x: Array, y: Array, aspect: float) -> Array:
         """See :class:`Waves`."""
         return y
-
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
-        """See :class:`Waves`."""
-        sine = patterns.frown(x, y, t, 1.0, self.beta, self.variant, self.offset + shift)
-        return strength * self.of_sine(sine)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,8 +206,6 @@ class EyeCorner(Waves):
         They are exp(-decay) times as deep at the far border as at the near one.
     radius : float
         Distance from the near border to the point from which they fan out, in widths of the region.
-    gamma : int, optional
-        The paper's number in the half circle; default: as `number` says. With a radius below 0 it has to be even.
     splay : float
         Curving apart outwards, in [0, 0.9]: at the far border the angle between them is 1 / (1 - splay) times as large.
         0 is straight, as printed.
@@ -247,33 +228,13 @@ class EyeCorner(Waves):
     number: float = 4.0
     decay: float = 0.8
     radius: float = 0.15
-    gamma: float | None = None
     splay: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("decay", self.decay, 0.0, 20.0)
-        check_range("radius", self.radius, -0.5, 1000.0)
-        if self.gamma is not None:
-            check_range("gamma", self.gamma, 0.1, 1000.0)
-            if self.radius < 0.0 and self.gamma % 2.0 != 0.0:
-                raise ParameterError(
-                    f"gamma must be an even number where the radius is below 0, received {self.gamma:g}: the surface "
-                    f"would tear. Use {max(2 * round(self.gamma / 2), 2)}, or a larger radius."
-                )
+        check_range("radius", self.radius, 0.0, 1000.0)
         check_range("splay", self.splay, 0.0, 0.9)
-        if self.splay > 0.0 and self.radius < 0.0:
-            raise ParameterError(
-                f"wrinkles that curve apart (splay={self.splay:g}) must begin outside the region, or the surface would "
-                f"tear: radius must be 0 or more, received {self.radius:g}. Use splay=0, or a larger radius."
-            )
-
-    def gamma_of(self, aspect: float) -> float:
-        """Return the paper's gamma on a region of this height over width."""
-        if self.gamma is not None:
-            return self.gamma
-        gamma = float(np.pi * self.number / np.arctan2(aspect, 1.0 + 2.0 * self.radius))
-        return gamma if self.radius >= 0.0 else max(2.0 * round(0.5 * gamma), 2.0)
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
@@ -284,16 +245,15 @@ class EyeCorner(Waves):
         return patterns.eye_corner_phase(x, y, self.gammas(x, aspect))
 
     def gammas(self, x: Array, aspect: float) -> Array:
-        """Return the paper's gamma at points: it falls to 1 - splay of itself at the far border."""
-        return np.asarray(self.gamma_of(aspect) * (1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)))
+        """Return the paper's gamma at points: `number` in the middle, and 1 - splay of itself at the far border."""
+        gamma = np.pi * self.number / np.arctan2(aspect, 1.0 + 2.0 * self.radius)
+        return np.asarray(gamma * (1.0 - 0.5 * self.splay * (x - 2.0 * self.radius)))
 
     def place_along(self, x: Array, y: Array, aspect: float) -> Array:
         """See :class:`Waves`; the wrinkles differ less at their near ends, which are at the eye."""
         return 1.0 - 0.6 * (2.0 + 2.0 * self.radius - x)
 
-    def evaluated(self, x: Array, y: Array, strength: float, t: float, aspect: float, shift: Array | float) -> Array:
+    def heights(self, x: Array, y: Array, strength: float, sine: Array) -> Array:
         """See :class:`Waves`; the paper's t is the strength times the sharpness."""
-        alpha, beta, gamma = np.exp(self.decay * self.radius), -0.5 * self.decay, self.gammas(x, aspect)
-        wave, level = (patterns.eye_corner(x, y, now, alpha, beta, gamma, shift) for now in (1.0, 0.0))
-        sine = np.log(wave / level if self.furrows == "paper" else level / wave)  # printed with a minus
-        return level * self.of_sine(sine, strength)
+        level = np.exp(-self.decay * (0.5 * np.hypot(x, y) - self.radius))
+        return level * self.of_sine(-sine if self.furrows == "paper" else sine, strength)  # printed with a minus

@@ -19,7 +19,7 @@ WRINKLES = [
     Cheek(),
     Cheek(sharpness=0.0, furrows="paper"),
     Frown(),
-    Frown(variant="paper", offset=0.0),
+    Frown(variant="paper"),
     Forehead(variation=0.7, seed=3),
     EyeCorner(variation=1.0, splay=0.4),
     Cheek(variation=0.5),

@@ -48,7 +48,7 @@ EVERYWHERE = {
     "larger": (
         "dimple",
         {"centre": TOP, "size": 900.0},
-        "larger than the mesh: 900 wide or high, and the mesh is 139 ",
+        "larger than the mesh: 900 wide and 900 high.*smaller",
     ),
     "endless": ("dimple", {"centre": TOP, "size": np.inf}, "size must be a finite number greater than 0, received inf"),
     "no place": ("dimple", {"size": 9.0}, "needs a centre"),
@@ -64,16 +64,7 @@ EVERYWHERE = {
         {"centre": TOP, "up": (0, 0, 1), "size": 9.0},
         "straight out of the surface.*another up",
     ),
-    "torn seam": (
-        "eye_corner",
-        {"centre": TOP, "size": 30.0, "radius": -0.5, "gamma": 5},
-        "gamma must be an even number .* received 5: the surface would tear. Use 4, or a larger radius",
-    ),
-    "torn splay": (
-        "eye_corner",
-        {"centre": TOP, "size": 30.0, "radius": -0.5, "splay": 0.2},
-        "tear: radius must be 0 or more, received -0.5. Use splay=0",
-    ),
+    "radius": ("eye_corner", {"centre": TOP, "size": 30.0, "radius": -0.5}, r"radius must lie in \[0, .*received -0.5"),
     "broken bumps": ("eye_pouch", {"centre": TOP, "size": 30.0, "gamma": 2.5}, "gamma must be a whole number.*2.5"),
     "t that is nan": ("cheek", {"centre": TOP, "size": 30.0, "t": np.nan}, "t must lie in .*received nan"),
     "t that is a word": ("cheek", {"centre": TOP, "size": 30.0, "t": "1"}, "t must be a number, received '1'"),
@@ -153,7 +144,6 @@ def test_errors_in_python_and_of_the_accessor(ball, way, case):
         (lambda f, b: fw.PatternLayer("forehead", TOP, size=1.0, style="arc"), UnknownNameError, "'arcs'"),
         (lambda f, b: fw.PatternLayer([], TOP, size=1.0), ParameterError, "received none"),
         (lambda f, b: pattern_of(Cheek(), {"number": 3}), ParameterError, "no more parameters"),
-        (lambda f, b: fw.PatternLayer(lambda x, y, t: x, TOP, size=9.0, extent=3), ParameterError, "two numbers.*3"),
         (lambda f, b: fw.Compression(along=(0, 0, 0)), ParameterError, "along must be a direction"),
         (lambda f, b: fw.Compression(along="up"), ParameterError, "along must be three finite numbers"),
         (
@@ -240,13 +230,3 @@ def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files,
 def test_both_sides_take_what_one_takes(face):
     left, right = fw.PatternLayer.presets("dimple", face, depth=0.7, name="mine")
     assert (left.name, right.name, left.depth, right.depth) == ("mine", "mine", 0.7, 0.7)
-
-
-def test_center_is_understood_too():
-    ball = pv.Icosphere(radius=40.0, nsub=5)
-    ours = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=30.0)
-    theirs = ball.facewrinkle.pattern("dimple", center=(0, 0, 40), size=30.0)
-    assert np.array_equal(ours.points, theirs.points)
-    assert fw.PatternLayer("dimple", center=(0, 0, 40), size=30.0).region.centre == (0, 0, 40)
-    with pytest.raises(ParameterError, match="centre and center are the same: give one of them"):
-        fw.PatternLayer("dimple", (0, 0, 40), center=(0, 0, 40), size=30.0)

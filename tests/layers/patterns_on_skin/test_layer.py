@@ -43,7 +43,7 @@ def played(face, layers, steps=8, **options):
 @pytest.mark.parametrize("number", [2, 3, 5])
 @pytest.mark.parametrize("name", ["forehead", "cheek", "frown"])
 def test_number_is_the_number_of_furrows(slab, name, number):
-    words = {"forehead": {"style": 0.0, "bend": 0.0}, "cheek": {"radius": 50.0}, "frown": {"offset": 0.0}}[name]
+    words = {"forehead": {"style": 0.0, "bend": 0.0}, "cheek": {"radius": 50.0}, "frown": {"variant": "paper"}}[name]
     layer = fw.PatternLayer(
         name, (0, 0, 0), size=60.0, number=number, outline="box", border=0.01, sharpness=0.0, **words
     )
@@ -70,12 +70,6 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
     assert np.ptp(by_spacing["W"]) > 0.5
     with pytest.raises(ParameterError, match=rf"spacing must lie in .* region is {across:.0f} mm long"):
         fw.Simulation(face, layers=[fw.PatternLayer(name, **place, spacing=700.0)])
-
-
-def test_odd_gamma_on_a_region_about_the_origin(slab):
-    with pytest.raises(ParameterError, match="even number"):
-        fw.PatternLayer("eye_corner", (0, 0, 0), size=30.0, radius=-0.5, gamma=5)
-    fw.Simulation(slab, layers=[fw.PatternLayer("eye_corner", (0, 0, 0), size=30.0, radius=0.1, gamma=5)])
 
 
 # --- on a surface -------------------------------------------------------------------------------
