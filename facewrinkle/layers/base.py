@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
-from ..checks import finite, plain_and_finite
+from ..checks import plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
 from ..geometry.interpolation import interpolated
 from ..geometry.normals import normalise, vertex_areas
@@ -285,9 +285,6 @@ class Layer:
 VECTORS = ("Normals", "rest")
 """Arrays of a frame with three numbers for each vertex; all others of its own have one."""
 
-KINDS = tuple(np.dtype(kind) for kind in ("?", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8", "f4", "f8"))
-"""Types of numbers that meshes keep."""
-
 
 def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
     """Return the displacement by a layer; raise a ParameterError that names it for arrays of another shape or type.
@@ -302,7 +299,7 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
     >>> place = SurfacePoints(*np.zeros((2, 1, 3)), np.zeros((1, 3), np.int32), np.ones((1, 3)), np.zeros(1, np.int32))
     >>> displacement_of(Broken(), SurfaceState(np.empty(0), place, place.corners, place.points, place.points))
     Traceback (most recent call last):
-    facewrinkle.errors.ParameterError: the height of a layer (Broken) must have the shape (1,), received (2,).
+    facewrinkle.errors.ParameterError: the spacing of a layer (Broken) must have the shape (1,), received (2,).
     """
     found, n = layer.displacement(state), len(state.bare)
     if not isinstance(found, Displacement):
@@ -310,14 +307,20 @@ def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
             f"displacement() of a layer ({type(layer).__name__}) must return a Displacement, received "
             f"{type_of(found)}. Return Displacement(height, spacing, across, active) of facewrinkle.layers.base."
         )
-    checked: dict[str, Any] = {}
-    for name, check in CHECKS.items():
-        values, called = getattr(found, name), f"the {name} of a layer ({type(layer).__name__})"
-        if values is not None or name != "shading_offset":
-            checked[name] = check(called, values)
-            shape = (n, 3) if name == "across" else (n,)
-            if checked[name].shape != shape:
-                raise ParameterError(f"{called} must have the shape {shape}, received {checked[name].shape}.")
+    checked: dict[str, Any] = {
+        "spacing": np.asarray(found.spacing, np.float64, order="C"),
+        "active": np.asarray(found.active, bool, order="C"),
+    }
+    called = f"of a layer ({type(layer).__name__})"
+    if not (checked["spacing"] > 1.0 / LARGEST).all():
+        raise ParameterError(f"the spacing {called} must be greater than 0. Infinity asks for no triangles.")
+    for name in ("height", "across", "shading_offset"):
+        if name != "shading_offset" or found.shading_offset is not None:
+            checked[name] = plain_and_finite(f"the {name} {called}", getattr(found, name))
+    for name, values in checked.items():
+        shape = (n, 3) if name == "across" else (n,)
+        if values.shape != shape:
+            raise ParameterError(f"the {name} {called} must have the shape {shape}, received {values.shape}.")
     return replace(found, **checked)
 
 
@@ -341,15 +344,8 @@ def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
             f"{type_of(found)}. Return {{}} if there are none."
         )
     for name, given in found.items():
-        if not isinstance(name, str) or not name:
-            raise ParameterError(
-                f"the fields of a layer ({type(layer).__name__}) must have names, received {name!r} for one."
-            )
-        try:
-            values = np.asarray(given)
-        except ValueError:  # rows of different lengths
-            values = np.array(None)
-        rows = values.dtype in KINDS and values.ndim in (1, 2) and len(values) == n and values.shape[1:] != (0,)
+        values = np.asarray(given)
+        rows = values.dtype.kind in "biuf" and values.ndim in (1, 2) and len(values) == n and values.shape[1:] != (0,)
         asked, shape = "a number, or a row of numbers,", values.shape
         if name in VECTORS:
             asked, shape = "three numbers", (n, 3)
@@ -362,41 +358,6 @@ def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
             )
         out[name] = values
     return out
-
-
-def _spacing(called: str, given: object) -> Array:
-    """Return spacings as numbers; no detail, infinity, needs no triangles."""
-    try:
-        spacing = np.asarray(given, np.float64, order="C")
-    except (TypeError, ValueError, OverflowError):
-        return finite(called, given)  # tells what is wrong
-    if not (spacing > 1.0 / LARGEST).all():
-        broken = spacing[~(spacing > 1.0 / LARGEST)][0]
-        raise ParameterError(f"{called} must be greater than 0, received {broken:g}. Infinity asks for no triangles.")
-    return spacing
-
-
-def _active(called: str, given: object) -> BoolArray:
-    try:
-        active = np.asarray(given, order="C")
-    except ValueError:  # rows of different lengths
-        active = np.array(None)
-    if active.dtype != bool:
-        raise ParameterError(
-            f"{called} must hold True where the layer may displace the surface and False elsewhere, received "
-            f"{active.dtype if active.ndim else type_of(given)}."
-        )
-    return active
-
-
-CHECKS: Mapping[str, Callable[[str, Any], npt.NDArray[Any]]] = {
-    "height": plain_and_finite,
-    "spacing": _spacing,
-    "across": plain_and_finite,
-    "active": _active,
-    "shading_offset": plain_and_finite,
-}
-"""What is checked of each array of a displacement."""
 
 
 def over(below: Mapping[str, npt.NDArray[Any]], fields: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
