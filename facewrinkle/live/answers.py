@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from .protocol import (
     Continue,
     Copy,
     Field,
+    Kind,
     Live,
     Message,
     Play,
@@ -40,7 +41,6 @@ from .protocol import (
     Show,
     Undo,
 )  # fmt: skip
-from .saving import KINDS as KINDS_OF_FILES
 from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
 from .server import Client, Server
 from .stage import Stage
@@ -116,7 +116,7 @@ class Answers:
             "patterns": {"kinds": list(KINDS), "numbers": ranges(Pattern)},
             "tears": ranges(Tear),
             "folder": "" if self._folder is None else str(self._folder.path),
-            "kinds": list(KINDS_OF_FILES),
+            "kinds": list(get_args(Kind)),
             "regions": list(REGIONS),
             "earlier": self._kept.when,
             "endings": [*MESHES, *COMPANIONS],
@@ -130,15 +130,9 @@ class Answers:
         return {
             "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
             "identity": sorted(Identity.__dataclass_fields__) if built_in and face.landmarks else [],
-            "closed": self._closed(face),
+            "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and so no folds of its own."},
             **of_face(face, self._library[shown].clip),
         }
-
-    def _closed(self, face: Face) -> dict[str, str]:
-        """Return the tabs that do nothing on a face, and why."""
-        if self._stage.looks:
-            return dict.fromkeys(("Folds", "Patterns", "Tears"), "A frame is looked at as it is.")
-        return {} if face.muscles else {"Folds": "This surface has no muscles, and so no folds of its own."}
 
     # --- what it asks for ----------------------------------------------------------------------
 
@@ -231,9 +225,7 @@ class Answers:
             raise ParameterError(f"one of the three shares must be above 0, received {asked.shares}.")
         if asked.version != parts.version or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed since. Click again.")
-        frame, layers = stage.shown.frame, stage.layers
-        if layers is not stage.shown.layers:  # they have made no frame yet
-            raise ParameterError("the face has changed since. Click again.")
+        frame, layers = stage.shown.frame, stage.shown.layers
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
         rest = np.asarray(frame.point_data.get("rest", frame.points))
@@ -245,17 +237,17 @@ class Answers:
             return {"download": self.server.offer(name, data), "name": name}
         return {"path": str(self._folder.write(name, data)), "name": name}
 
-    def opened(self, folder: Path, names: list[str]) -> dict[str, Any]:
+    def opened(self, folder: Path) -> dict[str, Any]:
         """Read what was dropped onto a page, a session or a face, and show it; on a thread of its own."""
-        if len(names) == 1 and names[0].lower().endswith(".json"):
-            text = (folder / names[0]).read_text(encoding="utf-8", errors="replace")
+        files = list(folder.iterdir())
+        if len(files) == 1 and files[0].suffix.lower() == ".json":
             with self._stage.condition:
-                self._document.load(text)
+                self._document.load(files[0].read_bytes())
             self._changed()
             return {"name": "", "said": []}
         try:
             with self._meshes:
-                name, loaded = opened(folder, names, self._library[""].face.atlas, self._tell)
+                name, loaded = opened(folder, self._library[""].face.atlas, self._tell)
                 name = self._library.add(name, loaded)
         finally:
             self._tell("", 1.0)

@@ -26,9 +26,6 @@ from ..schemas import Share, conforming
 VERSION = 1
 """Of the form of session files."""
 
-MOST_STEPS = 1000
-"""Steps that can be undone."""
-
 LONGEST = 600.0
 """Seconds of a timeline at most."""
 
@@ -207,7 +204,6 @@ class Document:
             self._states[self._at :] = [data]
         else:
             self._states[self._at + 1 :] = [data]
-            del self._states[: -MOST_STEPS - 1]
             self._at = len(self._states) - 1
         self._gesture, self.version = gesture, self.version + 1
 
@@ -236,7 +232,7 @@ class Document:
         """Return the session as JSON."""
         return json.dumps({"facewrinkle session": VERSION, **self.data}, indent=1)
 
-    def load(self, text: str) -> None:
+    def load(self, text: str | bytes) -> None:
         """Take over the session of a file, as a step that can be undone.
 
         Raises

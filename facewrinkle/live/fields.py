@@ -10,14 +10,14 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..errors import ParameterError
+from ..array_types import Array
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS
 from ..plotting.fields import FIELD_COLOURS, FOLDED
-from .encoding import Part
+from .protocol import Part
 from .visible_parts import VisibleParts
 
 NOTHING = 65535
@@ -47,12 +47,7 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequenc
     Where its numbers stand for names, those that appear are told.
     """
     info: dict[str, Any] = {"name": name, "about": ARRAYS.get(name, ""), "unit": "mm" if name == "W" else ""}
-    values = np.full(frame.n_points, np.nan)
-    if name in frame.point_data:
-        values[:] = frame.point_data[name]
-    folded = [np.asarray(frame.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in frame.point_data]
-    if folded:
-        values[~np.any(folded, axis=0)] = np.nan
+    values = values_of(frame, name)
     scheme, limits = FIELD_COLOURS.get(name, ("viridis", None))
     some = np.isfinite(values)
     largest = float(np.abs(values[some]).max(initial=0.0)) or 1.0
@@ -65,6 +60,17 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequenc
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
     numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
     return Part("field", "field", {"value": numbers[parts.origin]}, {**info, "range": [float(low), float(high)]})
+
+
+def values_of(frame: pv.PolyData, name: str) -> Array:
+    """Return a field, NaN where it means nothing: lambda, for one, means something only where a muscle folds skin."""
+    values = np.full(frame.n_points, np.nan)
+    if name in frame.point_data:
+        values[:] = frame.point_data[name]
+    folded = [np.asarray(frame.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in frame.point_data]
+    if folded:
+        values[~np.any(folded, axis=0)] = np.nan
+    return values
 
 
 def labels(frame: pv.PolyData, layers: Sequence[Layer]) -> Mapping[str, list[str]]:
@@ -82,7 +88,7 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
     frame : PolyData
     face : Face
     layers : sequence of Layer
-        Those that made the frame, and nothing since; none if that is not known.
+        Those that made the frame, and nothing since.
     vertex : int
 
     Returns
@@ -91,14 +97,9 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
         With "made_by", "formula" with its "numbers", "values" of the fields, the "added" heights by name, mm, and
         where the vertex is ("place"), and was ("rest").
     """
-    if not 0 <= vertex < frame.n_points:
-        raise ParameterError(f"the frame has {frame.n_points} vertices, received {vertex}.")
     data = frame.point_data
-    values = {
-        name: float(np.asarray(data[name])[vertex])
-        for name in FIELDS
-        if name in data and name not in ("muscle", "family", "level") and _means(name, data, vertex)
-    }
+    measured = [name for name in FIELDS if name not in ("muscle", "family", "level")]
+    values = {name: float(values_of(frame, name)[vertex]) for name in measured}
     found: dict[str, Any] = {
         "vertex": vertex,
         "place": [round(float(x), 3) for x in np.asarray(frame.points)[vertex]],
@@ -106,7 +107,7 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
         "values": {name: round(value, 5) for name, value in values.items() if np.isfinite(value)},
         "level": int(np.asarray(data["level"])[vertex]) if "level" in data else 0,
     }
-    makers = _makers(frame, face, layers, vertex)
+    makers = _makers(face, layers, vertex)
     if not makers:
         return found | {"made_by": "no fold here"}
     first = makers[0]
@@ -119,7 +120,7 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
     }
 
 
-def _makers(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> list[dict[str, Any]]:
+def _makers(face: Face, layers: Sequence[Layer], vertex: int) -> list[dict[str, Any]]:
     """All that adds to the height of a vertex: name, W in mm, formula and its numbers; what adds most comes first."""
     makers: list[dict[str, Any]] = []
     for layer in layers:
@@ -142,8 +143,6 @@ def _makers(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int
                 made = " + ".join(type(pattern).__name__ for pattern in layer.patterns)
                 formula = f"W = strength \u00b7 depth \u00b7 {made}(x, y, t)"
                 makers.append(_maker(f"the pattern {layer.name!r}", formula, {"W": height}))
-    if not layers:
-        makers = _named(frame, face, vertex)
     return sorted(makers, key=lambda each: -each["depth"])
 
 
@@ -152,20 +151,3 @@ def _maker(name: str, formula: str, numbers: dict[str, float]) -> dict[str, Any]
     for of_fields in ("epsilon", "lambda", "gamma", "theta"):
         numbers.pop(of_fields, None)
     return {"name": name, "W": height, "depth": abs(numbers.get("D", height)), "formula": formula, "numbers": numbers}
-
-
-def _named(frame: pv.PolyData, face: Face, vertex: int) -> list[dict[str, Any]]:
-    """The muscle that a frame names at a vertex, where nothing else is known of it."""
-    data = frame.point_data
-    number = int(np.asarray(data["muscle"])[vertex]) if "muscle" in data else -1
-    if number < 0 or "muscles" not in frame.field_data:
-        return []
-    name = str(frame.field_data["muscles"][number])
-    height = float(np.asarray(data["W"])[vertex]) if "W" in data else 0.0
-    return [{"name": name, "W": height, "depth": abs(height), "formula": "", "numbers": {}}]
-
-
-def _means(name: str, data: pv.DataSetAttributes, vertex: int) -> bool:
-    """Return True if a field means something at a vertex: lambda, for one, only where a muscle folds the skin."""
-    owners = [own for own in FOLDED.get(name, ()) if own in data]
-    return not owners or any(np.asarray(data[own])[vertex] >= 0 for own in owners)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import asyncio
-import re
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
@@ -22,9 +20,6 @@ from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
 from ..progress import Progress
 
-if TYPE_CHECKING:
-    from aiohttp import web
-
 ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
 
@@ -33,18 +28,6 @@ MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 
 COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
 """Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
-
-LARGEST_UPLOAD = 256 * 2**20
-"""Bytes of all files that are sent together."""
-
-LONGEST_UPLOAD = 600.0
-"""Seconds in which they must have arrived."""
-
-MOST_FILES = 32
-"""Files that are sent together at most."""
-
-NAME = re.compile(r"[\w][\w .()+,=-]{0,99}")
-"""Names of files that are taken: no folders, and nothing hidden."""
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -125,7 +108,7 @@ def telling(tell: Tell, before: str = "") -> Progress:
     return progress
 
 
-def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
+def opened(folder: Path, atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
     """Read the face or the clip among the files of a folder, and return its name and what was read.
 
     Raises
@@ -135,7 +118,7 @@ def opened(folder: Path, names: Iterable[str], atlas: Atlas, tell: Tell) -> tupl
     FaceWrinkleError
         If it cannot be read, or shows no face.
     """
-    files = [folder / name for name in names]
+    files = sorted(folder.iterdir())
     main = [file for file in files if file.suffix.lower() in MESHES]
     if len(main) != 1:
         raise ParameterError(
@@ -172,65 +155,3 @@ def _clip_of(file: Path) -> tuple[Recorded | None, Any]:
     except FaceWrinkleError:
         return None, None  # a mesh that does not move; what else is wrong with it shows when it is read as one
     return (clip, mesh) if clip.duration > 0.0 else (None, None)
-
-
-def checked_name(name: str) -> str:
-    """Return the name of a file, if it is one that is taken.
-
-    Examples
-    --------
-    >>> checked_name("my head.obj")
-    'my head.obj'
-    >>> checked_name("../head.obj")
-    Traceback (most recent call last):
-    facewrinkle.errors.ParameterError: a file may not be called '../head.obj': letters, digits, spaces and ._-+,=() ...
-    """
-    if not NAME.fullmatch(name):
-        raise ParameterError(
-            f"a file may not be called {name[:120]!r}: letters, digits, spaces and ._-+,=() are allowed."
-        )
-    endings = (*MESHES, *COMPANIONS)
-    if not name.lower().endswith(endings):
-        raise ParameterError(f"{name!r} is no file that the studio reads; these are: {', '.join(endings)}.")
-    return name
-
-
-async def received(request: web.Request, folder: Path) -> list[str]:
-    """Write the files of a request into a folder, and return their names.
-
-    Raises
-    ------
-    ParameterError
-        For names that are not taken, for too many or too large files, and for what does not arrive.
-    """
-    try:
-        async with asyncio.timeout(LONGEST_UPLOAD):
-            return await _received(request, folder)
-    except FaceWrinkleError:
-        raise
-    except TimeoutError:
-        raise ParameterError(f"the files did not arrive within {LONGEST_UPLOAD:g} s.") from None
-    except Exception as problem:  # a form can be bad in many ways, and a page leave at any time
-        raise ParameterError(f"the files were not received: {' '.join(str(problem).split())}.") from None
-
-
-async def _received(request: web.Request, folder: Path) -> list[str]:
-    if not request.content_type.startswith("multipart/"):
-        raise ParameterError("files are sent as a form with several parts.")
-    names: list[str] = []
-    size = 0
-    parts: Any = await request.multipart()
-    async for part in parts:
-        if (sent := getattr(part, "filename", None)) is None:  # or several parts in one
-            raise ParameterError("the form may hold files only.")
-        name = checked_name(sent)
-        if name in names or len(names) >= MOST_FILES:
-            raise ParameterError(f"at most {MOST_FILES} files of different names are taken.")
-        names.append(name)
-        with (folder / name).open("xb") as file:
-            while chunk := await part.read_chunk(2**16):
-                size += len(chunk)
-                if size > LARGEST_UPLOAD:
-                    raise ParameterError(f"the files are too large; {LARGEST_UPLOAD // 2**20} MB are allowed.")
-                file.write(chunk)
-    return names

@@ -27,7 +27,7 @@ from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
-from ..files import not_written, output_folder, write_whole
+from ..files import output_folder, write_whole
 from ..plotting import Style, TearScene
 from ..processes import environment
 from .document import Document
@@ -35,17 +35,14 @@ from .library import Tell, telling
 from .stage import Stage
 from .wishes import FPS, PICTURE, Player, mixture_of, view_of
 
-KINDS = ("picture", "movie", "glb", "animation", "rig", "face", "atlas", "session")
-"""Things that can be saved."""
-
 SLOW = ("rig", "movie", "animation")
 """Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
 
 SESSION = "session.json"
 """The file of the session in the folder of a studio."""
 
-SOON, LATER = 0.5, 10.0
-"""Seconds after a change until the session is saved, and until it is tried again where that failed."""
+SOON = 0.5
+"""Seconds after a change until the session is saved."""
 
 
 class Folder:
@@ -60,41 +57,17 @@ class Folder:
     def __init__(self, path: Path) -> None:
         self.path = output_folder(path).resolve()
 
-    def write(self, name: str, data: bytes, anew: bool = True) -> Path:
-        """Write data under a name; with `anew`, never over another file: the name gets a number."""
-        if not re.fullmatch(r"[a-z]+\.[a-z0-9]+", name):
-            raise OutputError(f"the studio writes files with plain names, received {name!r}.")
-        path = self._claimed(name) if anew else self.path / name
-        try:
-            write_whole(path, data)
-        except OutputError:
-            if anew:
-                path.unlink(missing_ok=True)
-            raise
+    def write(self, name: str, data: bytes) -> Path:
+        """Write data under a name with a number, never over another file."""
+        path = self.free(name)
+        write_whole(path, data)
         return path
 
-    def set_aside(self, name: str) -> Path:
-        """Give a file another name, with a number, whatever is in it."""
-        path = self._claimed(name)
-        try:
-            return (self.path / name).replace(path)
-        except OSError as problem:
-            path.unlink(missing_ok=True)
-            raise not_written(path, problem) from None
-
-    def _claimed(self, name: str) -> Path:
-        """Make an empty file under a name with the first number that is free."""
+    def free(self, name: str) -> Path:
+        """Return the path of a name with the first number that is free."""
         stem, _, ending = name.partition(".")
-        number = 0
-        try:
-            while True:
-                number += 1
-                path = self.path / f"{stem}_{number}.{ending}"
-                with contextlib.suppress(FileExistsError):
-                    path.touch(exist_ok=False)
-                    return path
-        except OSError as problem:
-            raise not_written(path, problem) from None
+        paths = (self.path / f"{stem}_{number}.{ending}" for number in itertools.count(1))
+        return next(path for path in paths if not path.exists())
 
 
 class Kept:
@@ -118,14 +91,10 @@ class Kept:
         self._saved, self._failed = document.version, False
         self._lock = threading.Lock()
         self._timer: threading.Timer | None = None
-        self.when, self._text = "", ""
-        self._found: tuple[int, ...] = ()
-        self._own: tuple[int, ...] = ()
+        self.when, self._found, self._own = "", b"", b""
         if folder is not None and (path := folder.path / SESSION).is_file():
-            self._found = _mark(path)
-            with contextlib.suppress(OSError, UnicodeDecodeError):
-                self._text = path.read_text(encoding="utf-8")
-                self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
+            self._found = path.read_bytes()
+            self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
 
     def resume(self) -> None:
         """Take over the session that was found, as a step that can be undone.
@@ -136,7 +105,7 @@ class Kept:
             If it is no session, or needs a face that is not open.
         """
         if self.when:
-            self._document.load(self._text)
+            self._document.load(self._found)
             self.when, self._own = "", self._own or self._found
 
     def dismiss(self) -> None:
@@ -146,7 +115,7 @@ class Kept:
     def changed(self) -> None:
         """Save the session soon."""
         if self._folder is not None and self._timer is None and self._saved != self._document.version:
-            self._timer = threading.Timer(LATER if self._failed else SOON, self.save)
+            self._timer = threading.Timer(SOON, self.save)
             self._timer.daemon = True
             self._timer.start()
 
@@ -160,25 +129,17 @@ class Kept:
                 self._write(self._folder, self._document.version)
         except (OSError, OutputError) as problem:
             if not self._failed:
-                self._complain(f"The session is not saved, which is tried again: {problem}")
+                self._complain(f"The session is not saved: {problem}")
             self._failed = True
         finally:
             self._lock.release()
-        if self._failed:
-            self.changed()
 
     def _write(self, folder: Folder, version: int) -> None:
-        path = folder.path / SESSION
-        if os.path.lexists(path) and (os.path.islink(path) or _mark(path) != self._own):
-            folder.set_aside(SESSION)  # what is not our own
-        folder.write(SESSION, self._document.text().encode(), anew=False)
-        self._own, self._saved, self._failed = _mark(path), version, False
-
-
-def _mark(path: Path) -> tuple[int, ...]:
-    """What a file is told from others by, and from what it was."""
-    status = path.lstat()
-    return status.st_dev, status.st_ino, status.st_mtime_ns
+        path, text = folder.path / SESSION, self._document.text().encode()
+        if path.is_file() and path.read_bytes() != self._own:
+            path.replace(folder.free(SESSION))
+        write_whole(path, text)
+        self._own, self._saved, self._failed = text, version, False
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -198,14 +159,12 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
     Parameters
     ----------
     what : str
-        One of `KINDS`, but none of `SLOW`.
+        One of the kinds of `Save`, but none of `SLOW`.
     camera : list of float
         Position and focal point, for pictures.
     stage : Stage
     document : Document
     """
-    if what not in KINDS:
-        raise ParameterError(f"what is saved must be one of {', '.join(KINDS)}, received {what!r}.")
     assert stage.shown is not None
     if what == "session":
         return "session.json", document.text().encode()

@@ -11,6 +11,7 @@ import asyncio
 import hmac
 import json
 import logging
+import re
 import secrets
 import socket
 import tempfile
@@ -31,10 +32,11 @@ from ..plotting.scene import BACKGROUND
 from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
-from .encoding import Known, message, photo_message
-from .library import received
-from .protocol import LARGEST_MESSAGE, Change, Message, Shown, key_of, parse
+from .protocol import LARGEST_MESSAGE, Change, Known, Message, Shown, key_of, message, parse, photo_message
 from .stage import Shown as Frame
+
+LARGEST_UPLOAD = 256 * 2**20
+"""Bytes of a file that is sent."""
 
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
@@ -137,6 +139,23 @@ def page_files() -> dict[str, tuple[str, bytes]]:
     return found
 
 
+async def received(request: web.Request, folder: Path) -> None:
+    """Write the files of a form into a folder, under their names without folders.
+
+    Raises
+    ------
+    ParameterError
+        For too large files, two of one name, and a form that makes no sense or does not arrive.
+    """
+    try:
+        parts: Any = await request.clone(client_max_size=LARGEST_UPLOAD).multipart()
+        async for part in parts:
+            with (folder / Path(part.filename).name).open("xb") as file:
+                file.write(await part.read())
+    except Exception as problem:  # a form can be bad in many ways, and a page leave at any time
+        raise ParameterError(f"the files were not received: {' '.join(str(problem).split())}.") from None
+
+
 class Server:
     """A server on a thread of its own.
 
@@ -149,7 +168,7 @@ class Server:
     greeting : callable
         Returns what a page is told first.
     opened : callable
-        Called, on a thread of its own, with a folder and the names of the files in it; returns the answer.
+        Called, on a thread of its own, with a folder of files; returns the answer.
     host, port :
         Where to listen; port 0 is any that is free.
 
@@ -165,7 +184,7 @@ class Server:
         handler: Callable[[Message, Client], Awaitable[Any]],
         state: Callable[[], Mapping[str, Any]],
         greeting: Callable[[], Mapping[str, Any]],
-        opened: Callable[[Path, list[str]], Mapping[str, Any]],
+        opened: Callable[[Path], Mapping[str, Any]],
         host: str = "127.0.0.1",
         port: int = 0,
     ) -> None:
@@ -263,8 +282,6 @@ class Server:
     def offer(self, name: str, data: bytes) -> str:
         """Return the address, good for one download, of data under a name."""
         token = secrets.token_urlsafe(24)
-        while len(self._downloads) >= 4:
-            self._downloads.pop(next(iter(self._downloads)))
         self._downloads[token] = name, data
         return f"/download/{token}"
 
@@ -276,26 +293,21 @@ class Server:
     @web.middleware
     async def _guard(self, request: web.Request, handler: Any) -> web.StreamResponse:
         """Refuse requests to other hosts, as a foreign name that leads here, and from other origins."""
-        host, origin = request.headers.get("Host"), request.headers.get("Origin")
-        if host not in self._hosts(request):
+        assert request.transport is not None
+        address = str(request.transport.get_extra_info("sockname")[0])  # at which it has come in
+        own = {"localhost", self._shown_host, f"[{address}]" if ":" in address else address}
+        if re.sub(r":\d+$", "", request.host) not in own:
             raise web.HTTPForbidden(text="unknown host: use the address that the studio has printed")
-        if origin is not None and origin not in {f"http://{each}" for each in self._hosts(request)}:
+        if request.headers.get("Origin", f"http://{request.host}") != f"http://{request.host}":
             raise web.HTTPForbidden(text="unknown origin")
         response: web.StreamResponse = await handler(request)
         return response
 
-    def _hosts(self, request: web.Request) -> set[str]:
-        """Return the hosts that a request may name: as the studio was told, or the address at which it has come in."""
-        assert request.transport is not None
-        address = str(request.transport.get_extra_info("sockname")[0])
-        names = {"localhost", self._shown_host, f"[{address}]" if ":" in address else address}
-        return {f"{name}:{self.port}" for name in names} | (names if self.port == 80 else set())
-
     def _headers(self, request: web.Request) -> dict[str, str]:
-        sockets = " ".join(f"ws://{host}" for host in sorted(self._hosts(request)))
         return {
-            "Content-Security-Policy": f"default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self' "
-            f"{sockets}; img-src 'self' blob: data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+            "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; "
+            f"connect-src 'self' ws://{request.host}; img-src 'self' blob: data:; "
+            "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "no-referrer",
             "Cross-Origin-Opener-Policy": "same-origin",
@@ -324,8 +336,8 @@ class Server:
         headers = self._headers(request)  # the page may have left when they are needed
         try:
             with tempfile.TemporaryDirectory(prefix="facewrinkle-") as folder:
-                names = await received(request, Path(folder))
-                answer = await asyncio.to_thread(self._opened, Path(folder), names)
+                await received(request, Path(folder))
+                answer = await asyncio.to_thread(self._opened, Path(folder))
             return web.json_response(answer, headers=headers)
         except FaceWrinkleError as error:
             text = " ".join(str(error).split())[:2000].replace(folder + "/", "")

@@ -1,7 +1,6 @@
 """The simulation of a studio, on a thread of its own: it takes the newest wish, steps, and publishes what is seen.
 
-It sleeps when nothing is asked and nothing moves. All that touches the simulation, and VTK, happens on this thread. A
-frame, or any other surface, can also be looked at as it is.
+It sleeps when nothing is asked and nothing moves. All that touches the simulation, and VTK, happens on this thread.
 """
 
 from __future__ import annotations
@@ -19,13 +18,12 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..errors import FaceWrinkleError, FaceWrinkleWarning, MeshError
-from ..geometry.normals import vertex_normals
+from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.base import Layer
 from .document import Document
-from .encoding import Box, Part, small_normals
 from .fields import coloured
 from .library import Library
+from .protocol import Box, Part, small_normals
 from .visible_parts import VisibleParts
 from .wishes import Player, layers_of, mixture_of
 
@@ -92,9 +90,6 @@ class Stage(threading.Thread):
     photos : tuple
         A number that grows when they change, and the photos of the present face as files, by the names of parts.
     """
-
-    looks = False
-    """True if nothing is simulated."""
 
     time_step = 0.02
     """Seconds from frame to frame."""
@@ -183,11 +178,6 @@ class Stage(threading.Thread):
     def shown_face(self) -> str:
         """Name of the face that is shown."""
         return str(self._applied.get("face", ""))
-
-    @property
-    def layers(self) -> Sequence[Layer]:
-        """The layers that make the present folds, the same object until there are others; for jobs."""
-        return () if self._player is None else self._player.simulation.layers
 
     def run(self) -> None:
         """Work until closed."""
@@ -289,25 +279,27 @@ class Stage(threading.Thread):
         self.tell_face()
 
     def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool) -> None:
-        timeline = data["timeline"]
+        player, timeline = self._player, data["timeline"]
+        assert player is not None
         if playing:
             with self.condition:
                 self._time += self.time_step
                 if self._time > timeline["length"]:
                     self._time = 0.0 if timeline["loop"] else timeline["length"]
                     self._playing = timeline["loop"]
-        frame, arrived = self._next(data, live)
+        frame = player.step({**mixture_of(data, self._time), **live}, data["gaze"], self._time)
+        arrived = player.arrived and not player.cries(self._clock)
         self._clock += self.time_step
         moved = self._moved(frame)
         self._quiet = 0 if moved > STILL or not arrived or playing else self._quiet + 1
         still = self._quiet >= STILL_STEPS
         parts = self.parts.at(frame, exact=still)
-        tears = {} if self._player is None else self._player.tears(frame, self._clock)
+        tears, layers = player.tears(frame, self._clock), player.simulation.layers
         parts += [self._tear_part(name, tear) for name, tear in tears.items()]
-        fields = {name: coloured(frame, name, self.parts, self.layers) for name in sorted(self.wanted_fields)}
+        fields = {name: coloured(frame, name, self.parts, layers) for name in sorted(self.wanted_fields)}
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
-        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, self.layers, surfaces)
+        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, layers, surfaces)
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen
@@ -316,13 +308,6 @@ class Stage(threading.Thread):
             self.condition.notify_all()
         for tell in self.listeners:
             tell()
-
-    def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
-        """Return the next frame, and True if all that was asked for has come."""
-        assert self._player is not None
-        weights = mixture_of(data, self._time)
-        frame = self._player.step({**weights, **live}, data["gaze"], self._time)
-        return frame, self._player.arrived and not self._player.cries(self._clock)
 
     def _moved(self, frame: pv.PolyData) -> float:
         if self.shown is None or self.shown.frame.n_points != frame.n_points:
@@ -339,46 +324,3 @@ class Stage(threading.Thread):
             "thickness": np.asarray(tear.point_data["thickness"], np.float32),
         }
         return Part(f"tear {name}", "tear", arrays)
-
-
-def to_look_at(surface: pv.PolyData) -> pv.PolyData:
-    """Return the triangles of a surface, with normals and all of its fields: a copy.
-
-    Raises
-    ------
-    MeshError
-        If it has no triangles.
-    """
-    frame = surface.copy() if surface.is_all_triangles else surface.triangulate()
-    if not frame.n_cells or not frame.is_all_triangles:
-        raise MeshError("the surface has no triangles to look at.")
-    if "Normals" not in frame.point_data:
-        points = np.asarray(frame.points, np.float64)
-        frame.point_data["Normals"] = vertex_normals(points, np.asarray(frame.regular_faces))
-    return frame
-
-
-class Look(Stage):
-    """A stage on which one frame stands still.
-
-    Parameters
-    ----------
-    frame : PolyData
-        Triangles with normals, see :func:`to_look_at`.
-    library, document :
-        See :class:`Stage`.
-    """
-
-    looks = True
-
-    def __init__(self, frame: pv.PolyData, library: Library, document: Document) -> None:
-        super().__init__(library, document)
-        self._frame = frame
-
-    def _apply(self, data: Mapping[str, Any], version: int) -> None:
-        if not self._applied:
-            self.photos = 1, self.parts.photos()
-        self._seen, self._applied = version, dict(data)
-
-    def _next(self, data: Mapping[str, Any], live: Mapping[str, float]) -> tuple[pv.PolyData, bool]:
-        return self._frame, True

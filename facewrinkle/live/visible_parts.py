@@ -29,7 +29,7 @@ from ..geometry.topology import split_vertices
 from ..mesh.arrays import COLORS, CORNERS, corner_texture
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR
-from .encoding import LARGEST, Box, Part, small_normals
+from .protocol import LARGEST, Box, Part, small_normals
 
 VERSIONS = itertools.count(1)
 """Numbers of the triangles of skins, each of another one."""
@@ -106,7 +106,7 @@ class VisibleParts:
         if not np.array_equal(triangles, self._triangles):
             self._triangles, self.version = triangles.copy(), next(VERSIONS)
             self._of_triangles = self._drawn(frame, triangles)
-        points, normals = np.asarray(frame.points, np.float64), _normals_of(frame)
+        points, normals = np.asarray(frame.points, np.float64), _normals(frame)
         shade: Any = 0.0
         if "W" in frame.point_data:
             dark = furrow_shade(np.asarray(frame.point_data["W"]))
@@ -194,9 +194,7 @@ class VisibleParts:
         points, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
         arrays = {"position": self._same(name, "position", self.box.quantised(points))}
         if kind != "plain":
-            normals = mesh.point_data.get("Normals")
-            small = small_normals(vertex_normals(points, triangles) if normals is None else normals)
-            arrays["normal"] = self._same(name, "normal", small)
+            arrays["normal"] = self._same(name, "normal", small_normals(_normals(mesh)))
         places = mesh.active_texture_coordinates if textured else None
         if places is not None:
             arrays["texture"] = self._same(name, "texture", np.asarray(places, np.float32))
@@ -238,10 +236,10 @@ def _bytes(colours: np.ndarray) -> npt.NDArray[np.uint8]:
     return np.asarray(colours if colours.dtype == np.uint8 else np.rint(255.0 * np.clip(colours, 0, 1)), np.uint8)
 
 
-def _normals_of(frame: pv.PolyData) -> Array:
-    if "split_gamma" in frame.point_data:  # those of a frame
-        return np.asarray(frame.point_data["Normals"])
-    return vertex_normals(np.asarray(frame.points, np.float64), frame.regular_faces)
+def _normals(mesh: pv.PolyData) -> Array:
+    if "Normals" in mesh.point_data:
+        return np.asarray(mesh.point_data["Normals"])
+    return vertex_normals(np.asarray(mesh.points, np.float64), mesh.regular_faces)
 
 
 def _indices(triangles: IntArray) -> npt.NDArray[Any]:

@@ -9,7 +9,6 @@ import sys
 import time
 import webbrowser
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,7 @@ from ..errors import FaceWrinkleError, check_whole, missing_package
 from .document import Document
 from .library import Library
 from .saving import Folder, Kept
-from .stage import Look, Stage, to_look_at
+from .stage import Stage
 
 if TYPE_CHECKING:
     from .widget import StudioWidget
@@ -57,7 +56,6 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         save_to: Path | None = None,
         browser: bool = True,
         source: str | None = None,
-        frame: pv.PolyData | None = None,
     ) -> None:
         try:
             from .answers import Answers
@@ -68,8 +66,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = None if save_to is None else Folder(save_to)
         self._kept = Kept(folder, self._document, self._complain)
-        stage = Stage if frame is None else partial(Look, frame)
-        self.stage = stage(self._library, self._document)
+        self.stage = Stage(self._library, self._document)
         self._answers = answers = Answers(
             self._library, self._document, self.stage, folder, self._kept, source, self._changed
         )
@@ -234,7 +231,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
 
 
 def studio(
-    face: Face | pv.PolyData | None = None,
+    face: Face | None = None,
     *,
     host: str = "127.0.0.1",
     port: int = 0,
@@ -245,9 +242,8 @@ def studio(
 
     Parameters
     ----------
-    face : Face or PolyData, optional
-        Default: the built-in head. A frame of a simulation, or any other surface, is looked at as it is: its
-        fields can be shown and read, and nothing moves.
+    face : Face, optional
+        Default: the built-in head.
     host : str
         Address to listen at. Others than 127.0.0.1 let everybody in the network who knows the address with its key
         use the studio.
@@ -270,8 +266,6 @@ def studio(
         Without the package aiohttp.
     ParameterError
         For a port that is in use, and an address that is not of this computer.
-    MeshError
-        For a surface without triangles.
 
     Examples
     --------
@@ -282,9 +276,5 @@ def studio(
     >>> bool(frame["W"].min() < -0.2)
     True
     """
-    frame = None
-    if isinstance(face, pv.PolyData):
-        frame = to_look_at(face)
-        face = Face.without_anatomy(frame, 1.0)
     folder = None if save_to is None else Path(save_to)
-    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser, frame=frame)
+    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from studio_pages import decoded, restored
 
-from facewrinkle.live.encoding import Box, Part, message, small_normals
+from facewrinkle.live.protocol import Box, Part, message, small_normals
 
 ARRAYS = st.sampled_from(["uint8", "int8", "uint16", "uint32", "float32"]).flatmap(
     lambda name: arrays(

@@ -2,7 +2,6 @@
 
 numbers of formulas | put in again, they add up to the heights of the layers, before these are levelled
 who made it         | the muscle whose own W is the deepest there; the pattern that was placed
-a frame alone       | the muscle that the frame names
 """
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 from facewrinkle.layers.entries import Relief
 from facewrinkle.live.fields import probe
 
@@ -59,15 +57,3 @@ def test_the_maker_is_the_deepest(happy, face):
     assert "k0 (mm)" in told["numbers"]
     dimple = int(np.argmin(frame["pattern_mine"]))
     assert probe(frame, face, sim.layers, dimple)["made_by"] == "the pattern 'mine'"
-    with pytest.raises(ParameterError, match="received -1"):
-        probe(frame, face, sim.layers, -1)
-
-
-def test_of_a_frame_alone_the_muscle_is_told(happy, face):
-    sim, frame = happy
-    vertex = int(np.argmin(sim.fields("zygomaticus_major_l")["W"]))
-    told = probe(frame, face, [], vertex)
-    labelled = list(face.muscles)[frame["muscle"][vertex]]  # the largest H At, which need not be the deepest fold
-    assert told["made_by"] == labelled
-    assert told["values"]["W"] == pytest.approx(frame["W"][vertex], abs=1e-5)
-    assert told["numbers"] == {}

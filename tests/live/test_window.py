@@ -28,16 +28,13 @@ from studio_pages import page, sent
 import facewrinkle as fw
 from facewrinkle.errors import (
     FaceWrinkleError,
-    MeshError,
     MissingPackageError,
-    OutputError,
     ParameterError,
     UnknownNameError,
 )
 from facewrinkle.live.answers import mixture_of_live
 from facewrinkle.live.document import Document
-from facewrinkle.live.saving import Folder, atlas_with
-from facewrinkle.live.stage import Stage
+from facewrinkle.live.saving import atlas_with
 from facewrinkle.live.window import Studio
 from facewrinkle.processes import environment
 
@@ -145,22 +142,6 @@ def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
         assert atlas.resolve(name) == face.atlas.resolve(name)
 
 
-def test_folds_that_changed_since_are_not_told(studio, monkeypatch):
-    click = {"corners": [0, 1, 2], "shares": [1.0, 0.0, 0.0], "version": studio.stage.parts.version}
-
-    async def visit():
-        async with page(studio) as seen:
-            await seen.settled(studio)
-            with monkeypatch.context() as patch:
-                patch.setattr(Stage, "layers", ())  # others than those that made the frame
-                refused = await seen.ask("probe", **click)
-            return refused["text"], (await seen.ask("probe", **click))["value"]
-
-    refused, told = asyncio.run(visit())
-    assert "the face has changed since. Click again" in refused
-    assert told["values"]
-
-
 @pytest.mark.slow
 def test_movies_animations_and_atlases_are_saved(studio, saved):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
@@ -266,13 +247,6 @@ def test_no_picture_is_drawn_while_a_file_is_read(studio, monkeypatch):
     assert events == ["read", "drawn"]
 
 
-@pytest.mark.parametrize("name", ["../x.png", "/etc/passwd", "a/b.png", "..", "X.png", "a.b.c"])
-def test_the_folder_takes_plain_names_only(tmp_path, name):
-    with pytest.raises(OutputError, match="plain names"):
-        Folder(tmp_path / "out").write(name, b"")
-    assert not list((tmp_path / "out").iterdir())
-
-
 def test_live_weights_are_units_or_shapes(face):
     assert mixture_of_live({"mouthSmileLeft": 0.5, "jawOpen": 1.0, "AU4": 0.2}, face) == {
         "AU12L": 0.5, "AU27": 1.0, "AU4": 0.2,
@@ -360,38 +334,3 @@ def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
     with pytest.raises(MissingPackageError, match=r"pip install \"\.\[studio\]\""):
         Studio(face, browser=False)
-
-
-def test_a_frame_is_looked_at_as_it_is(face):
-    sim = fw.Simulation(face)
-    sim.express("surprise")
-    frame = sim.settle()
-    before = frame.copy()
-
-    async def visit(**click):
-        async with page(window) as seen:
-            told = await seen.until(lambda got: got.get("is") == "welcome")
-            await seen.settled(window)
-            return told, (await seen.ask("probe", version=window.stage.parts.version, **click))["value"]
-
-    with fw.studio(frame, browser=False) as window:
-        assert np.array_equal(window.frame().points, frame.points)
-        window.rates = {"AU26": 1.0}  # nothing moves
-        assert np.array_equal(window.frame().points, frame.points)
-        deepest = int(np.argmin(frame["W"]))
-        corners = np.asarray(frame.regular_faces)[np.any(np.asarray(frame.regular_faces) == deepest, axis=1)][0]
-        shares = [float(corner == deepest) for corner in corners]
-        drawn = [int(np.flatnonzero(window.stage.parts.origin == corner)[0]) for corner in corners]
-        told, clicked = asyncio.run(visit(corners=drawn, shares=shares))
-        assert clicked["values"]["W"] == pytest.approx(float(frame["W"][deepest]), abs=1e-5)
-        assert set(told["off"].values()) == {"this surface has no muscles"}
-        assert set(told["closed"]) == {"Folds", "Patterns", "Tears"}
-        assert told["pulls"] == {}
-    assert frame == before
-
-
-def test_any_surface_can_be_looked_at_and_a_line_cannot():
-    with fw.studio(pv.Plane(), browser=False) as window:  # of quads
-        assert window.frame().n_cells == 200
-    with pytest.raises(MeshError, match="no triangles to look at"):
-        fw.studio(pv.Line())
