@@ -28,7 +28,6 @@ def rig(
     wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
     level: Whole | None = None,
     correctives: Whole = 0,
-    halfway: bool = False,
     same_mesh: bool = False,
     map_size: Whole | None = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
@@ -57,9 +56,6 @@ def rig(
     correctives
         At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
         whose sum is farthest from the simulation. NAME.rig.json lists them.
-    halfway
-        In USD, lids, the jaw and other shapes whose way is curved get an in-between at half the weight: half a blink is
-        then that of the simulation.
     same_mesh
         Write the shapes as displacements of the vertices of the mesh file itself, in its order, unit and axes, for
         programs that have it open: NAME.npz, with the arrays names, points, deltas, reached, unit, and chart if the
@@ -83,8 +79,6 @@ def rig(
         Print only errors.
     """
     report, source = Report(quiet), (source or FaceOptions()).of(face)
-    if halfway and not format.startswith("usd"):
-        raise ParameterError("--halfway makes in-betweens, which only USD holds: add --format usd, or leave it out.")
     if wrinkles != "maps" and map_size is not None:
         raise ParameterError("--map-size belongs to wrinkles in maps: add --wrinkles maps, or leave it out.")
     if wrinkles == "maps" and level:
@@ -104,7 +98,6 @@ def rig(
         wrinkles=wrinkles,
         level=0 if same_mesh else level,
         correctives=correctives,
-        halfway=halfway,
         progress=report.progress,
     )
     if same_mesh and source.face is not None:

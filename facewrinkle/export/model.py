@@ -66,8 +66,6 @@ class Morphs:
         What is added to points and normals at weight 1.
     drivers : mapping of str to sequence of str
         Shapes whose weight is the product of the weights of others; written beside the names, for programs that ask.
-    bends : mapping of str to tuple of ndarray of float32, shape (n, 3)
-        What is added to points and normals at weight 1/2 of a shape, beside half the shape. USD alone can hold it.
 
     Examples
     --------
@@ -82,7 +80,6 @@ class Morphs:
     deltas: Single
     normals: Single
     drivers: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    bends: Mapping[str, tuple[Single, Single]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

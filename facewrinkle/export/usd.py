@@ -33,8 +33,8 @@ def write_usd(
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
 
     Shapes are sparse; a mesh has those that move it. Shapes that are driven by another's weight squared are part of
-    that one, with an in-between at half its weight, as have those whose way is bent. Colours are `displayColor`,
-    texture coordinates `primvars:st`, and materials preview surfaces, with the pictures in files beside.
+    that one, with an in-between at half its weight. Colours are `displayColor`, texture coordinates `primvars:st`, and
+    materials preview surfaces, with the pictures in files beside.
 
     Parameters
     ----------
@@ -182,13 +182,11 @@ def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single | None]]:
         if k in squared.values():
             continue
         whole = np.hstack([morphs.deltas[k], morphs.normals[k]])
-        half = (0.5 * whole).astype(np.float32)
+        half = None
         if name in squared:
             more = np.hstack([morphs.deltas[squared[name]], morphs.normals[squared[name]]])
-            whole, half = whole + more, (half + 0.25 * more).astype(np.float32)
-        if name in morphs.bends:
-            half = (half + np.hstack(morphs.bends[name])).astype(np.float32)
-        yield name, whole, half if name in squared or name in morphs.bends else None
+            whole, half = whole + more, (0.5 * whole + 0.25 * more).astype(np.float32)
+        yield name, whole, half
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:

@@ -107,18 +107,13 @@ moves, but its normal turns.
 TURN = 0.03
 """Normals that turn by less, in radians, are left as they are."""
 
-HALF_OFF, HALF_SHARE = 0.3, 0.05
-"""A shape gets an in-between for its half way if half of it is farther than this from the half way of the simulation,
-mm, on any mesh but hairs; or on average over the skin by more than this share of the motion.
-"""
 
-
-def movement_poses(shapes: Mapping[str, Shape], posing: Posing, weight: float = 1.0) -> dict[Movement, Pose]:
+def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[Movement, Pose]:
     """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
     found: dict[Movement, Pose] = {}
     for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
         if shape.movement not in found:
-            found[shape.movement] = posing.at({"both": (replace(shape, side=None), weight)})
+            found[shape.movement] = posing.at({"both": (replace(shape, side=None), 1.0)})
     return found
 
 
@@ -255,28 +250,6 @@ def corrective_fields(
     return {part: np.array(own, np.float32).reshape(-1, *rest[part].shape) for part, own in lacks.items()}
 
 
-def halfway_fields(
-    shapes: Mapping[str, Shape],
-    fields: Fields,
-    halves: Mapping[Movement, Pose],
-    neutral: Pose,
-    baker: Baker,
-    progress: Progress,
-) -> dict[str, Fields]:
-    """Return what half of each shape whose way is curved lacks of the half way, by the names of these."""
-    unit = baker.face.unit
-    lack = shape_fields(shapes, halves, neutral, baker, progress)
-    for part, whole in fields.items():
-        lack[part] -= np.float32(0.5) * whole
-    seen = [part for part in lack if not is_hair(part)]
-    off = np.max([np.linalg.norm(lack[part][..., :3], axis=2).max(axis=1) for part in seen], axis=0) * unit
-    way, left = (np.linalg.norm(each["face"][..., :3], axis=2) * unit for each in (fields, lack))
-    moving = way > 2.0 * CUT
-    curved = (off > HALF_OFF) | ((left * moving).sum(axis=1) > HALF_SHARE * 0.5 * (way * moving).sum(axis=1))
-    names = list(shapes)
-    return {names[k]: {part: own[k : k + 1] for part, own in lack.items()} for k in np.flatnonzero(curved)}
-
-
 def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields, dict[str, tuple[str, ...]]]:
     """Return smooth shapes, followed by the wrinkles of those that have some, and the drivers of these by name."""
     folding = np.flatnonzero((fields["face"][..., :3] != smooth["face"][..., :3]).any(axis=(1, 2)))
@@ -285,21 +258,13 @@ def separated(fields: Fields, smooth: Fields, names: list[str]) -> tuple[Fields,
 
 
 def morphs_of(
-    fields: Fields,
-    names: list[str],
-    drivers: Mapping[str, tuple[str, ...]],
-    bends: Mapping[str, Fields],
-    baker: Baker,
+    fields: Fields, names: list[str], drivers: Mapping[str, tuple[str, ...]], baker: Baker
 ) -> dict[str, Morphs]:
     """Return morph targets that end where nothing moves."""
     out = {}
     for part, own in fields.items():
         cut = (2.0 if is_hair(part) else 1.0) * CUT / baker.face.unit  # hairs are many, on skin that hardly moves then
-        triangles, bent = baker.models[part].triangles, {}
-        for name, lack in bends.items():
-            moved, turned = faded(*_shown(part, lack[part]), triangles, 0.5 * cut)
-            bent[name] = moved[0], turned[0]
-        out[part] = Morphs(names, *faded(*_shown(part, own), triangles, cut), drivers, bent)
+        out[part] = Morphs(names, *faded(*_shown(part, own), baker.models[part].triangles, cut), drivers)
     return out
 
 

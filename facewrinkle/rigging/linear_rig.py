@@ -20,9 +20,7 @@ from ..progress import Progress, bar
 from .fields import (
     CUT,
     Baker,
-    Fields,
     corrective_fields,
-    halfway_fields,
     morphs_of,
     movement_poses,
     separated,
@@ -293,7 +291,6 @@ def rig(
     wrinkles: Wrinkling = "baked",
     level: int | None = None,
     correctives: int = 0,
-    halfway: bool = False,
     progress: Progress | None = None,
 ) -> Rig:
     """Make the blend shapes of a face, for other programs; they wrinkle.
@@ -316,9 +313,6 @@ def rig(
         At most so many pairs of shapes whose sum is off get a corrective, the worst first: targets of their own, called
         jawOpen_mouthSmileLeft, which are to be driven by the product of the two weights. All pairs that meet are
         simulated, which takes minutes.
-    halfway : bool
-        Shapes whose way is curved (lids, the jaw), or whose wrinkles grow late, get an in-between at half the weight,
-        which is the simulation's (with separate wrinkles, of the smooth skin). Only USD files hold them.
     progress : callable, optional
         Called with an iterable, what is being done, and the number of items; yields the items. Default: a bar on stderr
         where that is a terminal.
@@ -385,13 +379,7 @@ def rig(
         more = corrective_fields(pairs, poses, neutral, baker, progress)
         fields = {part: np.concatenate([each, more[part]]) for part, each in fields.items()}
     names += drivers
-    bends: dict[str, Fields] = {}
-    if halfway:
-        middles = movement_poses(wanted, posing, 0.5)
-        halves = {movement: posing.between(half, poses[movement]) for movement, half in middles.items()}
-        whole = {part: each[: len(wanted)] for part, each in fields.items()}
-        bends = halfway_fields(wanted, whole, halves, neutral, baker, progress)
-    morphs = morphs_of(fields, names, drivers, bends, baker)
+    morphs = morphs_of(fields, names, drivers, baker)
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -140,7 +140,7 @@ class Posing:
         if modelled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
-        return Pose(self._clear_of_eyes(self._untangling.untangled(base), self.rest), rates, mandible)
+        return Pose(self._clear_of_eyes(self._untangling.untangled(base)), rates, mandible)
 
     def _settled(self, rates: Array) -> Array:
         """Displacement (n, 3), mm, at which the skin rests."""
@@ -158,12 +158,8 @@ class Posing:
             before = now
         return np.array(now)
 
-    def between(self, half: Pose, full: Pose) -> Pose:
-        """Return the half way to a pose, pushed out of the balls so far that the second half of the way clears them."""
-        return replace(half, base=self._clear_of_eyes(half.base, full.base))
-
-    def _clear_of_eyes(self, base: Array, other: Array) -> Array:
-        """Return positions (n, 3), mm, pushed out so far that the straight way to them from others clears the balls.
+    def _clear_of_eyes(self, base: Array) -> Array:
+        """Return positions (n, 3), mm, pushed out so far that the straight way to them from rest clears the balls.
 
         A blend shape moves each vertex along a chord, and the skin of a lid goes along an arc around the ball.
         """
@@ -171,7 +167,7 @@ class Posing:
         for eye in self.face.eyes:
             centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
             near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
-            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (other, base))
+            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, base))
             allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
             floor = np.minimum(allowed, radius) - GRAZING
             low = _closest(start, end) < floor

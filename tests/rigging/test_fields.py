@@ -1,96 +1,111 @@
-"""What shapes change, and what bends their ways.
+"""Shapes that do not add up, and how all end.
 
-what            checked against
-half ways       the simulation at weights in between, with and without them; the oracle; the lips' distance at rest
-in USD          the half ways
-fading          ways along a strip
+what           checked against
+the choice     the sum of two poses, and the pose of both, simulated here
+correctives    the simulation of the mixture, with and without them; the products that drive them
+fading         a ramp
 """
 
 from __future__ import annotations
+
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.errors import ParameterError
 from facewrinkle.rigging.fields import faded
-from facewrinkle.rigging.modelled import Movements
-from tools.trials.oracle import DEEPEST, Oracle
+from facewrinkle.rigging.linear_rig import Rig, RigError, facts_text
+from facewrinkle.rigging.shapes import ARKIT
 
-CURVED = ("eyeBlinkLeft", "eyeBlinkRight", "jawOpen", "mouthClose")
-BETWEEN = (0.25, 0.5, 0.75)
+SHAPES = (
+    "mouthFunnel",
+    "mouthPucker",
+    "eyeBlinkLeft",
+    "eyeBlinkRight",
+    "eyeSquintLeft",
+    "eyeSquintRight",
+    "browInnerUp",
+)
 
 
 @pytest.fixture(scope="module")
-def bent(face):
-    return fw.rig(face, "+".join((*CURVED, "cheekPuff")), wrinkles="none", level=0, halfway=True)
+def corrected(face):
+    return fw.rig(face, "+".join(SHAPES), wrinkles="none", level=0, correctives=2)
 
 
-def bent_at(rig, names, weight):
-    """Points of the skin as USD has them: straight from rest to the half way, and straight from there to the shape."""
-    points, half = np.array(rig.mesh.points), 1.0 - abs(2.0 * weight - 1.0)
-    for name in names:
-        points += weight * rig.deltas[rig.names.index(name)] + half * rig.morphs["face"].bends[name][0]
-    return points
+def test_the_worst_pairs_are_corrected(corrected):
+    assert corrected.drivers == {
+        "mouthFunnel_mouthPucker": ("mouthFunnel", "mouthPucker"),
+        "eyeBlinkLeft_eyeSquintLeft": ("eyeBlinkLeft", "eyeSquintLeft"),
+        "eyeBlinkRight_eyeSquintRight": ("eyeBlinkRight", "eyeSquintRight"),
+    }
+    assert set(corrected.names) == {*SHAPES, *corrected.drivers}
+    for morphs in corrected.morphs.values():
+        assert morphs.drivers == corrected.drivers
 
 
-def error_of(rig, names, weight, points):
-    """Mean error and motion against the simulation, over what moves, in mm."""
-    pose = rig.posing.at({name: (rig.shapes[name], weight) for name in names})
-    truth = pose.base / rig.face.unit
-    rest, points = rig.face.points, points[: len(truth)]
-    way = np.linalg.norm(truth - rest, axis=1)
-    moved = np.maximum(way, np.linalg.norm(points - rest, axis=1)) * rig.face.unit > 0.1
-    off = np.linalg.norm(points - truth, axis=1)
-    return off[moved].mean() * rig.face.unit, off[moved].max() * rig.face.unit, way[moved].mean() * rig.face.unit
-
-
-def test_shapes_with_a_curved_way_have_a_half_way_and_no_target_for_it(bent):
-    assert bent.names == (*CURVED, "cheekPuff")
-    assert not bent.drivers
-    for morphs in bent.morphs.values():
-        assert set(morphs.bends) == set(CURVED)
+def test_they_are_what_a_pair_lacks(face, corrected):
+    posing = corrected.posing
+    alone = [posing.at({"a": (ARKIT[name], 1.0)}).base for name in SHAPES[:2]]
+    both = posing.at({name: (ARKIT[name], 1.0) for name in SHAPES[:2]}).base
+    lack = (both - alone[0] - alone[1] + posing.rest) / face.unit
+    ours = corrected.deltas[corrected.names.index("mouthFunnel_mouthPucker"), : len(lack)]
+    large = np.linalg.norm(lack, axis=1) * face.unit > 1.0  # small ones fade
+    assert large.sum() > 50
+    np.testing.assert_allclose(ours[large], lack[large], atol=1e-3)
 
 
 @pytest.mark.parametrize(
-    "names", [CURVED[:2], CURVED[2:3], CURVED[2:]], ids=["a blink", "the jaw", "lips over an open jaw"]
+    "mixture", [SHAPES[:2], ("eyeBlinkLeft", "eyeSquintLeft", "eyeBlinkRight", "eyeSquintRight")], ids=["lips", "lids"]
 )
-def test_they_bend_the_way_to_that_of_the_simulation(bent, names):
-    for weight in BETWEEN:
-        ours, _, motion = error_of(bent, names, weight, bent_at(bent, names, weight))
-        without, _, _ = error_of(bent, names, weight, bent.at(dict.fromkeys(names, weight)).points)
-        assert ours < 0.1 * motion
-        assert ours < (0.1 if weight == 0.5 else 0.6) * without
-    middle, largest, motion = error_of(bent, names, 0.5, bent_at(bent, names, 0.5))
-    assert middle < 0.02 * motion
-    assert largest < 0.3
+def test_mixtures_are_closer_to_the_simulation(corrected, mixture):
+    plain = replace(corrected, drivers={})
+    for weight in (0.5, 1.0):
+        weights = dict.fromkeys(mixture, weight)
+        ours, without = corrected.error(weights), plain.error(weights)
+        assert ours.mean < (0.75 if weight < 1.0 else 0.15) * without.mean
+    assert "mouthFunnel, mouthPucker" in [", ".join(each) for each in corrected.mixtures]
 
 
-def test_bent_ways_clear_the_balls_and_keep_lips_closed(face, bent):
-    oracle, rest, count = Oracle(face), bent.mesh.points, len(face.points)
-    upper, lower = Movements(face).pairs
-    for weight in BETWEEN:
-        shut = bent_at(bent, CURVED[:2], weight)
-        found = oracle.findings(np.asarray(shut[:count]) * face.unit, 0.0)
-        assert max(found.eyes, found.lids) < DEEPEST
-        assert found.inverted == 0
-        closed = bent_at(bent, CURVED[2:], weight)
-        gaps = [np.linalg.norm(points[upper] - points[lower], axis=1) for points in (rest, closed)]
-        assert np.abs(gaps[1] - gaps[0]).max() * face.unit < 0.3
+def corrected_pairs(monkeypatch, *pairs):
+    """A rig of ARKit's shapes that corrects pairs, without meshes; nothing is off."""
+    monkeypatch.setattr(Rig, "error", lambda self, weights: RigError(0.0, 0.0, 0.0))
+    drivers = {"_".join(pair): pair for pair in pairs}
+    return Rig(None, (*ARKIT, *drivers), {}, {}, {}, drivers, "none", ARKIT, None, None, None)
 
 
-def test_in_usd_they_are_in_betweens(bent, tmp_path):
-    usd = pytest.importorskip("pxr.Usd")
-    from pxr import UsdSkel
+def test_each_mixture_is_told_once(monkeypatch):
+    """Brows that rise are a common mixture and a pair that may be corrected."""
+    rig = corrected_pairs(monkeypatch, *(("browInnerUp", f"browOuterUp{side}") for side in ("Left", "Right")))
+    told = [error["weights"] for error in json.loads(facts_text(rig, errors=True))["errors"]]
+    for weight in (0.5, 1.0):
+        assert told.count(dict.fromkeys(("browInnerUp", "browOuterUpLeft", "browOuterUpRight"), weight)) == 1
+    assert len({frozenset(weights.items()) for weights in told}) == len(told)
 
-    stage = usd.Stage.Open(str(fw.write_rig(bent, tmp_path / "head.usdc")))
-    shape = UsdSkel.BlendShape(stage.GetPrimAtPath("/Face/face/eyeBlinkLeft"))
-    (between,) = shape.GetInbetweens()
-    assert between.GetWeight() == 0.5
-    moved = np.zeros_like(bent.deltas[0])
-    moved[np.asarray(shape.GetPointIndicesAttr().Get())] = np.asarray(between.GetOffsets())
-    np.testing.assert_allclose(moved, bent_at(bent, ["eyeBlinkLeft"], 0.5) - bent.mesh.points, atol=1e-4)
-    assert not UsdSkel.BlendShape(stage.GetPrimAtPath("/Face/face/cheekPuff")).GetInbetweens()
+
+def test_movements_to_the_left_and_to_the_right_are_no_pair(monkeypatch):
+    rig = corrected_pairs(monkeypatch, ("jawLeft", "mouthFunnel"), ("jawRight", "mouthFunnel"))
+    told = [set(weights) for weights in rig.mixtures]
+    assert {"jawLeft", "mouthFunnel"} in told
+    assert {"jawRight", "mouthFunnel"} in told
+    assert not any({"jawLeft", "jawRight"} <= names for names in told)
+
+
+def test_they_follow_the_product_of_the_weights(corrected):
+    weights = corrected.driven({"mouthFunnel": 0.5, "mouthPucker": 0.8})
+    assert weights == {"mouthFunnel": 0.5, "mouthPucker": 0.8, "mouthFunnel_mouthPucker": pytest.approx(0.4)}
+    assert corrected.driven({"mouthFunnel": 1.0}) == {"mouthFunnel": 1.0}
+    told = json.loads(facts_text(corrected))
+    assert told["drivers"]["mouthFunnel_mouthPucker"] == ["mouthFunnel", "mouthPucker"]
+
+
+def test_the_number_is_checked(face):
+    with pytest.raises(ParameterError, match="correctives must lie in"):
+        fw.rig(face, correctives=-1)
 
 
 def test_shapes_fade_before_they_end():
