@@ -30,7 +30,6 @@ def _written(mesh, folder):
 
 FORMS = {
     "PolyData": lambda mesh, folder: mesh,
-    "UnstructuredGrid": lambda mesh, folder: mesh.cast_to_unstructured_grid(),
     "MultiBlock": lambda mesh, folder: pv.MultiBlock({"head": pv.MultiBlock([mesh])}),
     "vtkPolyData": lambda mesh, folder: _raw(mesh),
     "trimesh": lambda mesh, folder: trimesh.Trimesh(mesh.points, mesh.regular_faces, process=False),
@@ -96,7 +95,7 @@ def test_all_functions_take_a_file_and_another_form(face, bare, function, tmp_pa
         np.testing.assert_array_equal(function(FORMS[form](bare, tmp_path), face, tmp_path), expected)
 
 
-@pytest.mark.parametrize("form", ["PolyData", "UnstructuredGrid", "MultiBlock"])
+@pytest.mark.parametrize("form", ["PolyData", "MultiBlock"])
 def test_the_accessor_is_on_all_data_of_pyvista(face, bare, form):
     water = FORMS[form](bare, None).facewrinkle.tear(start=face.landmarks["zygion_l"], t=1.0)
     np.testing.assert_array_equal(water.points, _shed(bare, face, None))

@@ -91,7 +91,7 @@ def _atlas() -> Atlas:
 
 READERS: dict[str, Callable[[Path], object]] = {
     **dict.fromkeys((".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".usda", ".usdc"), fw.read_surface),
-    **dict.fromkeys((".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf"), fw.read_surface),
+    **dict.fromkeys((".vtk", ".vtp", ".vtm", ".vtkhdf"), fw.read_surface),
     **dict.fromkeys(("clip.glb", "clip.vtkhdf", "clip.usda"), fw.read_animation),
     **dict.fromkeys(("take.csv", "take.json"), fw.read_take),
     ".face": fw.read_face,
@@ -146,8 +146,6 @@ def _seeds(folder: Path, kind: str) -> list[bytes]:
             return [_saved(ball, path, binary=binary) for binary in (True, False)]
         case ".vtp":
             return [_saved(ball, path)]
-        case ".vtu":
-            return [_saved(ball.cast_to_unstructured_grid(), path)]
         case ".vtm":
             return [_saved(pv.MultiBlock([ball]), path)]
         case ".vtkhdf":

@@ -12,7 +12,9 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 from urllib.parse import unquote
 
@@ -22,9 +24,8 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
-from ...errors import MeshError, warn
+from ...errors import MeshError, missing_package, warn
 from ...files import bytes_of, sibling_file
-from .compression import COMPRESSED, DRACO, MESHOPT, decoder, draco_arrays, meshopt_bytes
 from .merging import srgb
 from .polygons import Primitive, image_place
 
@@ -34,6 +35,15 @@ TRIANGLES = 4
 
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
 """Default properties of a node; rotations are quaternions (x, y, z, w)."""
+
+
+DRACO = "KHR_draco_mesh_compression"
+MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+COMPRESSED = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
+"""Extensions, and the packages that decode them."""
+
+MOST_BYTES = 2**30
+"""A part that would be larger, when it is decoded, is taken for damaged."""
 
 
 def read_gltf_file(path: Path) -> list[Primitive]:
@@ -160,12 +170,14 @@ class Document:
             return
         draco, (data, start, length) = decoder(DRACO, self.path.name), self._view(how["bufferView"])
         try:
-            found = draco_arrays(draco, data[start : start + length], how["attributes"])
+            mesh = draco.decode(data[start : start + length])
+            found = {attribute["unique_id"]: np.asarray(attribute["data"]) for attribute in mesh.attributes}
+            for name, number in how["attributes"].items():
+                self._decoded[attributes[name]] = found[number].reshape(len(found[number]), -1)
         except Exception as problem:  # DracoPy's own have no common base
             raise self.broken(f"a part that Draco compressed is not right ({problem})") from None
         if primitive.get("indices") is not None:
-            self._decoded[primitive["indices"]] = found.pop("indices")
-        self._decoded |= {attributes[name]: values for name, values in found.items() if name in attributes}
+            self._decoded[primitive["indices"]] = np.asarray(mesh.faces, np.uint32).reshape(-1, 1)
 
     def numbers(self, index: Any) -> npt.NDArray[Any]:
         """Return an accessor (count, width), filled in if sparse, with normalised integers as fractions."""
@@ -427,3 +439,51 @@ def _local_matrices(nodes: Mapping[int, dict[str, Any]], moved: Mapping[int, Map
     for row, matrix in fixed.items():
         out[row] = matrix
     return out
+
+
+# --- compressed parts --------------------------------------------------------------------------------
+
+
+def decoder(extension: str, who: str) -> ModuleType:
+    """Return the package that decodes an extension.
+
+    Raises
+    ------
+    MissingPackageError
+        If it is not installed.
+
+    Examples
+    --------
+    >>> from unittest import mock
+    >>> with mock.patch.dict("sys.modules", {"DracoPy": None}):
+    ...     decoder(DRACO, "head.glb")
+    Traceback (most recent call last):
+    facewrinkle.errors.MissingPackageError: head.glb is compressed (KHR_draco_mesh_compression) and needs ...
+    """
+    name = COMPRESSED[extension]
+    try:
+        return import_module(name)
+    except ImportError:
+        otherwise = " Or export it without compression, or as OBJ or PLY."
+        raise missing_package(f"{who} is compressed ({extension}) and needs", name, "gltf", otherwise) from None
+
+
+def meshopt_bytes(meshopt: ModuleType, data: bytes, how: Mapping[str, Any]) -> bytes:
+    """Return the bytes of a buffer view that meshopt compressed; `how` is the extension of the view.
+
+    Raises
+    ------
+    ValueError, RuntimeError
+        If the data are damaged.
+    """
+    count, stride, mode = int(how["count"]), int(how["byteStride"]), how["mode"]
+    if not 0 < count * stride <= MOST_BYTES:
+        raise ValueError(f"{count} entries of {stride} bytes are announced")
+    if mode != "ATTRIBUTES":
+        decode = {"TRIANGLES": meshopt.decode_index_buffer, "INDICES": meshopt.decode_index_sequence}[mode]
+        return bytes(decode(count, stride, data).view(np.uint8)[: count * stride])
+    values = meshopt.decode_vertex_buffer(count, stride, data, dtype=np.dtype((np.void, stride)))
+    if (name := how.get("filter", "NONE")) != "NONE":
+        short = {"OCTAHEDRAL": "oct", "QUATERNION": "quat", "EXPONENTIAL": "exp"}[name]
+        values = getattr(meshopt, f"decode_filter_{short}")(values, count, stride)
+    return bytes(values.tobytes())

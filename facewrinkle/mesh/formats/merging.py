@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ from ..arrays import (
     use_texture,
     with_data,
 )
-from .polygons import Polygons, Primitive, polygon_triangles
+from .polygons import Primitive, polygon_triangles
 
 MISSING = {COLORS: 255, MOVED: 0}
 """Values for meshes without colours or motion that are merged with others that have them."""
@@ -62,23 +62,40 @@ def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyD
     triangles = np.concatenate([part.triangles + start for part, start in zip(primitives, starts[:-1], strict=True)])
     owner = np.repeat([float(part.mesh) for part in primitives], np.diff(starts))
     kept, number = welded(points, np.concatenate([shapes, skinned[None], np.outer(owner, np.ones(3))[None]]), triangles)
-    mesh = to_polydata(points[kept], number[triangles])
-    shapes = shapes[:, kept]
+    lengths = [len(part.triangles) for part in primitives]
+    whole = Primitive(
+        points[kept],
+        number[triangles],
+        joined_texture([part.texture for part in primitives], lengths),
+        colors[kept] if any(part.colors is not None for part in primitives) else None,
+        image=np.concatenate([np.broadcast_to(part.image, m) for part, m in zip(primitives, lengths, strict=True)]),
+        mesh=np.repeat([part.mesh for part in primitives], lengths),
+    )
+    mesh, shapes = surface_of(whole, path.name), shapes[:, kept]
     if count or skinned.any():  # points on different bones may part
         mesh.point_data[MOVED] = blended(shapes) + skinned[kept] * np.ptp(points, axis=0).max()
-    if any(part.colors is not None for part in primitives):
-        mesh.point_data[COLORS] = colors[kept]
-    if any(part.texture is not None for part in primitives):
-        nothing = [np.zeros((len(part.triangles), 3, 2)) for part in primitives]
-        at_corners = np.concatenate(
-            [none if part.texture is None else part.texture for part, none in zip(primitives, nothing, strict=True)]
-        )
-        set_texture(mesh, at_corners)
-    images = ["" if part.texture is None else part.image for part in primitives]
-    lengths = [len(part.triangles) for part in primitives]
-    set_meshes(mesh, np.repeat([part.mesh for part in primitives], lengths))
-    set_images(mesh, np.concatenate([np.broadcast_to(i, m) for i, m in zip(images, lengths, strict=True)]))
     return mesh, kept, shapes
+
+
+def joined_texture(textures: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:
+    """Texture coordinates (m, 3, 2) at the corners of several meshes, 0 on those without; None if all are."""
+    if all(own is None for own in textures):
+        return None
+    rows = [np.zeros((m, 3, 2)) if own is None else own for own, m in zip(textures, lengths, strict=True)]
+    return np.concatenate(rows)
+
+
+def surface_of(mesh: Primitive, name: str) -> pv.PolyData:
+    """The mesh of a file as PolyData, its points as they are; `name` is for errors."""
+    _check_counts(len(mesh.points), len(mesh.triangles), name)
+    surface = to_polydata(mesh.points, mesh.triangles)
+    if mesh.colors is not None:
+        surface.point_data[COLORS] = _colours(mesh.colors)
+    set_meshes(surface, np.broadcast_to(mesh.mesh, len(mesh.triangles)))
+    if mesh.texture is not None:
+        set_texture(surface, mesh.texture)
+        set_images(surface, np.broadcast_to(mesh.image, len(mesh.triangles)))
+    return surface
 
 
 def set_meshes(surface: pv.PolyData, owner: np.ndarray) -> None:
@@ -166,35 +183,15 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
         owner.append(own + start)
         start += int(own.max(initial=0)) + 1
     set_meshes(mesh, np.concatenate(owner))
-    corners = [corner_texture(surface) for surface in surfaces]
-    if any(own is not None for own in corners):
-        rows = [np.zeros((s.n_cells, 3, 2)) if c is None else c for s, c in zip(surfaces, corners, strict=True)]
-        set_texture(mesh, np.concatenate(rows))
+    lengths = [surface.n_cells for surface in surfaces]
+    texture = joined_texture([corner_texture(surface) for surface in surfaces], lengths)
+    if texture is not None:
+        set_texture(mesh, texture)
     if any(IMAGE in surface.cell_data for surface in surfaces):
         images = [np.array([*images_of(s), ""]) for s in surfaces]
         numbered = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
         set_images(mesh, np.concatenate([own[number] for own, number in zip(images, numbered, strict=True)]))
     return mesh
-
-
-def from_polygons(polygons: Polygons, name: str) -> pv.PolyData:
-    """Triangles of the polygons of a file; `name` is for errors."""
-    _check_counts(len(polygons.points), len(polygons.counts), name)
-    split = polygon_triangles(polygons.points[polygons.vertices], polygons.counts)
-    surface = to_polydata(polygons.points, polygons.vertices[split])
-    face = np.repeat(np.arange(len(polygons.counts)), polygons.counts)[split[:, 0]]
-    if polygons.texture is not None:
-        surface.point_data[TEXTURE] = polygons.texture
-        use_texture(surface, TEXTURE)
-    if polygons.colors is not None:
-        surface.point_data[COLORS] = _colours(polygons.colors)
-    if polygons.corners is not None:
-        add_seams(surface, polygons.corners[split])
-    if polygons.meshes is not None:
-        set_meshes(surface, polygons.meshes[face])
-    if polygons.images is not None and polygons.texture is not None:
-        set_images(surface, polygons.images[face])
-    return surface
 
 
 def _colours(values: np.ndarray) -> np.ndarray:
@@ -213,11 +210,11 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
         if not blocks:
             raise MeshError(f"{name} holds no surface: none of its {data.n_blocks} blocks has faces.")
         return merged_surfaces([from_dataset(block, f"{name}, block {path!r}") for path, block in blocks])
-    if not isinstance(data, pv.DataSet):
-        raise MeshError(f"{name} is {type_of(data)}, which holds no surface. Pass a PolyData.")
     if not isinstance(data, pv.PolyData):
-        _check_grid(data, name)
-        data = _faces_of_grid(data.cast_to_unstructured_grid(), name)
+        raise MeshError(
+            f"{name} must hold triangles, quads or polygons, and is {type_of(data)}. Take its surface first: "
+            "mesh.extract_surface()."
+        )
     _check_counts(data.n_points, _count_faces(data), name)
     _check_cells(data, name)
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
@@ -251,41 +248,6 @@ def _count_faces(data: Any) -> int:
     if isinstance(data, pv.PolyData):
         return data.n_faces + data.n_strips
     return data.n_cells if isinstance(data, pv.DataSet) else 0
-
-
-def _check_grid(data: Any, name: str) -> None:
-    """Raise a MeshError for a grid that only states its points or cells: VTK, which makes them all from a few numbers,
-    ends the interpreter if they do not fit into the memory.
-    """
-    if isinstance(data, pv.ImageData | pv.RectilinearGrid):
-        raise MeshError(
-            f"{name} must hold triangles, quads or polygons, and is a grid of {' x '.join(map(str, data.dimensions))} "
-            "points. Take its surface first, such as mesh.contour() or mesh.extract_surface() gives."
-        )
-    if isinstance(data, pv.StructuredGrid) and math.prod(data.dimensions) != data.n_points:
-        raise MeshError(
-            f"{name} is a grid of {' x '.join(map(str, data.dimensions))} points, and holds {data.n_points}. The "
-            "data are damaged: export it again."
-        )
-
-
-def _faces_of_grid(grid: pv.UnstructuredGrid, name: str) -> pv.PolyData:
-    """Faces of an unstructured grid; unlike `extract_surface`, this keeps the numbers of the points."""
-    faces = {pv.CellType.TRIANGLE, pv.CellType.POLYGON, pv.CellType.QUAD}
-    ignored = {pv.CellType.VERTEX, pv.CellType.POLY_VERTEX, pv.CellType.LINE, pv.CellType.POLY_LINE}
-    others = {pv.CellType(kind) for kind in np.unique(grid.celltypes)} - faces - ignored
-    if others:
-        raise MeshError(
-            f"{name} must hold triangles, quads or polygons, and holds "
-            f"{', '.join(sorted(kind.name for kind in others))}. "
-            "Take its surface first: mesh.extract_surface()."
-        )
-    kept = np.isin(grid.celltypes, [int(kind) for kind in faces])
-    mesh = pv.PolyData()
-    mesh.points = grid.points
-    mesh.faces = grid.cells[np.repeat(kept, np.diff(grid.cell_offsets) + 1)]
-    mesh.point_data.update(grid.point_data)
-    return mesh
 
 
 def _check_cells(mesh: pv.PolyData, name: str) -> None:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...files import bytes_of
-from .polygons import Polygons, check_vertices, image_place, textured
+from .polygons import Primitive, image_place, split_polygons, textured
 
 NUMBERS = {
     name: kind
@@ -43,7 +43,7 @@ Columns = dict[str, np.ndarray]
 Lists = dict[str, tuple[npt.NDArray[np.int64], np.ndarray]]  # lengths, and the numbers of all lists in a row
 
 
-def read_ply(path: Path) -> Polygons:
+def read_ply(path: Path) -> Primitive:
     """Read the polygons of a PLY file, with texture coordinates and colours; all else is ignored.
 
     Raises
@@ -68,12 +68,12 @@ def read_ply(path: Path) -> Polygons:
         number = int(np.argmax(lengths < 3))
         raise _broken(path, f"face {number + 1} has {lengths[number]} points, and needs three")
     lengths, numbers = lengths.astype(np.int64), numbers.astype(np.int64)
-    check_vertices(path, lengths, numbers, len(points))
-    texture, corners = _texture(vertex, face, lengths, numbers, len(points))
+    triangles, _ = split_polygons(path, points, lengths, numbers)
+    texture = _texture(vertex, face, lengths, numbers, len(points))
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
     colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
-    images = np.full(len(lengths), image_place(path.parent, image))
-    return Polygons(points, lengths, numbers, texture, corners, colors, images)
+    at_corners = None if texture is None else texture[triangles]
+    return Primitive(points, numbers[triangles], at_corners, colors, image=image_place(path.parent, image))
 
 
 def _broken(path: Path, reason: str) -> MeshError:
@@ -186,12 +186,12 @@ def _row(properties: list[Property], body: bytes, offset: int) -> np.dtype:
 
 def _texture(
     vertex: Columns, face: Lists, lengths: np.ndarray, numbers: np.ndarray, n_points: int
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Texture coordinates of the points, and of the corners where points have several."""
+) -> np.ndarray | None:
+    """Texture coordinates (c, 2) of the corners of all polygons."""
     for u, v in COORDINATES:
         if u in vertex and v in vertex:
-            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64), None
+            return np.stack([vertex[u], vertex[v]], axis=1).astype(np.float64)[numbers]
     sizes, values = face.get("texcoord", (lengths, lengths))
     if "texcoord" not in face or (sizes != 2 * lengths).any():
-        return None, None
+        return None
     return textured(numbers, np.arange(lengths.sum()), values.reshape(-1, 2).astype(np.float64), n_points)

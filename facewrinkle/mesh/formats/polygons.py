@@ -1,4 +1,4 @@
-"""OBJ, OFF and STL files as plain arrays, with the points numbered as in the file.
+"""Meshes of files as plain arrays; OBJ, OFF and STL files, with the points numbered as in the file.
 
 VTK's OBJ reader splits each point at which several texture coordinates meet, so that the mesh falls apart and landmark
 files no longer fit; VTK has no OFF reader, and damaged files crash that of STL.
@@ -29,41 +29,8 @@ _OPTION = re.compile(
 
 
 @dataclass(frozen=True)
-class Polygons:
-    """The polygons of a file.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, 3)
-    counts : ndarray of int64, shape (f,)
-        Number of corners of each polygon, three at least.
-    vertices : ndarray of int64, shape (c,)
-        Vertex numbers of all corners, from 0, polygon by polygon.
-    texture : ndarray, shape (n, 2), or None
-        Texture coordinates of each point; zero if the file gives none.
-    corners : ndarray, shape (c, 2), or None
-        Texture coordinates of each corner; None if those of the points suffice.
-    colors : ndarray, shape (n, 3) or (n, 4), or None
-        Colours of the points as in the file: after the coordinates in OBJ, as properties in PLY.
-    images : ndarray of str, shape (f,), or None
-        The file of the image on each polygon, "" for none.
-    meshes : ndarray of int, shape (f,), or None
-        The object or group of each polygon; None if there is only one.
-    """
-
-    points: np.ndarray
-    counts: np.ndarray
-    vertices: np.ndarray
-    texture: np.ndarray | None = None
-    corners: np.ndarray | None = None
-    colors: np.ndarray | None = None
-    images: np.ndarray | None = None
-    meshes: np.ndarray | None = None
-
-
-@dataclass(frozen=True)
 class Primitive:
-    """A mesh of a scene, in its coordinates.
+    """A mesh of a file, in the coordinates of its scene.
 
     Attributes
     ----------
@@ -71,15 +38,17 @@ class Primitive:
     triangles : ndarray of int64, shape (m, 3)
     texture : ndarray, shape (m, 3, 2), or None
         At the corners of the triangles, with v upwards.
-    colors : ndarray of uint8, shape (n, 3), or None
+    colors : ndarray, shape (n, 3) or (n, 4), or None
+        Of the points, as uint8 or as numbers up to 1, 255 or 65535.
     shapes : ndarray, shape (k, n, 3), or None
         Displacements of the morph targets.
     image : str or ndarray of str, shape (m,)
         The image on the mesh, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
     weights : csr_array, shape (n, b), or None
         Weights of the bones of its skin at each point; they add up to 1.
-    mesh : int
-        Number of the mesh that it belongs to: the materials of a mesh of a glTF file are several primitives.
+    mesh : int or ndarray of int, shape (m,)
+        Number of the mesh that it, or each triangle, belongs to: the materials of a mesh of a glTF file are several
+        primitives, and the groups of an OBJ file one.
     """
 
     points: np.ndarray
@@ -89,7 +58,7 @@ class Primitive:
     shapes: np.ndarray | None = None
     image: str | np.ndarray = ""
     weights: csr_array | None = None
-    mesh: int = 0
+    mesh: int | np.ndarray = 0
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -155,7 +124,7 @@ def _array(rows: list[list[float]], columns: int) -> np.ndarray:
     return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
 
-def read_obj(path: Path) -> Polygons:
+def read_obj(path: Path) -> Primitive:
     """Read the polygons of a Wavefront OBJ file, and the images of their materials; normals and lines are ignored.
 
     Raises
@@ -199,23 +168,21 @@ def read_obj(path: Path) -> Polygons:
                     libraries.append(" ".join(words[1:]))
         except (ValueError, IndexError):
             raise _broken(path, number, words) from None
-    sides, order = np.array(counts, dtype=np.int64), np.array(vertices, dtype=np.int64)
-    check_vertices(path, sides, order, len(points))
-    coordinates, of_corners = textured(order, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
-    images = None
-    if coordinates is not None:
+    order = np.array(vertices, dtype=np.int64)
+    triangles, of_triangle = split_polygons(path, _array(points, 3), np.array(counts, dtype=np.int64), order)
+    of_corners = textured(order, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    images = np.array("")
+    if of_corners is not None:
         known = images_of_materials(path.parent, libraries)
         places = {name: image_place(path.parent, known.get(name, "")) for name in sorted(set(materials))}
-        images = np.array([places[name] for name in materials])
-    return Polygons(
+        images = np.array([places[name] for name in materials])[of_triangle]
+    return Primitive(
         _array(points, 3),
-        sides,
-        order,
-        coordinates,
-        of_corners,
+        order[triangles],
+        None if of_corners is None else of_corners[triangles],
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
-        images,
-        np.unique(groups, return_inverse=True)[1] if len(set(groups)) > 1 else None,
+        image=images,
+        mesh=np.unique(groups, return_inverse=True)[1][of_triangle],
     )
 
 
@@ -237,8 +204,19 @@ def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int
     return face, numbers
 
 
-def check_vertices(path: Path, counts: np.ndarray, vertices: np.ndarray, n_points: int) -> None:
-    """Raise a MeshError if a polygon uses a vertex that does not exist."""
+def split_polygons(
+    path: Path, points: np.ndarray, counts: np.ndarray, vertices: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles (m, 3), as numbers of corners, and the polygon (m,) of each.
+
+    `counts` (f,) are the numbers of corners of the polygons, and `vertices` (c,) the points of all corners.
+
+    Raises
+    ------
+    MeshError
+        If a polygon uses a vertex that does not exist.
+    """
+    n_points = len(points)
     wrong = (vertices < 0) | (vertices >= n_points)
     if wrong.any():
         ends = np.cumsum(counts)
@@ -248,28 +226,28 @@ def check_vertices(path: Path, counts: np.ndarray, vertices: np.ndarray, n_point
             f"{path.name}: face {number + 1} uses vertices {face} (counted from 0), and the file has {n_points} "
             "vertices. The file is damaged or incomplete: export it again."
         )
+    triangles = polygon_triangles(points[vertices], counts)
+    return triangles, np.repeat(np.arange(len(counts)), counts)[triangles[:, 0]]
 
 
-def textured(
-    vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_points: int
-) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """The first texture coordinates of each point, and those of each corner if they differ.
+def textured(vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_points: int) -> np.ndarray | None:
+    """Return the texture coordinates (c, 2) of corners; those without have the first that their point has, or 0.
 
-    `vertices` holds the points of all corners, `corners` their numbers of texture coordinates, -1 for none; numbers
-    too large, which some modellers write, are ignored.
+    `vertices` (c,) are the points of all corners, `corners` (c,) their numbers of texture coordinates, -1 for none;
+    numbers too large, which some modellers write, are ignored. None if all are.
     """
     given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
     if not len(given):
-        return None, None
+        return None
     known, first = np.unique(vertices[given], return_index=True)
     coordinates = np.zeros((n_points, 2))
     coordinates[known] = texture[corners[given[first]]]
     of_corners = coordinates[vertices]
     of_corners[given] = texture[corners[given]]
-    return coordinates, None if np.array_equal(of_corners, coordinates[vertices]) else of_corners
+    return of_corners
 
 
-def read_off(path: Path) -> Polygons:
+def read_off(path: Path) -> Primitive:
     """Read the polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are ignored.
 
     Raises
@@ -310,12 +288,12 @@ def read_off(path: Path) -> Polygons:
             f"{path.name} announces {n_points} points and {n_faces} faces, and holds {len(points)} and "
             f"{len(counts)}. The file is cut off: export it again."
         )
-    sides, order = np.array(counts, dtype=np.int64), np.array(vertices, dtype=np.int64)
-    check_vertices(path, sides, order, n_points)
-    return Polygons(_array(points, 3), sides, order)
+    order = np.array(vertices, dtype=np.int64)
+    triangles, _ = split_polygons(path, _array(points, 3), np.array(counts, dtype=np.int64), order)
+    return Primitive(_array(points, 3), order[triangles])
 
 
-def read_stl(path: Path) -> Polygons:
+def read_stl(path: Path) -> Primitive:
     """Read the triangles of an STL file, text or binary; corners at the same place become one point.
 
     Raises
@@ -343,8 +321,7 @@ def read_stl(path: Path) -> Polygons:
     triangles = number[same.reshape(-1, 3)]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    points = corners[first[order]].astype(np.float64)
-    return Polygons(points, np.full(len(triangles), 3), triangles.ravel())
+    return Primitive(corners[first[order]].astype(np.float64), triangles)
 
 
 # --- materials of OBJ files, and images beside files ----------------------------------------------------------

@@ -21,7 +21,6 @@ MEMORY, PER_BYTE = 2 * 2**30, 20
 OF_VTK = {
     ".vtk": "vtkIOLegacy.vtkGenericDataObjectReader",
     ".vtp": "vtkIOXML.vtkXMLPolyDataReader",
-    ".vtu": "vtkIOXML.vtkXMLUnstructuredGridReader",
     ".vtm": "vtkIOXML.vtkXMLMultiBlockDataReader",
     ".vtkhdf": "vtkIOHDF.vtkHDFReader",
     ".hdf": "vtkIOHDF.vtkHDFReader",

@@ -13,10 +13,10 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 
 from ...errors import MeshError
-from ...files import check_file, check_inside, opened, reading, text_of
+from ...files import check_file, check_inside, reading, text_of
 from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
 from .gltf import read_gltf_file
-from .merging import from_dataset, from_polygons, merged_primitives
+from .merging import from_dataset, merged_primitives, surface_of
 from .ply import read_ply
 from .polygons import read_obj, read_off, read_stl
 from .probing import OF_VTK, probe
@@ -24,25 +24,7 @@ from .usd import read_usd_file
 
 GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
-READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtu, .vtm, .vtkhdf), USD"
-
-SIGNS: tuple[tuple[bytes, str, tuple[str, ...]], ...] = (
-    (b"ply", "PLY", (".ply",)),
-    (b"glTF", "binary glTF", (".glb", ".vrm")),
-    (b"solid", "STL", (".stl",)),
-    (b"OFF", "OFF", (".off",)),
-    (b"# vtk DataFile", "a legacy VTK file", (".vtk",)),
-    (b"<?xml", "an XML file of VTK", (".vtp", ".vtu", ".vtm")),
-    (b"<VTKFile", "an XML file of VTK", (".vtp", ".vtu", ".vtm")),
-    (b"\x89HDF", "VTKHDF", (".vtkhdf", ".hdf")),
-    (b"PXR-USDC", "USD", (".usdc", ".usd")),
-    (b"#usda", "USD", (".usda", ".usd")),
-    (b"Kaydara FBX", "FBX, which is not read; export the mesh as OBJ", (".fbx",)),
-    (b"\x89PNG", "a PNG picture", (".png",)),
-    (b"\xff\xd8\xff", "a JPEG picture", (".jpg",)),
-    (b"PK\x03\x04", "a zip archive", (".zip", ".usdz", ".face")),
-)
-"""First bytes of files, with the names of their formats and the endings that they should have."""
+READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtm, .vtkhdf), USD"
 
 
 class HasFaces(Protocol):
@@ -70,9 +52,9 @@ def read_surface(source: MeshLike) -> pv.PolyData:
 
     Parameters
     ----------
-    source : path, PyVista or VTK data set, or trimesh-like object
-        OBJ, OFF, PLY, STL, glTF, USD or a VTK format; a data set of faces, or a multi-block of several; an object
-        with `vertices` (n, 3) and `faces` (m, 3).
+    source : path, PolyData or multi-block of PyVista or VTK, or trimesh-like object
+        OBJ, OFF, PLY, STL, glTF, USD or a VTK format; a PolyData, or a multi-block of several; an object with
+        `vertices` (n, 3) and `faces` (m, 3).
 
     Returns
     -------
@@ -91,15 +73,17 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     12
     """
     if isinstance(source, str | Path):
-        return _read_file(Path(os.path.expanduser(source)))  # Path.expanduser fails for unknown users
+        path = Path(os.path.expanduser(source))  # Path.expanduser fails for unknown users
+        check_file(path)
+        with reading(path):
+            return _read_by_ending(path)
     if isinstance(source, vtkDataObject):
         return from_dataset(source if isinstance(source, pv.DataObject) else pv.wrap(source), "the mesh")
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return _from_trimesh(source)
     raise MeshError(
         "a mesh must be a path, a PyVista or VTK data set, or an object with vertices and faces such as a "
-        "trimesh.Trimesh, "
-        f"received {type(source).__name__}."
+        f"trimesh.Trimesh, received {type(source).__name__}."
     )
 
 
@@ -116,35 +100,16 @@ def triangle_mesh(mesh: MeshLike) -> pv.PolyData:
     return mesh if isinstance(mesh, pv.PolyData) and mesh.n_cells and mesh.is_all_triangles else read_surface(mesh)
 
 
-def _read_file(path: Path) -> pv.PolyData:
-    check_file(path)
-    try:
-        with reading(path):
-            return _read_by_ending(path)
-    except MeshError as problem:
-        kind = _kind_of(path)
-        if kind is None or path.suffix.lower() in kind[1]:
-            raise
-        raise MeshError(f"{problem} It begins like {kind[0]}: if it is, name it {path.stem}{kind[1][0]}.") from None
-
-
-def _kind_of(path: Path) -> tuple[str, tuple[str, ...]] | None:
-    """Return the format of a file by its first bytes, and the endings of such files; None if it is unknown."""
-    with opened(path) as file:
-        begin = file.read(20)
-    return next(((kind, endings) for sign, kind, endings in SIGNS if begin.startswith(sign)), None)
-
-
 def _read_by_ending(path: Path) -> pv.PolyData:
     match path.suffix.lower():
         case ".obj":
-            return from_polygons(read_obj(path), path.name)
+            return surface_of(read_obj(path), path.name)
         case ".off":
-            return from_polygons(read_off(path), path.name)
+            return surface_of(read_off(path), path.name)
         case ".stl":
-            return from_polygons(read_stl(path), path.name)
+            return surface_of(read_stl(path), path.name)
         case ".ply":
-            return from_polygons(read_ply(path), path.name)
+            return surface_of(read_ply(path), path.name)
         case ending if ending in GLTF:
             return merged_primitives(read_gltf_file(path), path)[0]
         case ending if ending in USD:

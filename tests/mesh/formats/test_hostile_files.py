@@ -25,7 +25,7 @@ from tools.trials.runner import Worker
 MUTANTS = 150
 """Of each kind of file; `python -m tools.trials fuzzing` makes more."""
 
-PROBED = (".vtk", ".vtp", ".vtu", ".vtm", ".vtkhdf", ".usda", ".usdc", "clip.vtkhdf", "clip.usda")
+PROBED = (".vtk", ".vtp", ".vtm", ".vtkhdf", ".usda", ".usdc", "clip.vtkhdf", "clip.usda")
 """Kinds that are read by VTK or USD in a further process, which takes longer: a twentieth of the mutants."""
 
 
@@ -211,10 +211,7 @@ def test_vast_grids_are_refused(tmp_path):
         "import pyvista as pv, facewrinkle as fw\n"
         "IMAGE = pv.ImageData(dimensions=(3000, 3000, 3000))\n"
         "BLOCKS = pv.MultiBlock([pv.Sphere(), IMAGE])\n"
-        "STRUCTURED = pv.StructuredGrid()\n"
-        "STRUCTURED.points = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]\n"
-        "STRUCTURED.SetDimensions(30000, 30000, 1)\n"
-        f"for source in [*{files}, IMAGE, BLOCKS, STRUCTURED]:\n"
+        f"for source in [*{files}, IMAGE, BLOCKS]:\n"
         " try: fw.read_surface(source)\n except fw.FaceWrinkleError as error: print(error)"
     )
     run = subprocess.run(
@@ -222,10 +219,9 @@ def test_vast_grids_are_refused(tmp_path):
         capture_output=True, text=True, check=False, timeout=60,
     )  # fmt: skip
     assert run.returncode == 0, run.stderr
-    *told, of_structured = run.stdout.splitlines()
+    told = run.stdout.splitlines()
     assert len(told) == len(files) + 2
     assert all("Take its surface first" in line for line in told)
-    assert "data are damaged" in of_structured
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="only where a process can die of a signal")

@@ -226,9 +226,6 @@ BAD_FILES = {
     "noise.vtp": ("noise", "cannot be read.*export it again"),
     "noise.vtkhdf": ("noise", "cannot be read.*export it again"),
     "noise.glb": ("noise", "cannot be read: it holds no glTF.*export it again"),
-    "ply.obj": (STRIP_PLY, "no points.*It begins like PLY: if it is, name it ply.ply"),
-    "fbx.obj": ("Kaydara FBX Binary  ", "FBX, which is not read; export the mesh as OBJ"),
-    "solid.ply": ("solid thing", "no header.*begins like STL.*solid.stl"),
     "scene.fbx": ("noise", "no reader for '.fbx'.*OBJ, OFF, PLY"),
     "nothing": ("noise", "no reader for a file without an ending"),
 }
@@ -315,21 +312,11 @@ def test_polygons_lines_strips_and_float32():
     assert same_triangles(read_surface(strips).regular_faces, [[0, 1, 3], [1, 2, 3]])
 
 
-def test_unstructured_grid_keeps_the_numbers():
-    original = cap()
-    grid = pv.UnstructuredGrid(
-        {pv.CellType.TRIANGLE: original.regular_faces + 1}, np.vstack([[[9.0, 9.0, 9.0]], original.points])
-    )
-    grid["identity"] = np.arange(grid.n_points)
-    mesh = read_surface(grid)
-    np.testing.assert_array_equal(mesh.points, grid.points)
-    np.testing.assert_array_equal(mesh.regular_faces, original.regular_faces + 1)
-    np.testing.assert_array_equal(prepare(grid).mesh["identity"], np.arange(1, grid.n_points))
-
-
-def test_volume_cells_have_no_surface():
-    with pytest.raises(MeshError, match=r"holds HEXAHEDRON.*extract_surface"):
-        read_surface(pv.ImageData(dimensions=(3, 3, 3)).cast_to_structured_grid())
+@pytest.mark.parametrize("grid", [pv.ImageData(dimensions=(3, 3, 3)), pv.Plane().cast_to_unstructured_grid()])
+def test_other_data_sets_of_vtk_are_refused(grid):
+    for source in (grid, pv.MultiBlock([pv.Sphere(), grid])):
+        with pytest.raises(MeshError, match=r"must hold triangles, quads or polygons.*extract_surface"):
+            read_surface(source)
 
 
 def test_multiblock():
@@ -383,7 +370,7 @@ def test_other_objects():
         read_surface({})
     with pytest.raises(MeshError, match=r"shape \(m, 3\), received \(1, 4\)"):
         read_surface(SimpleNamespace(vertices=np.eye(4)[:, :3], faces=[[0, 1, 2, 3]]))
-    with pytest.raises(MeshError, match="is a Table"):
+    with pytest.raises(MeshError, match="is a Table.*Take its surface"):
         read_surface(pv.Table(np.eye(3)))
 
 
