@@ -37,7 +37,7 @@ class FaceWrinkleAccessor:
 
     Parameters
     ----------
-    mesh : PolyData, another data set of faces, or a multi-block of several
+    mesh : PolyData, or a multi-block of several
 
     Examples
     --------
