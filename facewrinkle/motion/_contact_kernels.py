@@ -11,6 +11,7 @@ import numpy as np
 from ..anatomy.teeth import END_RADIUS
 from ..geometry.compilation import compiled
 from ..geometry.normals import area_vector
+from ._skin_kernels import slopes_of_area
 
 SWEEPS = 8
 """Sweeps of projected Gauss-Seidel between direct solutions."""
@@ -118,29 +119,6 @@ def sample_rows(x, ahead, still, near, samples, solids, full, rows):
         depths[count], stiff[count] = after, stiffness[s]
         count += 1
     return count
-
-
-@compiled
-def shares_of_area(x, triangles, normals, double_area, out):
-    """Write the areas (m,) of triangles as seen along `normals` (m, 3), relative to rest; negative if turned over."""
-    for f in range(triangles.shape[0]):
-        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-        ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-        bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
-        signed = (ay * bz - az * by) * normals[f, 0] + (az * bx - ax * bz) * normals[f, 1]
-        out[f] = (signed + (ax * by - ay * bx) * normals[f, 2]) / double_area[f]
-
-
-@compiled
-def slopes_of_area(x, i, j, k, normal, scale, out):
-    """Write the slopes (3, 3) of the area of a triangle seen along a normal, times `scale`, by its corners' places."""
-    for c in range(3):
-        d, e = (c + 1) % 3, (c + 2) % 3
-        ad, bd = x[j, d] - x[i, d], x[k, d] - x[i, d]
-        ae, be = x[j, e] - x[i, e], x[k, e] - x[i, e]
-        out[1, c] = scale * (bd * normal[e] - be * normal[d])
-        out[2, c] = scale * (normal[d] * ae - normal[e] * ad)
-        out[0, c] = -out[1, c] - out[2, c]
 
 
 @compiled

@@ -38,6 +38,29 @@ def springs(u, edges, rest, length, stiffness, threshold, stiffening, grad):
 
 
 @compiled
+def shares_of_area(x, triangles, normals, double_area, out):
+    """Write the areas (m,) of triangles as seen along `normals` (m, 3), relative to rest; negative if turned over."""
+    for f in range(triangles.shape[0]):
+        i, j, k = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+        ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+        bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
+        signed = (ay * bz - az * by) * normals[f, 0] + (az * bx - ax * bz) * normals[f, 1]
+        out[f] = (signed + (ax * by - ay * bx) * normals[f, 2]) / double_area[f]
+
+
+@compiled
+def slopes_of_area(x, i, j, k, normal, scale, out):
+    """Write the slopes (3, 3) of the area of a triangle seen along a normal, times `scale`, by its corners' places."""
+    for c in range(3):
+        d, e = (c + 1) % 3, (c + 2) % 3
+        ad, bd = x[j, d] - x[i, d], x[k, d] - x[i, d]
+        ae, be = x[j, e] - x[i, e], x[k, e] - x[i, e]
+        out[1, c] = scale * (bd * normal[e] - be * normal[d])
+        out[2, c] = scale * (normal[d] * ae - normal[e] * ad)
+        out[0, c] = -out[1, c] - out[2, c]
+
+
+@compiled
 def volume(u, x, triangles, facing, double_area, shares, at_rest, smallest, barrier, tissue, excess, grad):
     """Columns of tissue that keep their volume, and a barrier against triangles that turn over. Adds to grad.
 
@@ -47,7 +70,7 @@ def volume(u, x, triangles, facing, double_area, shares, at_rest, smallest, barr
     for what lacks of the share `smallest`.
     """
     shift, normals, stiffness, heights = tissue
-    energy = 0.0
+    energy, slopes = 0.0, np.empty((3, 3))
     for i in range(u.shape[0]):
         excess[i] = 0.0
         for k in range(3):
@@ -67,21 +90,10 @@ def volume(u, x, triangles, facing, double_area, shares, at_rest, smallest, barr
         missing = max(smallest - shares[f], 0.0)
         energy += 0.25 * barrier * double_area[f] * missing * missing
         c = 0.5 * (excess[i] + excess[j] + excess[k] - barrier * missing)
-        ax, ay, az = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
-        bx, by, bz = x[k, 0] - x[i, 0], x[k, 1] - x[i, 1], x[k, 2] - x[i, 2]
-        nx, ny, nz = facing[f, 0], facing[f, 1], facing[f, 2]
-        # By x_j twice the area changes by b x n, by x_k by n x a.
-        jx, jy, jz = c * (by * nz - bz * ny), c * (bz * nx - bx * nz), c * (bx * ny - by * nx)
-        kx, ky, kz = c * (ny * az - nz * ay), c * (nz * ax - nx * az), c * (nx * ay - ny * ax)
-        grad[j, 0] += jx
-        grad[j, 1] += jy
-        grad[j, 2] += jz
-        grad[k, 0] += kx
-        grad[k, 1] += ky
-        grad[k, 2] += kz
-        grad[i, 0] -= jx + kx
-        grad[i, 1] -= jy + ky
-        grad[i, 2] -= jz + kz
+        slopes_of_area(x, i, j, k, facing[f], c, slopes)
+        for v in range(3):
+            for d in range(3):
+                grad[triangles[f, v], d] += slopes[v, d]
     return energy
 
 

@@ -19,6 +19,7 @@ from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
 from ..mesh.repair import areas_doubled
 from . import _contact_kernels as kernels
+from ._skin_kernels import shares_of_area
 from .lid_surfaces import facing_lids
 from .lip_surfaces import behind_lips, facing_lips
 from .solids import SLACK, Samples, Solids, met_solids
@@ -191,7 +192,7 @@ class Contacts:
 
     def _energy(self, u: Array, gradient: Array) -> float:
         self._x, f = self._look(u), self.flats
-        kernels.shares_of_area(self._x, f.triangles, self._facing, f.double_area, self._shares)
+        shares_of_area(self._x, f.triangles, self._facing, f.double_area, self._shares)
         return float(kernels.energy_of(self._rows, self._find(self._still, self._shares), gradient))
 
     def rows(self, ahead: Array) -> Rows:
@@ -200,7 +201,7 @@ class Contacts:
         """
         f, rows = self.flats, self._rows
         there = self._x[: len(ahead)] + ahead
-        kernels.shares_of_area(there, f.triangles, self._facing, f.double_area, self._ahead)
+        shares_of_area(there, f.triangles, self._facing, f.double_area, self._ahead)
         m = self._find(ahead, self._ahead)
         return rows[0][:m], rows[1][:m], rows[2][:m], rows[3][:m]
 

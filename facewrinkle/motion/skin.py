@@ -23,7 +23,6 @@ from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from . import _skin_kernels as kernels
-from ._contact_kernels import shares_of_area
 from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
 from .contacts import Contacts
@@ -125,7 +124,7 @@ class Skin:
         self.contacts = Contacts(face, self._area, resistance, self.joints.mandible)
         self._shares, flats = np.empty(len(self._corners)), self.contacts.flats
         self._shares_at_rest = np.empty_like(self._shares)
-        shares_of_area(self._rest_points, self._corners, flats.facing, flats.double_area, self._shares_at_rest)
+        kernels.shares_of_area(self._rest_points, self._corners, flats.facing, flats.double_area, self._shares_at_rest)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         factors = per_face(face, "factors", (m, self.time_step), self._factors)
@@ -452,7 +451,7 @@ class Skin:
             u, self._edges, self._rest, self._length, self._stiffness, m.threshold, m.stiffening, gradient
         )
         x, triangles = self._rest_points + u, (self._corners, self._facing_now, self.contacts.flats.double_area)
-        shares_of_area(x, *triangles, self._shares)
+        kernels.shares_of_area(x, *triangles, self._shares)
         energy += kernels.volume(
             u, x, *triangles, self._shares, self._shares_at_rest, m.smallest_area, INVERSION_STIFFNESS,
             (self._shift, self._normals, self._across, self._heights), self._excess, gradient,

@@ -18,7 +18,7 @@ from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.motion import _contact_kernels as kernels
-from facewrinkle.motion._skin_kernels import add_turns
+from facewrinkle.motion._skin_kernels import add_turns, shares_of_area, slopes_of_area
 from facewrinkle.motion.contacts import compacted
 from facewrinkle.motion.solids import Samples, Solids
 
@@ -146,12 +146,12 @@ def test_shares_of_area_are_those_of_cross_products():
 
     double = np.linalg.norm(cross(rest), axis=1)
     normals, shares = cross(rest) / double[:, None], np.empty(20)
-    kernels.shares_of_area(x, triangles, normals, double, shares)
+    shares_of_area(x, triangles, normals, double, shares)
     np.testing.assert_allclose(shares, (cross(x) * normals).sum(axis=1) / double, rtol=1e-10)
-    kernels.shares_of_area(rest, triangles, normals, double, shares)
+    shares_of_area(rest, triangles, normals, double, shares)
     np.testing.assert_allclose(shares, 1.0, rtol=1e-12)
     slope, normal = np.empty((3, 3)), normals[0]
-    kernels.slopes_of_area(x, 0, 1, 2, normal, 2.5, slope)
+    slopes_of_area(x, 0, 1, 2, normal, 2.5, slope)
 
     def area(flat):
         a, b, c = flat.reshape(3, 3)

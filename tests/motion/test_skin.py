@@ -27,7 +27,6 @@ from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.motion import _skin_kernels as kernels
-from facewrinkle.motion._contact_kernels import shares_of_area
 from facewrinkle.motion.material import SkinMaterial
 from facewrinkle.motion.minimiser import Minimiser
 from facewrinkle.motion.skin import Skin
@@ -127,7 +126,7 @@ def test_the_inversion_barrier_tells_a_mirrored_triangle_and_springs_do_not():
         u[2, 1] = height - 2.0
         x, shares, columns = points + u, np.empty(1), (np.zeros((3, 3)), np.zeros((3, 3)), none, none)
         triangles = triangle, facing, double
-        shares_of_area(x, *triangles, shares)
+        kernels.shares_of_area(x, *triangles, shares)
         cost = kernels.volume(u, x, *triangles, shares, np.ones(1), 0.3, 5.0, columns, none.copy(), gradient)
         return cost, gradient
 
@@ -171,7 +170,7 @@ def test_the_gradient_of_volumes_is_that_of_their_energy():
 
     def energy(u, gradient):
         x, of_triangles = points + u, (triangles, facing, double)
-        shares_of_area(x, *of_triangles, shares)
+        kernels.shares_of_area(x, *of_triangles, shares)
         return kernels.volume(u, x, *of_triangles, shares, np.ones(3), 0.3, 5.0, columns, np.empty(5), gradient)
 
     u, gradient, unused, shares = rng.random((5, 3)), np.zeros((5, 3)), np.zeros((5, 3)), np.empty(3)
