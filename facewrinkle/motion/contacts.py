@@ -158,21 +158,19 @@ class Contacts:
         self._rows: Rows = (
             np.zeros((most, 6), np.int64), np.zeros((most, 6, 3)), np.zeros(most), np.zeros(most)
         )  # fmt: skip
-        self._known: tuple[Array, float, Array] | None = None
         self._rate, self._facing = np.nan, self.flats.facing
         self.place(0.0, self._facing)
 
     def reset(self) -> None:
         """Forget where solids were looked for."""
-        self._known, self._looked_at = None, np.full_like(self._points, np.inf)
+        self._looked_at = np.full_like(self._points, np.inf)
 
     def place(self, rate: float, facing: Array) -> None:
         """Let teeth go along with the mandible at its contraction rate, and triangles face (m, 3)."""
         if rate != self._rate:
             self._rate, self._placed = rate, self.solids.turned(self._mandible, rate)
             self.reset()
-        if not np.array_equal(facing, self._facing):
-            self._facing, self._known = facing, None
+        self._facing = facing
 
     def _look(self, u: Array) -> Array:
         """Return positions of vertices and eyes; look for solids near them unless they were looked for close by."""
@@ -184,16 +182,11 @@ class Contacts:
 
     def energy(self, u: Array, gradient: Array) -> float:
         """Return the energy at displacements `u`; add its gradient."""
-        if self._known is None or not np.array_equal(u, self._known[0]):
-            own = np.zeros_like(u)
-            self._known = u.copy(), self._energy(u, own), own
-        gradient += self._known[2]
-        return self._known[1]
-
-    def _energy(self, u: Array, gradient: Array) -> float:
-        self._x, f = self._look(u), self.flats
+        self._x, f, own = self._look(u), self.flats, np.zeros_like(u)
         shares_of_area(self._x, f.triangles, self._facing, f.double_area, self._shares)
-        return float(kernels.energy_of(self._rows, self._find(self._still, self._shares), gradient))
+        energy = float(kernels.energy_of(self._rows, self._find(self._still, self._shares), own))
+        gradient += own
+        return energy
 
     def rows(self, ahead: Array) -> Rows:
         """Return the contacts that press at the displacements of the last `energy`, or would after a further
