@@ -119,9 +119,9 @@ class Joints:
         """Return the displacements (n, 3) of what the skin is tethered to."""
         return self.carried(self._points, np.zeros_like(rates), rates) - self._points
 
-    def turn(self, out: Array, rates: Array, sign: float = 1.0) -> None:
-        """Add to `out` (n, 3) the displacements by each joint alone, times a sign."""
-        self._turn(self._points, self._rates(rates), sign, out)
+    def turn_lids(self, out: Array, rates: Array, sign: float) -> None:
+        """Add to `out` (n, 3) the displacements by each joint that is no bone alone, times a sign."""
+        self._turn(self._points, {n: turn for n, turn in self._rates(rates).items() if n != self._bone}, sign, out)
 
     def _turn(self, points: Array, turns: Mapping[str, float], sign: float, out: Array) -> None:
         """Add to `out` (n, 3) the ways on which joints carry points (n, 3), times a sign, one joint after the other."""

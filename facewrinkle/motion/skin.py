@@ -113,7 +113,7 @@ class Skin:
         m = self.material = material or SkinMaterial()
         self.names = tuple(face.muscles)
         self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
-        self._lids_of = None if self.mesh.face is face else (self._lids(self.mesh.face), self._lids(face))
+        self._joints_of_face = None if self.mesh.face is face else Joints(face, self.names, *self._held(face))
         whole, face = face, self.mesh.face
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
@@ -205,12 +205,6 @@ class Skin:
         plates = {name: self.material.lid_stiffness * joint.hold for name, joint in face.joint_weights.items()}
         return face.tissue.stiffness * (1.0 - tip_of_nose(face)[1]), plates
 
-    def _lids(self, face: Face) -> Joints:
-        """Return those joints of a face that are no bones."""
-        tethers, plates = self._held(face)
-        lids = {name: plate for name, plate in plates.items() if not face.joint_weights[name].bone}
-        return Joints(face, self.names, tethers, lids)
-
     def _pulled(self, muscle: Muscle, points: Array, normals: Array) -> Array:
         """Return the force (n, 3) of a muscle at full contraction per area, at points with normals (n, 3)."""
         m = self.material
@@ -275,13 +269,12 @@ class Skin:
         Vertices that are not simulated go along with the lids as these turn, and follow the rest; triangles that this
         would turn over are turned back.
         """
-        if self._lids_of is None:
-            return self.mesh.follow(self._displacement)
-        simulated, followed = self._lids_of
+        if self._joints_of_face is None:
+            return self._displacement
         beyond = self._displacement.copy()
-        simulated.turn(beyond, self._placed, -1.0)
+        self.joints.turn_lids(beyond, self._placed, -1.0)
         out = self.mesh.follow(beyond)
-        followed.turn(out, self._placed)
+        self._joints_of_face.turn_lids(out, self._placed, 1.0)
         return self.mesh.untangled(out)
 
     @displacement.setter
@@ -340,10 +333,8 @@ class Skin:
         """Pull at the skin and turn the joints as these contraction rates say."""
         self._placed = rates
         self._force = (self._pull @ rates).reshape(-1, 3)
-        self._shift, self._facing_now = (
-            self.joints.shift(rates),
-            self.joints.facing(self.contacts.flats.facing, rates),
-        )
+        self._shift = self.joints.shift(rates)
+        self._facing_now = self.joints.facing(self.contacts.flats.facing, rates)
         self.contacts.place(self.joints.mandible_rate(rates), self._facing_now)
 
     def step(self) -> Array:

@@ -131,14 +131,14 @@ class Simulation:
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
             self.motion = _motion(face, time_step, material, motion)
-            self.layers: list[Layer] = self._prepared(fold_layers(face, folds) if layers is None else layers)
+            self._use(*self._prepared(fold_layers(face, folds) if layers is None else layers))
             eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
             self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
             self._base_normals = vertex_normals(face.points, face.triangles)
             self.reset()
 
-    def _prepared(self, layers: Sequence[Layer]) -> list[Layer]:
-        """Return copies of layers for this face and motion; find the highest level of refinement that they need."""
+    def _prepared(self, layers: Sequence[Layer]) -> tuple[list[Layer], int]:
+        """Return copies of layers for this face and motion, and the highest level of refinement that they need."""
         face = self.face
         if not isinstance(layers, Sequence) or not all(isinstance(each, Layer) for each in layers):
             raise ParameterError(
@@ -154,8 +154,11 @@ class Simulation:
             level = max(default_level(face, self._edges), self._level, most) or USUAL_LEVEL
         for layer, own_level in zip(own, needed, strict=True):
             layer.check_level(own_level, level)
-        self._level, self.refinement = level, replace(self.refinement, max_level=level)
-        return own
+        return own, level
+
+    def _use(self, layers: list[Layer], level: int) -> None:
+        """Take layers that are prepared, and the level that they need."""
+        self.layers, self._level, self.refinement = layers, level, replace(self.refinement, max_level=level)
 
     def use_layers(self, layers: Sequence[Layer]) -> None:
         """Take other layers in place of the present ones; muscles, skin and time go on as they are.
@@ -181,17 +184,13 @@ class Simulation:
         >>> bool(wrinkled["W"].min() < -0.2), bool(smooth["W"].any())
         (True, False)
         """
-        before = self._level, self.refinement
+        before = self._level
         with self._timed("precompute"):
-            try:
-                own = self._prepared(layers)
-                for layer in own:
-                    layer.attach(self.face)
-            except BaseException:
-                self._level, self.refinement = before
-                raise
-            self.layers = own
-        if self._level != before[0]:
+            own, level = self._prepared(layers)
+            for layer in own:
+                layer.attach(self.face)
+            self._use(own, level)
+        if level != before:
             self._begin_mesh()
         else:
             with self._timed("wrinkles"):
@@ -239,8 +238,7 @@ class Simulation:
         """
         asked = self.motion.rates_of(rates)
         eyes = self._eye_muscles
-        if len(eyes):
-            asked[eyes] = np.where(asked[eyes] > 0.0, asked[eyes], self._looked)
+        asked[eyes] = np.where(asked[eyes] > 0.0, asked[eyes], self._looked)
         for k in np.flatnonzero(asked) if self.layers and self._level else ():
             check_wavelength(self.face, self.muscles[k], self._edges[k], self._level)
         self._asked = asked
