@@ -59,7 +59,7 @@ def express(
         Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
         with --folds printed.
     maps
-        Bake the wrinkles into maps of this width, texels: normals, heights, cavity and tension, for the mesh as it is.
+        Bake the wrinkles into maps of this width, texels: normals and heights, for the mesh as it is.
     """
     output, source = output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)

@@ -13,8 +13,8 @@ from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label
-from ..rigging.sheet import sheet as draw_sheet
 from ..rigging.wrinkle_layers import check_layer_size
+from ..rigging.write import sheet as draw_sheet
 from ..rigging.write import write_page, write_rig_files
 from .options import FaceOptions, Report, Whole
 

@@ -4,10 +4,9 @@ from .linear_rig import Rig, RigError, rig
 from .maps import Maps, bake_maps, write_maps
 from .on_source import SourceShapes, on_source
 from .poses import Performer
-from .sheet import sheet
 from .takes import Take, read_take
 from .wrinkle_layers import WrinkleLayers, bake_layers, write_layers
-from .write import write_page, write_rig
+from .write import sheet, write_page, write_rig
 
 __all__ = [
     "Maps",

@@ -31,12 +31,6 @@ OVERLAP = 0.02
 MARGIN = 16
 """Texels around each island that are filled with the nearest value, for filters and small versions of a map."""
 
-CAVITY_REACH = 1.5
-"""Standard deviation of the heights around with which the height of a place is compared for a cavity, mm."""
-
-TENSION_MOST = 0.5
-"""Shortening or lengthening of the skin that is white in a map of tension."""
-
 CHART_CENTRE = np.array([0.0, -0.5, -1.0])
 """Middle of the head, [left, up, forward] from between the eyes, around which the chart of the face is laid, in
 distances between the pupils.
@@ -58,10 +52,6 @@ class Maps:
         OpenGL, glTF, Blender and Unity).
     height : ndarray of uint16, shape (h, w)
         Heights of the wrinkles from -`most` to `most` mm; 32768 is none.
-    cavity : ndarray of uint8, shape (h, w)
-        Dark in furrows, light on ridges, 128 in between.
-    tension : ndarray of uint8, shape (h, w, 3)
-        Red where the skin is shorter than at rest, green where it is longer: white is a half.
     most : float
         Of the heights, mm.
     smooth : PolyData
@@ -81,8 +71,6 @@ class Maps:
 
     normal: npt.NDArray[np.uint8]
     height: npt.NDArray[np.uint16]
-    cavity: npt.NDArray[np.uint8]
-    tension: npt.NDArray[np.uint8]
     most: float
     smooth: pv.PolyData
     rest: pv.PolyData
@@ -150,17 +138,10 @@ def bake_maps(
     smooth = charted(smooth, face)
     if corner_texture(face.mesh) is None:
         rest.active_texture_coordinates = around_head(face, face.points)
-    triangles = np.asarray(smooth.regular_faces, np.int64)
-    end, start = (vertex_areas(np.asarray(points, np.float64), triangles) for points in (smooth.points, face.points))
-    longer = np.sqrt(end / np.maximum(start, 1e-300)) - 1.0
-    tension = [np.clip(folds.on_skin(way) / TENSION_MOST, 0.0, 1.0) for way in (-longer, longer)]
     most = max(float(np.abs(height).max()), 1e-6)
-    hollow = np.clip((height - folds.blurred(height, CAVITY_REACH)) / (0.5 * most), -1.0, 1.0)
     return Maps(
         folds.filled(as_bytes(0.5 + 0.5 * normal)),
         folds.filled(heights_as_integers(height, most)),
-        folds.filled(as_bytes(0.5 + 0.5 * hollow * (128.0 / 127.5))),
-        folds.filled(as_bytes(np.stack([*tension, np.zeros((size, size))], axis=2))),
         most,
         smooth,
         rest,
@@ -418,17 +399,13 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     ['brows_normal.png', 'brows_height.png']
     """
     path, files = Path(path), []
-    for name in ("normal", "height", "cavity", "tension"):
+    for name in ("normal", "height"):
         files.append(path.with_name(f"{path.name}_{name}.png"))
         write_image(getattr(maps, name), files[-1])
     files.append(write_mesh(maps.rest, path.with_name(f"{path.name}_maps.obj")))
     files.append(path.with_name(f"{path.name}_maps.json"))
-    facts = conventions(maps.most) | {
-        "cavity": {"zero": 128},
-        "tension": {"red": "compression", "green": "stretch", "at_255": TENSION_MOST},
-    }
     with written(files[-1]) as whole:
-        whole.write_text(json.dumps(facts, indent=2) + "\n", encoding="utf-8")
+        whole.write_text(json.dumps(conventions(maps.most), indent=2) + "\n", encoding="utf-8")
     return files
 
 

@@ -51,28 +51,16 @@ def of_table(path: Path, text: str) -> Table:
     if not lines:
         raise ParameterError(f"{path.name} is empty. A table needs a row with the names of its columns.")
     separator = max(",;\t", key=lines[0].count)
-    header, *rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=separator)]
-    while header and not header[-1]:  # a separator at the end of the row
-        header.pop()
+    table = csv.DictReader(lines, delimiter=separator, skipinitialspace=True, restval="", restkey="")
+    names, rows = [name for name in table.fieldnames or () if name], list(table)
     if not rows:
         raise ParameterError(f"{path.name} has no frames: there is nothing below the names of its columns.")
-    rows = [_row(row, len(header), f"{path.name}: row {number}") for number, row in enumerate(rows, start=2)]
-    plain = [plain_name(name) for name in header]
-    when = next((k for k, name in enumerate(plain) if name == "timecode" or name in SECONDS), None)
-    values = np.array(
-        [[np.nan if k == when else _number(row[k], path.name, header[k]) for k in range(len(header))] for row in rows]
-    )
-    return Table(header, values, None if when is None else [row[when] for row in rows])
-
-
-def _row(row: list[str], count: int, where: str) -> list[str]:
-    """Return the cells of a row, as many as there are columns; a frame without a face may end after its time."""
-    found = row[:count] if not any(row[count:]) else row
-    if len(found) <= 2:
-        found = found + [""] * (count - len(found))
-    if len(found) != count:
-        raise ParameterError(f"{where} has {len(found)} columns, the first row has {count}. Export the file again.")
-    return found
+    for number, row in enumerate(rows, start=2):
+        if any(row.get("", ())):  # a separator at the end of a row does no harm
+            raise ParameterError(f"{path.name}: row {number} has more columns than the first one. Export it again.")
+    when = next((name for name in names if plain_name(name) in {"timecode", *SECONDS}), None)
+    values = [[np.nan if name == when else _number(row[name], path.name, name) for name in names] for row in rows]
+    return Table(names, np.array(values), None if when is None else [row[when] for row in rows])
 
 
 def _number(cell: str, file: str, column: str) -> float:
@@ -111,14 +99,9 @@ def of_json(path: Path, text: str) -> Table:
 
 
 def _frames(content: Any) -> list[Mapping[str, Any]]:
-    """Return the frames of the content of a JSON file: a list of them, an object that holds one, or columns."""
+    """Return the frames of the content of a JSON file: a list of them, or an object that holds one."""
     if isinstance(content, Mapping) and SHAPES not in content:
-        lists = {key: value for key, value in content.items() if isinstance(value, list)}
-        if lists and all(isinstance(x, int | float) for values in lists.values() for x in values):
-            if len({len(values) for values in lists.values()}) > 1:
-                raise ParameterError("all shapes of a JSON file need the same number of weights.")
-            return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
-        content = next(iter(lists.values()), [content])
+        content = next((value for value in content.values() if isinstance(value, list)), [content])
     frames = content if isinstance(content, list) else [content]
     return [frame for frame in frames if isinstance(frame, Mapping)]
 
@@ -273,7 +256,7 @@ def read_take(path: str | Path, fps: float | None = None) -> Take:
       HeadRoll turn the head, in radians.
     - JSON (.json): a list of frames, or an object that holds one. A frame has weights by name, and maybe a `timestamp`;
       or it is a result of MediaPipe's face landmarker in a browser (`faceBlendshapes`, and
-      `facialTransformationMatrixes` that turn the head). An object with a list of numbers for each name will do too.
+      `facialTransformationMatrixes` that turn the head).
 
     Parameters
     ----------

@@ -99,14 +99,14 @@ def test_all_ways_to_write_json_say_the_same(tmp_path):
         }
         for k, frame in enumerate(frames)
     ]
-    for number, content in enumerate([weights, frames, {"frames": frames}, browser, {"results": browser}]):
+    for number, content in enumerate([frames, {"frames": frames}, browser, {"results": browser}]):
         take = fw.read_take(written(tmp_path / f"{number}.json", json.dumps(content)))
         assert take.names == tuple(weights)
         np.testing.assert_array_equal(take.weights, np.array(list(weights.values())).T)
         if content is browser:
             assert take.duration == pytest.approx(0.04)
             np.testing.assert_allclose(take.turn(0.02), turn.as_matrix(), atol=1e-12)
-        elif number < 3:
+        elif number < 2:
             np.testing.assert_array_equal(take.turn(0.0), np.eye(3))
 
 
@@ -134,7 +134,7 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "Timecode,jawOpen\n", "has no frames"),
         ("a.csv", "\n", "is empty"),
         ("a.csv", "hair,nose\n1,2\n", "no column for a shape.*received hair, nose"),
-        ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has 4 columns, the first row has 3"),
+        ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has more columns than the first"),
         ("a.csv", "time,jawOpen\n0,wide\n", "column jawOpen must hold numbers, received 'wide'"),
         ("a.csv", "time,jawOpen\n0.2,1\n0.1,1\n", "row 3 comes before the one above"),
         ("a.csv", "time,jawOpen\nnoon,1\n", "time codes such as .*received 'noon'"),
@@ -144,7 +144,6 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "jawOpen,mouthPucker\n,1\n1,\n", "no frame with a weight for each"),
         ("a.json", "{", "no JSON"),
         ("a.json", "3", "has no frames"),
-        ("a.json", '{"jawOpen": [1, 2], "mouthPucker": [1]}', "same number of weights"),
         ("a.bvh", "HIERARCHY", "takes are read from .csv"),
     ],
 )
