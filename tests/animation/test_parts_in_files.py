@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 import pyvista as pv
-from glb_files import read_glb, write_glb
+from glb_files import GltfFile, read_glb
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
@@ -138,28 +138,16 @@ def test_parts_stay_with_a_head_that_turns(dressed, face):
 @pytest.fixture(scope="module")
 def animated(written, played, tmp_path_factory):
     """The same file with a shape on the skin that comes within half a second."""
-    content, blob = read_glb(written)
-    face = next(mesh for mesh in content["meshes"] if mesh["name"] == "face")
-    skin = content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
+    file = GltfFile()
+    file.content, file.blob = read_glb(written)
+    face = next(mesh for mesh in file.content["meshes"] if mesh["name"] == "face")
+    skin = file.content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
     shape = np.asarray(played("surprise").held.displacement)
     assert skin["count"] == len(shape)  # the built-in head has no seams
-    for values, kind in ((shape, "VEC3"), (np.array([0.0, 0.5]), "SCALAR"), (np.array([0.0, 1.0]), "SCALAR")):
-        raw = values.astype("<f4").tobytes()
-        content["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(raw)})
-        content["accessors"].append(
-            {"bufferView": len(content["bufferViews"]) - 1, "componentType": 5126, "count": len(values), "type": kind}
-        )
-        blob += raw
-    last = len(content["accessors"]) - 1
-    face["primitives"][0]["targets"] = [{"POSITION": last - 2}]
-    node = next(i for i, node in enumerate(content["nodes"]) if node["name"] == "face")
-    content["animations"] = [
-        {
-            "samplers": [{"input": last - 1, "output": last}],
-            "channels": [{"sampler": 0, "target": {"node": node, "path": "weights"}}],
-        }
-    ]
-    return write_glb(tmp_path_factory.mktemp("animated") / "clip.glb", content, blob)
+    face["primitives"][0]["targets"] = [{"POSITION": file.array(shape)}]
+    node = next(i for i, node in enumerate(file.content["nodes"]) if node["name"] == "face")
+    file.animate((node, "weights", [0.0, 0.5], [[0.0], [1.0]]))
+    return file.glb(tmp_path_factory.mktemp("animated") / "clip.glb")
 
 
 def test_the_other_meshes_of_an_animation_come_along(dressed, animated, tmp_path):
@@ -203,51 +191,27 @@ def lively(face, tmp_path_factory):
     rim = np.asarray(lash.points) + centres["l"] + [0.0, 4.0, face.eyes[0].radius + 4.0]
     fall = np.tile([0.0, -7.0, 0.0], (lash.n_points, 1))
     cap = np.asarray(card(face).points)
-    content = {"asset": {"version": "2.0"}, "bufferViews": [], "accessors": [], "meshes": [], "nodes": []}
-    blob = bytearray()
+    file = GltfFile()
 
-    def array(values, kind="<f4"):
-        values = np.atleast_2d(np.asarray(values).T).T
-        raw = values.astype(kind).tobytes()
-        view = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(raw)}
-        content["bufferViews"].append(view)
-        shape = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[values.shape[1]]
-        kinds = {"<f4": 5126, "<u4": 5125}[kind]
-        content["accessors"].append(
-            {"bufferView": len(content["bufferViews"]) - 1, "componentType": kinds, "count": len(values), "type": shape}
-        )
-        blob.extend(raw)
-        return len(content["accessors"]) - 1
+    def node(name, points, triangles, *shapes, **place):
+        return file.node(mesh=file.mesh(points, triangles, shapes, ["eyeBlinkLeft"][: len(shapes)], name=name), **place)
 
-    def node(name, points, triangles, shape=None, **place):
-        primitive = {"attributes": {"POSITION": array(points)}, "indices": array(np.ravel(triangles), "<u4")}
-        mesh = {"name": name, "primitives": [primitive]}
-        if shape is not None:
-            primitive["targets"], mesh["extras"] = [{"POSITION": array(shape)}], {"targetNames": ["eyeBlinkLeft"]}
-        content["meshes"].append(mesh)
-        content["nodes"].append({"mesh": len(content["meshes"]) - 1, "name": name, **place})
-
-    node("face", face.points, face.triangles, blink)
-    for side, ball in eyes.items():
-        node(f"eye {side}", ball.points, ball.regular_faces, translation=centres[side].tolist())
-    node("lashes", rim, lash.regular_faces, fall)
-    node("hair", cap, card(face).regular_faces)
-    content["nodes"].append({"children": [0, 1, 2, 3, 4]})
-    content["scenes"], content["scene"] = [{"nodes": [5]}], 0
-    half = [0.0, np.sin(0.1), 0.0, np.cos(0.1)]
-    times, still = array([0.0, 1.0]), [0.0, 0.0, 0.0, 1.0]
-    right = 1 + list(eyes).index("r")
-    channels = [(0, "weights", [0.0, 1.0]), (5, "rotation", [still, half]), (right, "rotation", [still, half])]
-    channels.append((4, "translation", [[0.0] * 3, [0.0, 3.0, 0.0]]))
-    content["animations"] = [
-        {
-            "samplers": [{"input": times, "output": array(values)} for *_, values in channels],
-            "channels": [
-                {"sampler": i, "target": {"node": n, "path": path}} for i, (n, path, _) in enumerate(channels)
-            ],
-        }
-    ]
-    return write_glb(tmp_path_factory.mktemp("lively") / "clip.glb", content, blob)
+    skin = node("face", face.points, face.triangles, blink)
+    balls = {
+        side: node(f"eye {side}", ball.points, ball.regular_faces, translation=centres[side].tolist())
+        for side, ball in eyes.items()
+    }
+    lashes, hair = node("lashes", rim, lash.regular_faces, fall), node("hair", cap, card(face).regular_faces)
+    head = file.node(children=[skin, *balls.values(), lashes, hair])
+    file.content["scenes"] = [{"nodes": [head]}]
+    times, turns = [0.0, 1.0], [[0.0, 0.0, 0.0, 1.0], [0.0, np.sin(0.1), 0.0, np.cos(0.1)]]
+    file.animate(
+        (skin, "weights", times, [[0.0], [1.0]]),
+        (head, "rotation", times, turns),
+        (balls["r"], "rotation", times, turns),
+        (hair, "translation", times, [[0.0] * 3, [0.0, 3.0, 0.0]]),
+    )
+    return file.glb(tmp_path_factory.mktemp("lively") / "clip.glb")
 
 
 def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
