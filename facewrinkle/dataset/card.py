@@ -12,7 +12,7 @@ import numpy as np
 from .. import __version__
 from ..files import write_whole
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
-from .shards import failed_in, read_table
+from .shards import read_table
 from .spec import Spec, code_digest
 
 SHOWN = (
@@ -37,19 +37,19 @@ BIASES = """\
 def write_card(folder: Path, spec: Spec, count: int) -> None:
     """Write README.md and a picture of distributions."""
     table = read_table(folder, ("index", "attempt", *SHOWN))
-    failed = sum(len(failed_in(archive)) for archive in folder.glob("shard-*.tar"))
     redrawn = float(np.mean(np.array(table["attempt"], bool))) if len(table["index"]) else 0.0
     write_whole(folder / "distributions.png", _histograms(table))
-    write_whole(folder / "README.md", _text(spec, count, table, failed, redrawn))
+    write_whole(folder / "README.md", _text(spec, count, table, redrawn))
 
 
-def _text(spec: Spec, count: int, table: dict[str, list[Any]], failed: int, redrawn: float) -> str:
+def _text(spec: Spec, count: int, table: dict[str, list[Any]], redrawn: float) -> str:
     scans = "".join(f"- {Path(scan.path).name}: {scan.licence}\n" for scan in spec.faces.scans)
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(PARTS))
     faces = spec.written["faces"]
     named = [entry | {"path": Path(entry["path"]).name} for entry in faces["scans"]]
     specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
     regions = ", ".join(f"{number} {name}" for number, name in enumerate(REGIONS))
+    made = len(set(table["index"]))
     pictures = "a picture each" if spec.clip.frames == 1 else f"clips of {spec.clip.frames} pictures"
     return f"""\
 ---
@@ -59,17 +59,17 @@ tags: [synthetic, faces, wrinkles, webdataset]
 
 # Faces with labelled wrinkles
 
-{len(set(table["index"]))} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
-facewrinkle {__version__}, code {code_digest()}; {failed} could not be made. {redrawn:.1%} were drawn again because the
-face was not in the picture, showed the inside of its skin, or did not come to rest.
+{made} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
+facewrinkle {__version__}, code {code_digest()}; {count - made} could not be made. {redrawn:.1%} were drawn again
+because the face was not in the picture, showed the inside of its skin, or did not come to rest.
 
 ![Distributions](distributions.png)
 
 ## Files
 
 `shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
-picture, with the `sha256` of its files in their order, each after a line with its ending and size. Pictures of a clip
-have keys with the number of the sample and of the frame. The persons of a shard take turns. A picture has
+picture. `sha256sum -c shard-*.sha256` checks both. Pictures of a clip have keys with the number of the sample and of
+the frame. The persons of a shard take turns. A picture has
 
 - `png`: the picture, 8 bits of red, green and blue;
 - `npz`: arrays of its pixels, without anti-aliasing:
@@ -87,8 +87,8 @@ have keys with the number of the sample and of the frame. The persons of a shard
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
   (FACS; in a clip those of this picture), identity, camera matrices (OpenCV's convention), lamps, background, furrows.
 
-A sample depends on the specification and its number alone. `facewrinkle dataset check` compares all files with their
-`sha256` and rows, and makes some again.
+A sample depends on the specification and its number alone. `facewrinkle dataset check` compares all files with
+their sums, and makes some samples again.
 
 ## Faces and licences
 
@@ -106,16 +106,14 @@ A sample depends on the specification and its number alone. `facewrinkle dataset
 
 
 def _histograms(table: dict[str, list[Any]]) -> bytes:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.0, 4.2), dpi=100, layout="constrained")
-    canvas = FigureCanvasAgg(figure)
     for axes, name in zip(figure.subplots(2, 4).flat, SHOWN, strict=True):
         values = [value for value in table.get(name, []) if value is not None]
         axes.hist(values, bins=20, color="#4a6fa5")
         axes.set_title(name.replace("_", " "), fontsize=9)
         axes.tick_params(labelsize=7)
     file = io.BytesIO()
-    canvas.print_png(file, metadata={"Software": None})
+    figure.savefig(file, metadata={"Software": None})
     return file.getvalue()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
@@ -67,7 +67,7 @@ def generate(
     Returns
     -------
     Path
-        The folder: shards, ``index/`` with Parquet tables, ``README.md``, and ``dataset.json``.
+        The folder: shards with their SHA-256, ``index/`` with Parquet tables, ``README.md``, and ``dataset.json``.
 
     Raises
     ------
@@ -87,7 +87,8 @@ def generate(
     >>> folder = tempfile.TemporaryDirectory()
     >>> out = generate({"size": [32, 32], "shard": 2}, f"{folder.name}/small", count=3)
     >>> sorted(path.name for path in out.iterdir())
-    ['README.md', 'dataset.json', 'distributions.png', 'index', 'shard-000000.tar', 'shard-000001.tar']
+    ['README.md', 'dataset.json', 'distributions.png', 'index', 'shard-000000.sha256', 'shard-000000.tar',
+     'shard-000001.sha256', 'shard-000001.tar']
     >>> folder.cleanup()
     """
     spec = spec_of(spec)
@@ -183,16 +184,11 @@ def _begin(folder: Path, spec: Spec, count: int) -> None:
 
 def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
     """Raise an OutputError if the set in a folder is not the one that is to be made."""
-    if known.code != code_digest():
-        raise OutputError(
-            f"{str(folder)!r} holds a set that other code of facewrinkle began (version {known.version}, code "
-            f"{known.code}; this is {__version__}, {code_digest()}), and one set must be of one code. Name a new "
-            "folder, or go on with the code of before."
-        )
     if known.digest != spec.digest:
         raise OutputError(
-            f"{str(folder)!r} holds a set of another specification. Name a new folder, or go on with the specification "
-            f"in its {STATE}."
+            f"{str(folder)!r} holds a set of another specification, or of other code of facewrinkle (version "
+            f"{known.version}, code {known.code}; this is {__version__}, {code_digest()}). Name a new folder, or go on "
+            f"with that code and the specification in {STATE}."
         )
     if count < known.count or (count > known.count and known.count % spec.shard):
         raise OutputError(
@@ -204,30 +200,30 @@ def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
 def _distributed(spec: Spec, shards: list[Shard], folder: Path, workers: int, scheduler: str | None) -> Iterator[int]:
     """Make shards at once, and yield the numbers of their samples; when one fails, the others are finished."""
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    outcomes = (
-        _by_processes(spec, shards, folder, workers) if scheduler is None else _by_dask(spec, shards, folder, scheduler)
-    )
     reason = ""
-    for shard, problem in outcomes:
-        if problem:
-            reason = problem
-        else:
-            yield from range(shard.first, shard.last)
+    with _executor(min(workers, len(shards)), scheduler) as pool:
+        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
+        for future in as_completed(futures):
+            try:
+                future.result()
+            except CancelledError:
+                reason = "the scheduler was lost"
+            except Exception as problem:
+                reason = str(problem).rstrip(".")
+            else:
+                yield from range(futures[future].first, futures[future].last)
     if reason:
         missing = sum(not shard.done(folder) for shard in shards)
         raise FaceWrinkleError(f"{missing} of {len(shards)} shards are missing: {reason}. Run the same again to go on.")
 
 
-def _by_processes(spec: Spec, shards: list[Shard], folder: Path, workers: int) -> Iterator[tuple[Shard, str]]:
-    """Make shards by processes here, and yield each with what went wrong."""
-    with ProcessPoolExecutor(min(workers, len(shards)), get_context("spawn")) as pool:  # VTK does not get over a fork
-        futures = {pool.submit(_made, spec, shard, folder, is_inside_only()): shard for shard in shards}
-        for future in as_completed(futures):
-            yield futures[future], str(future.exception() or "").rstrip(".")
-
-
-def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> Iterator[tuple[Shard, str]]:
-    """Make shards by the workers of a scheduler, and yield each with what went wrong."""
+@contextmanager
+def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
+    """Processes here, or the workers of a scheduler."""
+    if scheduler is None:
+        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:  # VTK does not get over a fork
+            yield pool
+        return
     try:
         import distributed
     except ImportError:
@@ -240,11 +236,7 @@ def _by_dask(spec: Spec, shards: list[Shard], folder: Path, scheduler: str) -> I
             "that it is running: dask scheduler."
         ) from None
     with client:
-        inside = is_inside_only()
-        futures = {client.submit(_made, spec, shard, folder, inside, pure=False): shard for shard in shards}
-        for future in distributed.as_completed(futures):
-            failed = str(future.exception()) if future.status == "error" else "the scheduler was lost"
-            yield futures[future], "" if future.status == "finished" else failed
+        yield client.get_executor(pure=False)
 
 
 def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:

@@ -72,10 +72,8 @@ class Sample:
         :data:`facewrinkle.dataset.labels.PARTS`.
     facts : dict
         All else that is known: person, expression, contractions, landmarks, camera, furrows.
-    mesh : dict of str to ndarray
-        ``points``, ``rest`` (n, 3), in the unit of the face, and ``triangles`` (m, 3), if asked for.
-    model : bytes
-        A binary glTF of skin, eyes, mouth and tears, if asked for.
+    mesh : dict of str to bytes
+        The content of the mesh's file by its ending, if asked for; see :func:`mesh_files`.
 
     Examples
     --------
@@ -89,8 +87,7 @@ class Sample:
     labels: dict[str, npt.NDArray[Any]]
     facts: dict[str, Any]
     frame: int | None = None
-    mesh: dict[str, npt.NDArray[Any]] = field(default_factory=dict)
-    model: bytes = b""
+    mesh: dict[str, bytes] = field(default_factory=dict)
 
     @property
     def key(self) -> str:
@@ -105,8 +102,7 @@ class Sample:
         Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=LEVEL)
         text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
         files = {"png": picture.getvalue(), "npz": _compressed(self.labels), "json": text.encode()}
-        files |= {"mesh.npz": _compressed(self.mesh)} if self.mesh else {}
-        return files | ({"mesh.glb": self.model} if self.model else {})
+        return files | self.mesh
 
 
 def key_of(index: int, frame: int | None = None) -> str:
@@ -218,9 +214,8 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
                 "version": __version__,
             }
             facts |= {"frame": number} if clip else {}
-            mesh = mesh_of(frame) if self.spec.mesh == "npz" else {}
-            model = model_of(frame, simulation.face, tears) if self.spec.mesh == "glb" else b""
-            made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh, model))
+            mesh = mesh_files(self.spec.mesh, frame, simulation.face, tears)
+            made.append(Sample(plan.index, image, labels, facts, number if clip else None, mesh))
         return made
 
     def _tears(self, face: Face, plan: Plan, frame: pv.PolyData, time: float | None) -> list[pv.PolyData]:
@@ -297,34 +292,27 @@ def simulation_of(spec: Spec, number: int) -> tuple[Person, Simulation]:
     return person, Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
 
 
-def mesh_of(frame: pv.PolyData) -> dict[str, npt.NDArray[Any]]:
-    """Return the arrays of a mesh file: ``points`` and ``rest``, float32 (n, 3), and ``triangles``, int32 (m, 3).
+def mesh_files(kind: str, frame: pv.PolyData, face: Face, tears: list[pv.PolyData]) -> dict[str, bytes]:
+    """Return the file of a mesh by its ending, or nothing.
 
-    Examples
-    --------
-    >>> frame = default_face().mesh
-    >>> {name: array.shape[1] for name, array in mesh_of(frame).items()}
-    {'points': 3, 'rest': 3, 'triangles': 3}
-    """
-    points, triangles = frame.points, frame.regular_faces
-    rest = np.asarray(frame.point_data.get("rest", points))
-    return {
-        "points": np.asarray(points, np.float32), "rest": rest.astype(np.float32),
-        "triangles": np.asarray(triangles, np.int32),
-    }  # fmt: skip
-
-
-def model_of(frame: pv.PolyData, face: Face, tears: list[pv.PolyData]) -> bytes:
-    """Return a binary glTF of what is seen, see :func:`facewrinkle.write_mesh`.
+    Arrays ("npz") are ``points`` and ``rest``, float32 (n, 3), in the unit of the face, and ``triangles``, int32
+    (m, 3); a binary glTF ("glb") is what is seen, see :func:`facewrinkle.write_mesh`.
 
     Examples
     --------
     >>> face = default_face()
-    >>> model_of(face.mesh, face, [])[:4]
+    >>> mesh_files("glb", face.mesh, face, [])["mesh.glb"][:4]
     b'glTF'
     """
-    with TemporaryDirectory() as folder:
-        return write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears).read_bytes()
+    if kind == "npz":
+        rest = np.asarray(frame.point_data.get("rest", frame.points), np.float32)
+        arrays = {"points": np.asarray(frame.points, np.float32), "rest": rest}
+        return {"mesh.npz": _compressed(arrays | {"triangles": np.asarray(frame.regular_faces, np.int32)})}
+    if kind == "glb":
+        with TemporaryDirectory() as folder:
+            path = write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears)
+            return {"mesh.glb": path.read_bytes()}
+    return {}
 
 
 def action_units_of(simulation: Simulation, expression: dict[str, float]) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Shards: files of consecutive samples, whole or absent, with a table of what is in them; and what is wrong with them.
 
-A shard is a tar file as WebDataset reads it; beside it is a Parquet file with a row for each picture, which tells the
-SHA-256 of its files. The same samples give the same bytes: members have no times and owners.
+A shard is a tar file as WebDataset reads it; beside it are a Parquet file with a row for each picture, and the SHA-256
+of both as the program ``sha256sum`` checks it. The same samples give the same bytes: members have no times and owners.
 """
 
 from __future__ import annotations
@@ -9,10 +9,8 @@ from __future__ import annotations
 import hashlib
 import json
 import tarfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from difflib import unified_diff
-from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryFile
@@ -22,14 +20,11 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from ..errors import MissingPackageError, OutputError, check_whole, missing_package
+from ..errors import OutputError, check_whole, missing_package
 from ..files import write_whole, written
 from .plan import person_at
 from .sample import Sample, SampleMaker, key_of
 from .spec import Spec, code_digest
-
-FAILED = ".failed.json"
-"""Ending of the file that lists samples of a shard that could not be made."""
 
 STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
@@ -65,13 +60,27 @@ class Shard:
         """The name of the files, without ending."""
         return f"shard-{self.number:06d}"
 
-    def paths(self, folder: Path) -> tuple[Path, Path]:
-        """Return the paths of the tar and of the Parquet file."""
-        return folder / f"{self.name}.tar", folder / "index" / f"{self.name}.parquet"
+    def files(self) -> tuple[str, str, str]:
+        """Return the names of the tar file, the table, and the list of samples that could not be made."""
+        return f"{self.name}.tar", f"index/{self.name}.parquet", f"{self.name}.failed.json"
+
+    @property
+    def sums(self) -> str:
+        """The name of the file of their SHA-256."""
+        return f"{self.name}.sha256"
 
     def done(self, folder: Path) -> bool:
-        """Return True if both files are there; the table is written last."""
-        return all(path.is_file() for path in self.paths(folder))
+        """Return True if tar file, table and sums are there; the sums are written last."""
+        return all((folder / name).is_file() for name in (*self.files()[:2], self.sums))
+
+    def sums_in(self, folder: Path, spec: str) -> str:
+        """Return the SHA-256 of the files that are there, a line each, after the digest of the specification."""
+        lines = [f"# {spec}\n"]
+        for name in self.files():
+            if (folder / name).is_file():
+                with (folder / name).open("rb") as file:
+                    lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n")
+        return "".join(lines)
 
 
 def shards_of(count: int, size: int) -> list[Shard]:
@@ -92,18 +101,18 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     Each person is made once: samples are made person by person, kept in a file without a name, and written in order.
     One that fails twice is listed with its error in a file beside the shard, and left out.
     """
-    archive, table = shard.paths(folder)
+    archive, table, failed = (folder / name for name in shard.files())
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     members: list[tuple[int, str, int, int]] = []
     with written(archive) as partial, TemporaryFile(dir=folder) as store:
-        for old in (table, archive.with_suffix(FAILED)):
+        for old in (folder / shard.sums, failed):
             old.unlink(missing_ok=True)
         with SampleMaker(spec) as maker:
             for index in sorted(range(shard.first, shard.last), key=lambda index: person_at(spec, index)):
                 for sample in _tried(maker, index, failures):
                     files = sample.files().items()
-                    rows.append(row_of(sample.facts) | {"shard": archive.name, "sha256": sha256_of(files)})
+                    rows.append(row_of(sample.facts) | {"shard": archive.name})
                     for ending, content in files:
                         members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
                         store.write(content)
@@ -116,8 +125,9 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                 tar.addfile(member, store)
     if failures:
         failures.sort(key=itemgetter("index"))
-        write_whole(archive.with_suffix(FAILED), json.dumps(failures, indent=1, sort_keys=True))
+        write_whole(failed, json.dumps(failures, indent=1, sort_keys=True))
     write_table(sorted(rows, key=itemgetter("index")), table)
+    write_whole(folder / shard.sums, shard.sums_in(folder, spec.digest))
 
 
 def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> list[Sample]:
@@ -128,49 +138,6 @@ def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> li
             if attempt:
                 failures.append({"index": index, "error": f"{type(problem).__name__}: {problem}"})
     return []
-
-
-def stored(archive: Path) -> Iterator[tuple[str, list[tuple[str, bytes]]]]:
-    """Yield the key of each picture in a shard, with the endings and contents of its files.
-
-    Raises
-    ------
-    TarError
-        If the shard is damaged, or does not end as it was written: after its last file are zeros, to a whole record.
-    """
-    with archive.open("rb") as whole, tarfile.open(fileobj=whole, mode="r:") as tar:
-        for key, members in groupby(tar, key=lambda member: member.name.partition(".")[0]):
-            files = [(member.name.partition(".")[2], tar.extractfile(member)) for member in members]
-            yield key, [(ending, b"" if file is None else file.read()) for ending, file in files]
-        end = tar.offset + 2 * tarfile.BLOCKSIZE
-        whole.seek(tar.offset)
-        if whole.read() != bytes(2 * tarfile.BLOCKSIZE + -end % tarfile.RECORDSIZE):
-            raise tarfile.TarError("bytes were appended or are missing")
-
-
-def sha256_of(files: Iterable[tuple[str, bytes]]) -> str:
-    """Return the SHA-256 of files, before each of which is a line with its ending and size.
-
-    Examples
-    --------
-    >>> sha256_of([("png", b"...")]) == hashlib.sha256(b"png 3\\n...").hexdigest()
-    True
-    """
-    digest = hashlib.sha256()
-    for ending, content in files:
-        digest.update(f"{ending} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
-
-
-def failed_in(archive: Path) -> set[int]:
-    """Return the numbers of the samples of a shard that could not be made."""
-    path = archive.with_suffix(FAILED)
-    try:
-        return {int(entry["index"]) for entry in json.loads(path.read_text(encoding="utf-8"))}
-    except FileNotFoundError:
-        return set()
-    except (OSError, ValueError, KeyError, TypeError):
-        raise _damaged(path, "no list of failed samples") from None
 
 
 def row_of(facts: dict[str, Any]) -> dict[str, Any]:
@@ -203,33 +170,17 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
         parquet.write_table(table, partial)
 
 
-def rows_of(path: Path, columns: Sequence[str] = ()) -> list[dict[str, Any]]:
-    """Return the rows of a table, with these columns (default: all) as far as it has them.
-
-    Raises
-    ------
-    OutputError
-        If the file is damaged.
-    """
-    try:
-        with arrow()[1].ParquetFile(path) as file:
-            known = [name for name in file.schema_arrow.names if not columns or name in columns]
-            return list(file.read(known).to_pylist())
-    except MissingPackageError:
-        raise
-    except Exception as problem:  # whatever a damaged file provokes
-        raise _damaged(path, f"no Parquet table that can be read ({type(problem).__name__})") from None
-
-
 def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     """Return columns of the tables of all shards of a set, in order of the samples; None where a row lacks one."""
-    rows = [row for path in sorted((folder / "index").glob("shard-*.parquet")) for row in rows_of(path, columns)]
+    rows: list[dict[str, Any]] = []
+    for path in sorted((folder / "index").glob("shard-*.parquet")):
+        try:
+            rows += arrow()[1].read_table(path).to_pylist()
+        except (OSError, ValueError):
+            raise OutputError(
+                f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made anew."
+            ) from None
     return {name: [row.get(name) for row in rows] for name in columns}
-
-
-def _damaged(path: Path, what: str) -> OutputError:
-    shard = f"{path.name.partition('.')[0]}.tar"
-    return OutputError(f"{path.name} is {what}, as after a copy that broke off. Remove it and {shard}, and run again.")
 
 
 def arrow() -> tuple[Any, Any]:
@@ -287,75 +238,55 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     """
     folder, remade = Path(folder).expanduser(), check_whole("remade", remade, 0, 1e6)
     state = read_state(folder)
-    spec, same = Spec.of(state.spec, folder), state.code == code_digest()
+    spec = Spec.of(state.spec, folder)
     shards = shards_of(state.count, spec.shard)
-    changed = same and spec.digest != state.digest
-    known = {path for shard in shards for path in shard.paths(folder)}
+    changed = state.code == code_digest() and spec.digest != state.digest
+    known = {folder / name for shard in shards for name in shard.files()}
     extra = {*folder.glob("shard-*.tar"), *folder.glob("index/[!.]*")} - known
     problems = ["its specification is not that of the set"] if changed else []
     yield STATE, problems + [f"{path.name} is no shard or table of the set" for path in sorted(extra)]
+    whole = []
     for shard in shards:
-        yield f"{shard.name}.tar", _problems(shard, folder, spec, state.digest)
+        problems = _problems(shard, folder, state.digest)
+        yield f"{shard.name}.tar", problems
+        whole += [] if problems else [shard]
     if remade:
         other = f"the set was made by other code ({state.code}; this is {code_digest()}): they cannot be compared"
-        yield "samples made again", _differences(spec, folder, state.count, remade) if same else [other]
+        same = state.code == code_digest()
+        yield "samples made again", _differences(spec, folder, whole, remade) if same else [other]
 
 
-def _problems(shard: Shard, folder: Path, spec: Spec, digest: str) -> list[str]:
-    """What is wrong with a shard and its table, for each picture."""
-    archive, table = shard.paths(folder)
-    missing = [path.name for path in (archive, table) if not path.is_file()]
-    if missing:
-        return [f"{name} is missing" for name in missing]
+def _problems(shard: Shard, folder: Path, digest: str) -> list[str]:
+    """What is wrong with the files of a shard."""
     try:
-        failed, rows = failed_in(archive), rows_of(table)
-    except OutputError as problem:
-        return [str(problem)]
-    frames = range(spec.clip.frames) if spec.clip.frames > 1 else [None]
-    there = sorted(failed & {row.get("index") for row in rows})
-    problems = [f"{archive.with_suffix(FAILED).name} lists {key_of(i)}, which its table has" for i in there]
-    absent = failed - {*there}
-    wanted = [key_of(i, frame) for i in range(shard.first, shard.last) if i not in absent for frame in frames]
-    by_key = {str(row.get("key")): row for row in rows}
-    found: list[str] = []
-    try:
-        for key, files in stored(archive):
-            found.append(key)
-            if key in by_key and (fault := _fault(files, by_key[key], archive.name, digest)):
-                problems.append(f"{key} {fault}")
-    except (OSError, EOFError, ValueError, tarfile.TarError) as problem:
-        problems.append(f"is damaged after {found[-1] if found else 'its start'}: {problem}")
-    for where, keys in (("the shard", found), ("its table", [str(row.get("key")) for row in rows])):
-        lines = unified_diff(wanted, keys, n=0, lineterm="")
-        changes = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
-        if changes:
-            problems.append(f"{where} lacks (-), or has once too often or elsewhere (+): {', '.join(changes)}")
-    return problems
+        known = (folder / shard.sums).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return [f"{shard.sums} is missing"]
+    of_set, *found = shard.sums_in(folder, digest).splitlines()
+    problems = [] if known[:1] == [of_set] else ["is of another set"]
+    problems += [f"{name} is missing" for name in shard.files()[:2] if not (folder / name).is_file()]
+    return problems + [f"{line.split()[1]} is not what was made" for line in found if line not in known]
 
 
-def _fault(files: list[tuple[str, bytes]], row: dict[str, Any], shard: str, digest: str) -> str:
-    """Return what is wrong with a picture, in words; nothing if all is well."""
-    if sha256_of(files) != row.get("sha256"):
-        return f"is not what was made: its files ({', '.join(ending for ending, _ in files)}) have another SHA-256"
-    facts = json.loads(dict(files)["json"])  # as they were written
-    if facts["spec"] != digest:
-        return "is of another set"
-    due = row_of(facts) | {"shard": shard, "sha256": row["sha256"]}
-    wrong = sorted(name for name in {*row, *due} if row.get(name) != due.get(name))
-    return f"has another {', '.join(wrong)} in the table than in its facts" if wrong else ""
-
-
-def _differences(spec: Spec, folder: Path, count: int, remade: int) -> list[str]:
-    """Return which of some samples, made again, are not as they are stored."""
-    try:
-        table = read_table(folder, ("index", "key", "sha256"))
-    except OutputError:
-        return ["a table is damaged: they cannot be compared"]
-    known = dict(zip(table["key"], table["sha256"], strict=True))
-    chosen = {round(k) for k in np.linspace(0, count - 1, remade)} & {*table["index"]}
+def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> list[str]:
+    """Return which of some samples in whole shards, made again, are not as they are stored."""
+    _, parquet = arrow()
+    made: list[tuple[int, Shard]] = []
+    for shard in shards:
+        rows = parquet.read_table(folder / shard.files()[1], columns=["index"])
+        made += [(index, shard) for index in sorted({*rows["index"].to_pylist()})]
     problems = []
     with SampleMaker(spec) as maker:
-        for index in sorted(chosen):
-            if any(sha256_of(made.files().items()) != known.get(made.key) for made in maker.pictures(index)):
+        for place in sorted({round(k) for k in np.linspace(0, len(made) - 1, min(remade, len(made)))}):
+            index, shard = made[place]
+            if not all(_is_stored(sample, folder / shard.files()[0]) for sample in maker.pictures(index)):
                 problems.append(f"{index:09d} differs from what is stored")
     return problems
+
+
+def _is_stored(sample: Sample, archive: Path) -> bool:
+    """True if the files of a picture are in a shard as they are."""
+    with tarfile.open(archive) as tar:
+        stored = {member.name: tar.extractfile(member) for member in tar if member.name.startswith(f"{sample.key}.")}
+        contents = {name: file.read() for name, file in stored.items() if file is not None}
+    return contents == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}

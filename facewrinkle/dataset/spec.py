@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from msgspec import Meta, Struct, to_builtins
@@ -25,9 +25,6 @@ DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
 TIME_STEP = 0.02
 """Seconds of a step in clips."""
-
-MESHES = ("npz", "glb")
-"""Formats of meshes."""
 
 NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "identity": {field.name: (-1.0, 1.0) for field in fields(Identity)},
@@ -67,13 +64,13 @@ TOGETHER = ({"uniform"}, {"normal"}, {"normal", "within"}, {"choice"}, {"choice"
 
 @dataclass(frozen=True)
 class Distribution:
-    """Something to draw values from: fixed, a choice, a range, or a normal distribution within limits.
+    """Something to draw values from: a choice, a range, or a normal distribution within limits.
 
     Attributes
     ----------
     values : tuple
         What is chosen from; for ranges, the least and the greatest.
-    kind : {"fixed", "choice", "uniform", "normal"}
+    kind : {"choice", "uniform", "normal"}
     weights : tuple of float
         Probabilities of a choice; mean and standard deviation of a normal distribution.
     """
@@ -138,17 +135,14 @@ class Distribution:
             while not low <= (value := float(random.normal(mean, deviation))) <= high:
                 pass
             return value
-        if self.kind == "fixed":
-            return self.values[0]
         return self.values[int(random.choice(len(self.values), p=self.weights))]
 
 
 def _distribution(written: Any, name: str, kind: Any, limits: tuple[float, float] | None) -> Distribution:
     """Return a distribution of values of a kind; of words if there are no limits."""
-    if isinstance(written, list):
-        written = {"choice": written}
-    if not isinstance(written, Mapping):
-        return Distribution((conforming(written, kind, name),), "fixed")
+    if not isinstance(written, Mapping | list):
+        return Distribution((conforming(written, kind, name),), "choice", (1.0,))
+    written = {"choice": written} if isinstance(written, list) else written
     table = conforming(written, Drawn, name)
     if set(written) not in (TOGETHER if limits else TOGETHER[3:]):
         allowed = ", ".join(" with ".join(sorted(keys)) for keys in (TOGETHER if limits else TOGETHER[3:]))
@@ -256,7 +250,7 @@ class Spec(Struct, frozen=True, eq=False):
     seed: Annotated[int, Meta(ge=0, le=2**63 - 1)]
     size: tuple[Pixels, Pixels]
     quick: bool
-    mesh: bool | str
+    mesh: Literal["", "npz", "glb"]
     shard: Count
     per_person: Count
     faces: Faces
@@ -296,8 +290,6 @@ class Spec(Struct, frozen=True, eq=False):
         if written is not None and not isinstance(written, Mapping):
             raise ParameterError(f"a specification is a path or a dictionary, received {written!r}.")
         whole = _completed(written or {})
-        if isinstance(scans := whole["faces"]["scans"], list):
-            whole["faces"]["scans"] = [{"path": scan} if isinstance(scan, str) else scan for scan in scans]
         plain = {name: whole[name] for name in cls.__struct_fields__ if name in whole}
         crying = conforming(whole["tears"]["share"], Share, "tears.share")
         spec = conforming(plain | {"crying": crying}, cls, "")
@@ -314,7 +306,7 @@ class Spec(Struct, frozen=True, eq=False):
             for table, keys in NUMBERS.items()
         }
         return replace(
-            spec, mesh=_mesh(spec.mesh), faces=faces, expression=_expressions(spec.expression), numbers=numbers,
+            spec, faces=faces, expression=_expressions(spec.expression), numbers=numbers,
             written=whole, digest=hashlib.sha256(text.encode()).hexdigest()[:16],
         )  # fmt: skip
 
@@ -354,14 +346,6 @@ def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
                 raise unknown_name(f"key of [{key}]", inner, whole[key])
         whole[key] = {**whole[key], **value}
     return whole
-
-
-def _mesh(value: bool | str) -> str:
-    if isinstance(value, bool):
-        return MESHES[0] if value else ""
-    if value not in MESHES:
-        raise ParameterError(f"mesh must be true, false, or one of {', '.join(MESHES)}, received {value!r}.")
-    return value
 
 
 def _scans(faces: Faces, folder: Path) -> list[Scan]:

@@ -49,14 +49,8 @@ class Camera:
         ([[20.0, 10.0]], [4.0])
         >>> plotter.close()
         """
-        position = np.array(camera.position)
-        away = np.array(camera.focal_point) - position
-        away /= np.linalg.norm(away)
-        right = np.cross(away, camera.up)
-        right /= np.linalg.norm(right)
-        turn = np.stack([right, np.cross(away, right), away])
-        extrinsic = np.eye(4)
-        extrinsic[:3, :3], extrinsic[:3, 3] = turn, -turn @ position
+        view = pv.array_from_vtkmatrix(camera.GetModelViewTransformMatrix())  # y is up there, and z towards the camera
+        extrinsic = np.diag([1.0, -1.0, -1.0, 1.0]) @ view
         width, height = size
         focal = 0.5 * height / np.tan(np.radians(camera.view_angle / 2.0))
         intrinsic = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
