@@ -53,7 +53,6 @@ def decimated(
     triangles: IntArray,
     size: Array,
     lines: npt.NDArray[np.integer] | None = None,
-    fewest: int = 4,
 ) -> tuple[npt.NDArray[np.int64], IntArray]:
     """Merge vertices into neighbours (half-edge collapses) until the edges of a mesh are about as long as wanted.
 
@@ -69,8 +68,6 @@ def decimated(
     lines : ndarray of int, shape (k, 2), optional
         Edges of the mesh that are lines to be kept, besides its boundaries. Vertices where more or fewer than two of
         these edges meet are not removed.
-    fewest : int
-        Number of vertices at which to stop, whatever the lengths of the edges.
 
     Returns
     -------
@@ -89,12 +86,9 @@ def decimated(
     """
     faces = as_triangles(triangles, len(points)).copy()
     positions = np.ascontiguousarray(points, dtype=np.float64)
-    n = len(positions)
-    kind, neighbours, loop, left = _lines(faces, n, lines)
-    alive = _decimate(
-        positions, vertex_normals(positions, faces), np.ascontiguousarray(size, dtype=np.float64), faces, kind,
-        neighbours, loop, left, LEAST_OF_LINE, SPACING, int(fewest),
-    )  # fmt: skip
+    kind, neighbours, loop, left = _lines(faces, len(positions), lines)
+    normals, wanted = vertex_normals(positions, faces), np.ascontiguousarray(size, dtype=np.float64)
+    alive = _decimate(positions, normals, wanted, faces, kind, neighbours, loop, left)
     vertices, renumbered = np.unique(faces[alive], return_inverse=True)
     return vertices.astype(np.int64), renumbered.reshape(-1, 3).astype(np.int32)
 
@@ -294,20 +288,19 @@ def _merge(v, u, triangles, alive, head, following):
 
 
 @compiled
-def _enqueue(v, gap, heap, key, kind, spacing):
+def _enqueue(v, gap, heap, key, kind):
     """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
-    if kind[v] != FIXED and gap < spacing and gap != key[v]:
+    if kind[v] != FIXED and gap < SPACING and gap != key[v]:
         key[v] = gap
         heappush(heap, (gap, v))
 
 
 @compiled
-def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, spacing, target):
-    """Merge vertices into neighbours, the closest first, until none is closer than `spacing` of the wanted size.
+def _decimate(points, normals, size, triangles, kind, lines, loop, left):
+    """Merge vertices into neighbours, the closest first, until none is closer than `SPACING` of the wanted size.
 
     Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbours of
-    vertices on lines. `left` counts the vertices of each line `loop`, of which at least `least` stay. No more
-    vertices are removed once `target` are left.
+    vertices on lines. `left` counts the vertices of each line `loop`, of which at least `LEAST_OF_LINE` stay.
     """
     n, m = len(points), len(triangles)
     alive, head, following = np.ones(m, np.bool_), np.full(n, -1, np.int64), np.full(3 * m, -1, np.int64)
@@ -319,24 +312,22 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, 
     spare, key = np.empty((2, 3)), np.full(n, np.inf)
     heap = [(0.0, 0)]
     heap.clear()
-    remaining = 0
     for v in range(n):
         if head[v] >= 0:
-            remaining += 1
             count = _neighbours(v, triangles, alive, head, following, ring)
-            _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind, spacing)
-    while len(heap) and remaining > target:
+            _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind)
+    while len(heap):
         asked, v = heappop(heap)
         if head[v] < 0 or asked != key[v]:
             continue
         key[v] = np.inf
         count = _neighbours(v, triangles, alive, head, following, ring)
-        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= least):
+        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= LEAST_OF_LINE):
             continue
         # A key is too small once the edge it stands for is gone.
         gap = _shortest(v, count, ring, points, size)
         if gap > (1.0 + 1e-9) * asked:
-            _enqueue(v, gap, heap, key, kind, spacing)
+            _enqueue(v, gap, heap, key, kind)
             continue
         u = _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare)
         if u < 0:
@@ -350,7 +341,6 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, 
                     lines[one, 1] = two
             left[loop[v]] -= 1
         _merge(v, u, triangles, alive, head, following)
-        remaining -= 1
         for i in range(count):  # those that could not be removed before may be now, with u or another neighbour
             w = ring[i]
             gap = key[w]
@@ -358,5 +348,5 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left, least, 
                 gap = _shortest(w, _neighbours(w, triangles, alive, head, following, other), other, points, size)
             elif w != u:
                 gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
-            _enqueue(w, gap, heap, key, kind, spacing)
+            _enqueue(w, gap, heap, key, kind)
     return alive

@@ -1,4 +1,4 @@
-"""Values at the vertices of a base mesh, interpolated at other points of it."""
+"""Points on triangles: values interpolated there, heights above them, and samples of a surface."""
 
 # mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
@@ -13,6 +13,9 @@ from .refinement import RedGreenForest, frozen
 
 TOLERANCE = 0.02
 """Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""
+
+PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
+"""1 / p and 1 / p^2 of the plastic number p: their multiples fill the square evenly (Roberts 2018)."""
 
 
 def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
@@ -148,6 +151,24 @@ def balls_around(corners: Array) -> Array:
     """
     centres = corners.mean(axis=1)
     return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])
+
+
+def surface_samples(points: Array, triangles: npt.NDArray[np.integer], count: int) -> Array:
+    """Return `count` points (count, 3) spread over the triangles evenly by area, the same ones every time.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> surface_samples(square, np.array([[0, 1, 2], [0, 2, 3]]), 1000).mean(axis=0).round(2)
+    array([0.5, 0.5, 0. ])
+    """
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    area = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    which = np.searchsorted(area, (np.arange(count) + 0.5) / count * area[-1])
+    u, v = ((0.5 + np.arange(count)[:, None] * PLASTIC) % 1.0).T[..., None]
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    return np.asarray(a[which] + u * (b - a)[which] + v * (c - a)[which])
 
 
 def smoothstep(t: npt.ArrayLike) -> Array:

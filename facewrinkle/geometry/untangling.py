@@ -74,7 +74,7 @@ class Untangling:
         points go half the way to where the mean motion of their neighbours takes them, and make room again, up to 20
         times.
         """
-        low = self._low(points, LEAST, some=True)
+        low = self._low(points, LEAST)
         if not len(low):
             return points
         out = self._swept(points, low)
@@ -90,40 +90,15 @@ class Untangling:
         """Return the triangles (k,) that are turned over at points (n, 3)."""
         return self._low(points, 0.0)
 
-    def _low(self, points: Array, least: float, some: bool = False) -> IntArray:
-        """Return the triangles (k,) with less than a share of their area at rest, along where they should face.
-
-        `some` takes a triangle that faces as the triangles around it do for one that is upright: no rotations are
-        needed, and in a heap of triangles that are turned over a few are overlooked.
-        """
+    def _low(self, points: Array, least: float) -> IntArray:
+        """Return the triangles (k,) with less than a share of their area at rest, along where they should face."""
         triangles, marked = self._triangles, np.zeros(len(points), np.bool_)
         if not _turned(points, triangles, self._cross, least, marked):
             return np.empty(0, np.int64)
         chosen = _touching(triangles, marked)
-        if some:
-            chosen = chosen[self._doubtful(points, chosen, least, marked)]
         facing, double = self._facing(points, chosen)
         shares = (_crosses(points, triangles[chosen]) * facing).sum(axis=1) / double
         return np.asarray(chosen[(shares < least) & facing.any(axis=1)])
-
-    def _doubtful(self, points: Array, chosen: IntArray, least: float, marked: BoolArray) -> BoolArray:
-        """Return True (k,) for those of the chosen triangles, all that have a marked corner, that face elsewhere than
-        the surface around their marked corners, now or at rest, or that have shrunk to about a share of their area.
-
-        Each triangle around weighs as its area at rest: those that were drawn across others are large now.
-        """
-        triangles, rest = self._triangles[chosen], self._cross[chosen]
-        now, here = _crosses(points, triangles), marked[triangles][..., None]
-        length, at_rest = np.linalg.norm(now, axis=1, keepdims=True), np.linalg.norm(rest, axis=1, keepdims=True)
-        apart = []
-        for facing, weighted in ((now, now * at_rest / np.where(length > 0.0, length, 1.0)), (rest, rest)):
-            around = np.zeros_like(points)
-            np.add.at(around, triangles, weighted[:, None])
-            mean = (around[triangles] * here).sum(axis=1)
-            dot, squares = (mean * facing).sum(axis=1), (mean**2).sum(axis=1) * (facing**2).sum(axis=1)
-            apart.append((dot <= 0.0) | (dot * dot <= LEANING * squares))
-        small = LEANING * length**2 < (least * at_rest) ** 2
-        return (small[:, 0] | apart[0] | apart[1]) & rest.any(axis=1)
 
     def _swept(self, points: Array, low: IntArray) -> Array:
         """Return points (n, 3) at which the corners of low triangles have made room for them."""

@@ -45,7 +45,7 @@ from facewrinkle.anatomy.finding.template import Grid, Pose, curvature, depth_ma
 from facewrinkle.anatomy.fitting import UNSURE
 from facewrinkle.anatomy.landmarks import MOUTH_LANDMARKS, NAMES, REFUSED, frame_of, read_landmarks, write_landmarks
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError
-from facewrinkle.geometry.sampling import surface_samples
+from facewrinkle.geometry.interpolation import surface_samples
 from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.mesh import read_surface, to_polydata
 from facewrinkle.progress import bar

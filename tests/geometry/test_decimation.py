@@ -136,12 +136,6 @@ def test_small_loops_keep_their_vertices():
     assert all(len(loop) >= min(LEAST_OF_LINE, *sizes) for loop in boundary_loops(fewer))
 
 
-def test_a_number_of_vertices_to_stop_at():
-    ball = pv.Icosphere(radius=50.0, nsub=4)
-    vertices, _ = decimated(ball.points.astype(float), ball.regular_faces, np.full(ball.n_points, 30.0), fewest=1000)
-    assert len(vertices) == 1000
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_same_mesh_gives_the_same_bytes(seed):
     points, triangles = sheet(seed)

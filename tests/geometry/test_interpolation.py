@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.geometry.interpolation import barycentric, height_above, interpolated, nearest_values
+from facewrinkle.geometry.interpolation import barycentric, height_above, interpolated, nearest_values, surface_samples
 from facewrinkle.geometry.refinement import RedGreenForest
 
 
@@ -97,3 +97,22 @@ def test_heights_above_are_those_of_the_highest_triangle():
     found = height_above(below, np.tile(ahead, (len(below), 1)), (points, triangles), deep)
     assert 20 < np.isfinite(expected).sum() < 75
     np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def test_samples_are_spread_by_area():
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 5], [3, 0, 5], [0, 3, 5]])
+    triangles = np.array([[0, 1, 2], [3, 4, 5]])
+    cloud = surface_samples(points, triangles, 5000)
+    on_large = cloud[:, 2] > 2.5
+    assert on_large.mean() == pytest.approx(0.9, abs=1e-3)
+    np.testing.assert_allclose(cloud[on_large].mean(axis=0), [1, 1, 5], atol=0.01)
+    assert (cloud[on_large][:, :2].sum(axis=1) <= 3.0 + 1e-12).all()
+    assert np.array_equal(cloud, surface_samples(points, triangles, 5000))
+
+
+@pytest.mark.parametrize("count", [400, 4000])
+def test_each_quarter_of_a_triangle_has_a_quarter_of_the_samples(count):
+    corner = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    u, v, _ = surface_samples(corner, np.array([[0, 1, 2]]), count).T
+    for part in (u > 0.5, v > 0.5, u + v < 0.5):
+        assert part.mean() == pytest.approx(0.25, abs=0.02)

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.compilation import compiled
-from ...geometry.sampling import surface_samples
+from ...geometry.interpolation import surface_samples
 from ...geometry.topology import components
 from ...mesh.repair import areas_doubled, votes_of
 from ...progress import Progress
