@@ -57,6 +57,8 @@ def pages_with_code():
     for page in PAGES:
         if code_of(page) and page.stem != "character":
             marks = [] if page.stem in QUICK else [pytest.mark.slow]
+            if page.stem == "dataset":  # webdataset leaves its shards open
+                marks.append(pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"))
             yield pytest.param(page, id=page.stem, marks=marks)
 
 
