@@ -6,7 +6,7 @@ import asyncio
 import json
 import re
 import struct
-from contextlib import asynccontextmanager, suppress
+from contextlib import closing, suppress
 from urllib.parse import urlsplit
 
 import aiohttp
@@ -36,13 +36,33 @@ def restored(numbers, box):
 class Page:
     """Keeps what it was sent, as a browser does, and acknowledges frames."""
 
-    def __init__(self, socket):
-        self.socket, self.arrays, self.head = socket, {}, None
+    def __init__(self, studio, key=None, origin=None):
+        self._runner = asyncio.Runner()
+        self.arrays, self.head = {}, None
         self.texts, self.frames, self.bytes, self.photos, self.number = [], 0, [], {}, 0
+        address, _, own = studio.url.partition("/#")
+        self._session = self.run(_session())
+        headers = {"Origin": address if origin is None else origin}
+        try:
+            self.socket = self.run(self._session.ws_connect(f"{address}/socket", headers=headers, max_msg_size=0))
+        except BaseException:
+            self.close()
+            raise
+        self.send("hello", key=own if key is None else key)
 
-    async def receive(self, timeout=20.0, shown=True):
+    def run(self, awaitable):
+        async def awaited():
+            return await awaitable
+
+        return self._runner.run(awaited())
+
+    def close(self):
+        self.run(self._session.close())
+        self._runner.close()
+
+    def receive(self, timeout=20.0, shown=True):
         """The next message: its text as an object, the head of a frame, or None when the socket is closed."""
-        got = await asyncio.wait_for(self.socket.receive(), timeout)
+        got = self.run(asyncio.wait_for(self.socket.receive(), timeout))
         if got.type is aiohttp.WSMsgType.TEXT:
             self.texts.append(json.loads(got.data))
             return self.texts[-1]
@@ -59,34 +79,53 @@ class Page:
         self.bytes.append(len(got.data))
         if shown:
             with suppress(aiohttp.ClientConnectionResetError):  # as in a browser, where the other end has closed
-                await self.send({"do": "shown"})
+                self.send("shown")
         return self.head
 
-    async def send(self, what):
-        await self.socket.send_str(json.dumps(what))
+    def send(self, do, **arguments):
+        self.say(json.dumps({"do": do, **arguments}))
 
-    async def until(self, right, timeout=20.0):
+    def say(self, text):
+        self.run(self.socket.send_str(text))
+
+    def until(self, right, timeout=20.0):
         """Receive until a message is as wanted."""
         while True:
-            got = await self.receive(timeout)
+            got = self.receive(timeout)
             assert got is not None, f"closed: {self.socket.close_code}"
             if right(got):
                 return got
 
-    async def ask(self, do, **arguments):
+    def heard(self, what):
+        """Receive until a message is of a kind."""
+        return self.until(lambda got: got.get("is") == what)
+
+    def frame(self):
+        """Receive until a frame comes."""
+        return self.until(lambda got: "step" in got)
+
+    def ask(self, do, **arguments):
         """Send a command, and return its answer."""
         self.number += 1
-        await self.send({"do": do, "id": self.number, **arguments})
-        return await self.until(lambda got: got.get("id") == self.number)
+        self.send(do, id=self.number, **arguments)
+        return self.until(lambda got: got.get("id") == self.number)
 
-    async def settled(self, studio):
+    def change(self, *path, gesture=""):
+        """Change the document: the last of the arguments is the value."""
+        return self.ask("change", patches=[[list(path[:-1]), path[-1]]], gesture=gesture)
+
+    def settled(self, studio):
         """Receive until the newest frame of a studio at rest has come."""
         while True:
             while not studio.stage.settled or self.head is None:
-                await self.receive()
+                self.receive()
             if self.head["step"] == studio.stage.shown.step:
                 return
-            await self.receive()
+            self.receive()
+
+
+async def _session():
+    return aiohttp.ClientSession()
 
 
 def head_files(face, folder):
@@ -112,15 +151,9 @@ def pages(studio):
     return int(re.search(r"(\d+) pages", repr(studio))[1])
 
 
-@asynccontextmanager
-async def page(studio, key=None, origin=None):
+def page(studio, key=None, origin=None):
     """A page that is connected to a studio; with other keys and origins than it should have, on request."""
-    address, _, own = studio.url.partition("/#")
-    async with aiohttp.ClientSession() as session:
-        headers = {"Origin": address if origin is None else origin}
-        async with session.ws_connect(f"{address}/socket", headers=headers, max_msg_size=0) as socket:
-            await socket.send_str(json.dumps({"do": "hello", "key": own if key is None else key}))
-            yield Page(socket)
+    return closing(Page(studio, key, origin))
 
 
 def sent(studio, files, key=None, origin=None):

@@ -55,20 +55,6 @@ def test_the_same_bytes_in_threads_and_processes(here, kind):
             assert list(pool.map(digest, EXPRESSIONS)) == here
 
 
-@pytest.mark.slow
-def test_the_same_bytes_with_joblib(here):
-    joblib = pytest.importorskip("joblib")
-    assert joblib.Parallel(n_jobs=2)(joblib.delayed(digest)(name) for name in EXPRESSIONS) == here
-
-
-@pytest.mark.slow
-def test_the_same_bytes_with_dask(here):
-    dask = pytest.importorskip("dask")
-    work = [dask.delayed(digest)(name) for name in EXPRESSIONS]
-    for scheduler in ("threads", "processes"):
-        assert list(dask.compute(*work, scheduler=scheduler)) == here
-
-
 def test_faces_and_frames_are_pickled():
     face = fw.default_face()
     sim = fw.Simulation(face)
