@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
@@ -133,38 +133,35 @@ class Atlas:
         """
         total: dict[str, float] = {}
         for name, weight in what.items():
-            for unit, share in self._units_of(name, tuple(self.expressions)).items():
-                total[unit] = max(total.get(unit, 0.0), weight * share)
+            if weight > 0.0:
+                for unit, share in self._units_of(name).items():
+                    total[unit] = max(total.get(unit, 0.0), weight * share)
         return total
 
-    def _units_of(self, name: str, known: tuple[str, ...]) -> dict[str, float]:
-        """Weights of the action units in a unit, or in one of the known expressions; none of anything else."""
+    def _units_of(self, name: str) -> dict[str, float]:
+        """Weights of the action units in a unit or in an expression; none of a muscle."""
         if name in self.action_units:
             return {name: 1.0}
-        if name not in known:
+        if name not in self.expressions:
             return {}
-        before = known[: known.index(name)]  # an expression is written in those before it
-        units: dict[str, float] = {}
-        for part, weight in self.written(name, before).items():
-            for unit, share in self._units_of(part, before).items():
-                if weight > 0.0:
-                    units[unit] = max(units.get(unit, 0.0), weight * share)
-        return units or self._units_in(self.expressions[name])
+        rates, written = self.expressions[name], self.written(name)
+        units = self.units_of(written) if written != rates else {}
+        return units or self._units_in(rates)
 
-    def written(self, name: str, before: Collection[str]) -> dict[str, float]:
-        """Weights of units, muscles, and expressions that come before, in which an expression is written.
+    def written(self, name: str) -> dict[str, float]:
+        """Weights of units, muscles, and other expressions in which an expression is written.
 
         Its muscles alone, if it is not what was written any more: an atlas may have got other expressions since.
 
         Examples
         --------
-        >>> load_atlas().written("sneer", ()), load_atlas().written("frowning", ())
+        >>> load_atlas().written("sneer"), load_atlas().written("frowning")
         ({'AU9L': 0.8, 'AU10L': 0.6}, {'corrugator': 1.0})
         """
         mixture, rates = self.mixtures.get(name, {}), self.expressions[name]
-        if all(part not in self.expressions or part in before or part in self.action_units for part in mixture):
-            with suppress(FaceWrinkleError):  # of what is no longer there
-                return dict(mixture) if self.contractions(mixture) == rates else dict(rates)
+        with suppress(FaceWrinkleError):  # of what is no longer there
+            if name not in mixture and self.contractions(mixture) == rates:
+                return dict(mixture)
         return dict(rates)
 
     def _units_in(self, rates: Mapping[str, float]) -> dict[str, float]:

@@ -64,9 +64,8 @@ def atlas_text(atlas: Atlas) -> str:
         units = _value(_joined(atlas.action_units[name], atlas.muscles))
         lines += [f"[action_units.{_key(name)}]", f"name = {_value(title)}", f"muscles = {units}", ""]
     lines.append("[expressions]")
-    names = tuple(atlas.expressions)
-    for k, name in enumerate(names):
-        lines.append(f"{_key(name)} = {_value(_joined(atlas.written(name, names[:k]), atlas.muscles))}")
+    for name in atlas.expressions:
+        lines.append(f"{_key(name)} = {_value(_joined(atlas.written(name), atlas.muscles))}")
     for sample in atlas.tissue:
         lines += ["", "[[tissue]]", *(f"{_key(key)} = {_value(value)}" for key, value in sample.items())]
     return "\n".join(lines) + "\n"

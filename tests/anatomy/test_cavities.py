@@ -12,17 +12,10 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
 from facewrinkle.anatomy.face import Face
-from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.appearance.skin_paint import HAIR_COLOUR, SkinPainter
-from facewrinkle.commands.fit import _bone
 from facewrinkle.mesh import to_polydata
-
-
-@pytest.fixture(scope="module")
-def face() -> Face:
-    return fw.default_face()
 
 
 @pytest.fixture(scope="module")
@@ -121,17 +114,3 @@ def test_a_face_whose_lips_are_one_has_no_bag(face):
     mouth = Mouth(Face.from_landmarks(mesh, face.landmarks, 1.0))
     assert not mouth.bag
     assert not len(mouth.loop)
-
-
-def test_no_bone_is_drawn_before_the_face(bagged, face):
-    """In no part of the picture of the anatomy is the skull nearer than the skin before it."""
-    skull = _bone(bagged)
-    assert 0 < skull.n_cells < bagged.mesh.n_cells
-    ahead = 300.0 * bagged.frame.axes[2]
-    used = np.unique(skull.regular_faces)
-    lips = lips_middle(bagged.landmarks)
-    near = used[np.linalg.norm((skull.points[used] - lips)[:, :2], axis=1) < 35.0]
-    near = near[skull.points[near] @ bagged.frame.axes[2] > lips @ bagged.frame.axes[2] - 60.0]
-    met = [len(bagged.mesh.ray_trace(skull.points[k], skull.points[k] + ahead)[0]) for k in near]
-    assert len(met) > 50
-    assert min(met) > 0

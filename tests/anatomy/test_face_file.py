@@ -66,14 +66,9 @@ def test_every_field_of_a_face_comes_back(every_field_set, tmp_path):
             assert getattr(every_field_set, field.name) is not field.default, f"set {field.name} to another value"
         elif field.default_factory is not dataclasses.MISSING:
             assert getattr(every_field_set, field.name), f"set {field.name} to another value"
-    again = fw.read_face(fw.write_face(every_field_set, tmp_path / "head.face"))
-    assert_equal(again, every_field_set)
-
-
-def test_fields_without_a_value_come_back(tmp_path):
-    face = fw.default_face()
-    bare = fw.Face.from_landmarks(face.mesh, face.landmarks, 1.0)
-    assert_equal(fw.read_face(fw.write_face(bare, tmp_path / "head.face")), bare)
+    bare = fw.Face.from_landmarks(every_field_set.mesh, every_field_set.landmarks, 1.0)
+    for face in (every_field_set, bare):
+        assert_equal(fw.read_face(fw.write_face(face, tmp_path / "head.face")), face)
 
 
 def test_other_files_are_refused(face, tmp_path):
@@ -125,16 +120,6 @@ def test_files_that_would_fill_the_memory_are_refused(face, tmp_path, monkeypatc
         np.savez_compressed(file, **{**arrays, "point_data/x": np.zeros(10_000_000)})
     with pytest.raises(MeshError, match=r"would take .* GB of memory, and a face takes .* at most"):
         fw.read_face(tmp_path / "bomb.face")
-
-
-@pytest.mark.parametrize("place", [0.02, 0.3, 0.5, 0.9, 0.999])
-def test_flipped_bytes(face, tmp_path, place):
-    good = bytearray(fw.write_face(face, tmp_path / "good.face").read_bytes())
-    at = int(place * len(good))
-    good[at : at + 12] = b"\xff" * 12
-    (tmp_path / "bad.face").write_bytes(good)
-    with pytest.raises(MeshError, match=r"bad\.face is no face that facewrinkle wrote"):
-        fw.read_face(tmp_path / "bad.face")
 
 
 # --- folds that a file knows ----------------------------------------------------------------------

@@ -4,7 +4,7 @@ what                            checked against
 real faces                      the unit they are documented in; muscles on their skin
 turned, scaled, moved meshes    the same face, turned, scaled, moved: all of its anatomy, to 1e-8
 missing landmarks               those that were left out
-quads, soup of parts, units     the same face of triangles
+units                           the same face
 errors                          their messages
 """
 
@@ -65,31 +65,6 @@ def test_real_faces_are_measured_right(real_face, stem, unit, points, triangles)
         assert skin.query(face.landmarks[name])[0] * face.unit < 12.0, name
 
 
-def test_muscles_of_the_symmetric_face_cover_mirrored_skin(real_face):
-    face = real_face("ict_face_narrow")
-    points = face.points
-    mirror = cKDTree(points).query(points * [-1.0, 1.0, 1.0])
-    assert mirror[0].max() < 0.01  # cm
-    for name, muscle in face.muscles.items():
-        if name.endswith("_l"):
-            left = np.linalg.norm(muscle.force(points), axis=1)
-            right = np.linalg.norm(face.muscles[name[:-1] + "r"].force(points), axis=1)
-            assert np.abs(left - right[mirror[1]]).max() < 0.05, name
-
-
-@pytest.mark.slow
-def test_a_real_face_moves_and_wrinkles(real_face):
-    face = real_face("ict_face_narrow")
-    sim = fw.Simulation(face)
-    sim.express("surprise")
-    frame = list(sim.run(30))[-1]
-    assert sim.skin.displacement[:, 1].max() > 3.0  # mm
-    assert np.abs(frame["W"]).max() > 0.1  # mm
-    # A frame is in the unit of the mesh.
-    assert np.linalg.norm(frame.points[: face.mesh.n_points] - face.points, axis=1).max() * face.unit < 40.0
-    assert np.isfinite(frame.points).all()
-
-
 # --- the same face elsewhere --------------------------------------------------------------------
 
 
@@ -144,27 +119,6 @@ def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face, scale):
     np.testing.assert_allclose(other.points, scale * rest.points + shift, rtol=0, atol=1e-8 * scale)
 
 
-def test_the_end_of_a_motion_does_not_depend_on_the_axes(face):
-    ends = []
-    for rotation in (np.eye(3), TURN):
-        skin = fw.Skin(fw.fit_face(*moved(face.mesh, face.landmarks, rotation)))
-        skin.contract({name: 1.0 for name in skin.names if "frontalis" in name})
-        for _ in range(80):
-            skin.step()
-        ends.append(skin.displacement @ rotation)
-    np.testing.assert_allclose(ends[1], ends[0], atol=1e-5)
-    assert np.abs(ends[0]).max() > 3.0
-
-
-def test_the_built_in_face_fits_itself(face):
-    fitted = fw.fit_face(face.mesh, face.landmarks, units="mm")
-    assert fitted.unit == 1.0
-    assert np.array_equal(fitted.points, face.points)
-    assert np.array_equal(fitted.tissue.anchors, face.tissue.anchors)
-    for name, muscle in face.muscles.items():
-        assert np.array_equal(fitted.muscles[name].force(face.points), muscle.force(face.points))
-
-
 def test_numbering_does_not_matter(face):
     rng = np.random.default_rng(9)
     order = rng.permutation(face.mesh.n_points)
@@ -177,32 +131,7 @@ def test_numbering_does_not_matter(face):
         assert a.radius == pytest.approx(b.radius, rel=1e-12)
 
 
-# --- meshes of other kinds ----------------------------------------------------------------------
-
-
-def test_quads_parts_and_loose_points(face):
-    ball = pv.Sphere(radius=8.0, center=(500.0, 0.0, 0.0)).triangulate()
-    soup = face.mesh.copy()
-    soup.clear_data()
-    soup = soup.append_polydata(ball)
-    with pytest.warns(FaceWrinkleWarning, match="Kept one of 2 separate parts"):
-        fitted = fw.fit_face(soup, face.landmarks, units="mm")
-    assert fitted.mesh.n_points == face.mesh.n_points
-    np.testing.assert_allclose(fitted.tissue.anchors, face.tissue.anchors, atol=1e-9)
-
-
 # --- landmarks and units ------------------------------------------------------------------------
-
-
-def off_surface(face, point):
-    """Distance of a point from the plane of the nearest triangle that it lies above."""
-    corners = face.points[face.triangles]
-    edges = np.roll(corners, -1, axis=1) - corners
-    normals = np.cross(edges[:, 0], edges[:, 1])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    sides = np.einsum("mki,mi->mk", np.cross(edges, point - corners), normals)
-    above = (sides > -1e-9).all(axis=1)
-    return np.abs(((point - corners[:, 0]) * normals).sum(axis=1)[above]).min()
 
 
 def test_seven_landmarks_of_each_side_are_enough(face):
@@ -210,17 +139,11 @@ def test_seven_landmarks_of_each_side_are_enough(face):
     fitted = fw.fit_face(face.mesh, given, units="mm")
     assert set(fitted.estimated) == set(face.landmarks) - set(given)
     for name in fitted.estimated:
-        if "centre" not in name:
-            assert off_surface(face, fitted.landmarks[name]) < 1e-9
+        place = fitted.landmarks[name]
+        on_skin = face.mesh.find_closest_cell(place, return_closest_point=True)[1]
+        assert "centre" in name or np.linalg.norm(on_skin - place) < 1e-6
         assert np.linalg.norm(fitted.landmarks[name] - face.landmarks[name]) < 0.15 * face.frame.pupil_distance
     assert set(fitted.muscles) == set(face.muscles)
-
-
-def test_one_side_is_mirrored(face):
-    given = {name: p for name, p in face.landmarks.items() if "_r" not in name or name == "mouth_r"}
-    fitted = fw.fit_face(face.mesh, given, units="mm")
-    for name in fitted.estimated:
-        assert np.linalg.norm(fitted.landmarks[name] - face.landmarks[name]) < 6.0
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from scipy.spatial.transform import Rotation
 from small_meshes import smallest_angles
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
@@ -18,7 +19,6 @@ from facewrinkle.geometry.topology import (
     euler_characteristic,
     is_oriented,
     non_manifold_edges,
-    unique_edges,
 )
 from tools.build_head.build import build_head
 
@@ -41,13 +41,6 @@ def head() -> Head:
 @pytest.fixture(scope="module")
 def surface(head: Head) -> pv.PolyData:
     return pv.PolyData.from_regular_faces(head.points, head.triangles)
-
-
-def edge_lengths(head: Head, inside: np.ndarray) -> np.ndarray:
-    """Lengths of the edges with both ends inside."""
-    edges, _ = unique_edges(head.triangles)
-    edges = edges[inside[edges].all(axis=1)]
-    return np.linalg.norm(head.points[edges[:, 0]] - head.points[edges[:, 1]], axis=1)
 
 
 def away_from_surface(surface: pv.PolyData, points: np.ndarray) -> np.ndarray:
@@ -109,32 +102,11 @@ def ear_of(head: Head) -> np.ndarray:
     return np.flatnonzero((x > 75.5) & (y > -14.0) & (y < 53.0) & (z < 18.0))
 
 
-def test_ears_have_their_share_of_triangles(head: Head) -> None:
-    inside = np.zeros(len(head.points), dtype=bool)
-    inside[ear_of(head)] = True
-    assert 100 < inside[head.triangles].any(axis=1).sum() < 250
-
-
 def test_triangles_are_well_shaped(head: Head) -> None:
     smallest = smallest_angles(head.points, head.triangles)
     assert smallest.min() >= 12.0
     assert np.percentile(smallest, 1) >= 22.0
     assert np.median(smallest) >= 45.0
-
-
-def test_edge_lengths_follow_the_zones(head: Head) -> None:
-    points, marks = head.points, head.landmarks
-    x = np.abs(points[:, 0])
-    brow = marks["brow_l_mid"][1]
-    forehead = (points[:, 1] > brow) & (points[:, 1] < brow + 45.0) & (x < 45.0) & (points[:, 2] > 0.0)
-    glabella = np.linalg.norm(points - marks["glabella"], axis=1) < 9.0
-    eye = np.linalg.norm(points * [0, 1, 1] + x[:, None] * [1, 0, 0] - [32.0, 36.0, 94.0], axis=1) < 20.0
-    mouth = (np.abs(points[:, 1] - marks["mouth_l"][1]) < 14.0) & (x < 28.0) & (points[:, 2] > 100.0)
-    back = (points[:, 2] < -30.0) & (x < 70.0)
-    for inside, wished in ((forehead, 5.0), (glabella, 3.5), (eye, 3.2), (mouth, 3.8)):
-        assert np.mean(edge_lengths(head, inside)) == pytest.approx(wished, rel=0.08)
-    largest = cage_data()["sizes"]["largest"]
-    assert edge_lengths(head, back).mean() == pytest.approx(largest, rel=0.08)
 
 
 def test_is_mirror_symmetric(head: Head, surface: pv.PolyData) -> None:
@@ -205,16 +177,6 @@ def test_closed_lips_let_nobody_look_in(head: Head, surface: pv.PolyData) -> Non
             assert len(surface.ray_trace([x, y, 200.0], [x, y, 90.0])[0]) > 0
 
 
-def test_upper_lid_covers_a_little_of_the_iris(head: Head, surface: pv.PolyData) -> None:
-    eye = head.eyes[0]
-    top = eye.centre[1] + 6.0
-    heights = np.arange(eye.centre[1], top + 2.0, 0.05)
-    covered = [
-        y for y in heights if surface.ray_trace([eye.centre[0], y, 200.0], [eye.centre[0], y, eye.centre[2]])[0].size
-    ]
-    assert 1.0 <= top - min(covered) <= 2.0
-
-
 def test_uv_is_one_to_one(head: Head) -> None:
     assert head.uv.min() >= 0.0
     assert head.uv.max() <= 1.0
@@ -232,40 +194,6 @@ def test_uv_is_one_to_one(head: Head) -> None:
     crosses = (side(P, Q, p) * side(P, Q, q) < 0) & (side(p, q, P) * side(p, q, Q) < 0)
     share = (ends[:, None, :, None] == ends[None, :, None, :]).any(axis=(2, 3))
     assert not (crosses & ~share).any()
-
-
-def test_lips_are_redder_than_the_forehead(head: Head) -> None:
-    def redness(name: str) -> float:
-        k = np.linalg.norm(head.points - head.landmarks[name], axis=1).argmin()
-        red, green, _ = head.colour[k].astype(float)
-        return float(red / green)
-
-    x, y, z = head.points.T
-    inside = (np.abs(x) < 12.0) & (y < -38.0) & (y > -42.0) & (z > 112.0)
-    assert (head.colour[inside, 0] / head.colour[inside, 1].astype(float)).min() > 1.2 * redness("forehead_mid")
-    assert redness("malar_l") > redness("forehead_mid")
-
-
-def test_texture_is_seamless_and_even_but_for_its_grain(head: Head) -> None:
-    """Across the middle colours change no more than beside it, and the halves agree where pores are averaged out."""
-    image = head.texture.astype(float)
-    middle = image.shape[1] // 2
-    steps = np.abs(np.diff(image[:, middle - 20 : middle + 20], axis=1)).mean(axis=(0, 2))
-    assert steps[19] < steps.mean() + 3.0 * steps.std()
-    assert (head.texture != head.texture[:, ::-1]).mean() > 0.5
-    size = image.shape[0] // 16
-    coarse = image[: 16 * size, : 16 * size].reshape(16, size, 16, size, 3).mean(axis=(1, 3))
-    assert np.abs(coarse - coarse[:, ::-1]).mean() < 4.0
-
-
-def test_skin_is_darker_where_less_light_comes_in(head: Head) -> None:
-    def brightness(place: np.ndarray) -> float:
-        return float(head.colour[np.linalg.norm(head.points - place, axis=1).argmin()].mean())
-
-    marks = head.landmarks
-    cheek = brightness(marks["malar_l"])
-    assert brightness(marks["eye_l_inner"]) < 0.8 * cheek
-    assert brightness(marks["subnasale"]) < cheek
 
 
 def test_brows_move_with_the_skin(head: Head, surface: pv.PolyData) -> None:
@@ -293,9 +221,8 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
     names = [n for n in head.landmarks if n in theirs]
     source, target = (np.array([marks[n] for n in names]) for marks in (theirs, head.landmarks))
     a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    u, s, v = np.linalg.svd(b.T @ a)
-    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ v)]) @ v
-    scale = s.sum() / (a**2).sum()
+    turn = Rotation.align_vectors(b, a)[0].as_matrix()
+    scale = (a @ turn.T * b).sum() / (a**2).sum()
 
     def moved(points: np.ndarray) -> np.ndarray:
         return scale * (points - source.mean(axis=0)) @ turn.T + target.mean(axis=0)
@@ -312,16 +239,6 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
         assert off[np.linalg.norm(mean - centre, axis=1) < 26.0].mean() < 1.5
 
 
-def test_the_texture_has_room_for_the_face(head: Head) -> None:
-    corners = head.uv[head.triangles]
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    centre = head.points[head.triangles].mean(axis=1)
-    face = (centre[:, 2] > 40.0) & (centre[:, 1] > head.landmarks["menton"][1])
-    face &= centre[:, 1] < head.landmarks["trichion"][1]
-    assert area[face].sum() > 0.4 * area.sum()
-
-
 def test_points_go_with_the_cage(head: Head) -> None:
     cage = np.array(list(cage_data()["points"].values()))
     eye = head.eyes[0]
@@ -329,12 +246,6 @@ def test_points_go_with_the_cage(head: Head) -> None:
     # A shift of cage and eyes is one of the head.
     up = np.array([0.0, 5.0, 0.0])
     np.testing.assert_allclose(head.mould(cage + up, eye.centre + up, eye.radius), head.points + up, atol=1e-9)
-
-
-def test_arrays_are_read_only(head: Head) -> None:
-    with pytest.raises(ValueError, match="read-only"):
-        head.points[0] = 0.0
-    assert load_head() is head
 
 
 @pytest.mark.slow

@@ -1,22 +1,23 @@
-"""Parts that come with a face beside its skin, named by place and size."""
+"""Parts that come with a face beside its skin: named by place and size, and moved with eyes, jaw, lids and head."""
 
 from __future__ import annotations
 
-import dataclasses
 import warnings
 
 import numpy as np
 import pytest
 import pyvista as pv
 from dressed_head import NAMES, ellipsoid, lash, together
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
+from facewrinkle.anatomy.attachments import combined_mesh
 from facewrinkle.anatomy.finding.features import DARKER, PHOTO_STEP, rise_of_dark_bands
 from facewrinkle.anatomy.parts import ball_of
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import to_polydata
-from facewrinkle.plotting import Scene, Style, picture
+from facewrinkle.plotting import Scene, Style
 
 
 def test_parts_are_told_apart(dressed, pieces, face):
@@ -28,12 +29,6 @@ def test_parts_are_told_apart(dressed, pieces, face):
     assert dressed.mesh.n_points == face.mesh.n_points
     assert dressed.report[-1] == "Dropped specks: 1."
     assert "eye_l (720)" in dressed.report[-3]
-
-
-def test_eyeballs_are_where_the_eyes_are(dressed, face):
-    for mine, rest in zip(dressed.eyes, face.eyes, strict=True):
-        np.testing.assert_allclose(mine.centre, rest.centre, atol=1e-4)
-        assert mine.radius == pytest.approx(1.02 * rest.radius, rel=1e-5)
 
 
 @pytest.mark.parametrize("shift", [-0.2, 0.3])
@@ -68,58 +63,25 @@ def test_a_fringe_that_hangs_over_the_face_is_hair(face):
         assert set(fw.fit_face(face.mesh.append_polydata(lock), face.landmarks, units="mm").parts) == {"hair"}
 
 
-def test_large_eyes_are_eyes(face):
-    """Those of babies and of trolls, which reach out of their sockets, a little beside where eyes are looked for."""
-    for eye in face.eyes:
-        ball = pv.Sphere(radius=1.45 * eye.radius, theta_resolution=20, phi_resolution=20)
-        ball.points += eye.centre + 0.7 * eye.radius * face.frame.axes[1]
-        with pytest.warns(FaceWrinkleWarning, match="separate parts"):
-            large = fw.fit_face(face.mesh.append_polydata(ball), face.landmarks, units="mm")
-        assert list(large.parts) == [f"eye_{eye.side}"]
-        mine = next(other for other in large.eyes if other.side == eye.side)
-        np.testing.assert_allclose(mine.centre, ball.center, atol=1e-3)
-        assert mine.radius == pytest.approx(1.45 * eye.radius, rel=1e-4)
-
-
-def hairs(face, eye):
-    """Lashes that are modelled: thin ribbons and tubes that stand on the strip's roots."""
-    points, _ = lash(face, eye)
-    roots, tips = points[1:15], points[17:31]
-    thick = 0.01 * eye.radius * face.frame.axes[1]
-    ribbons = [np.array([root, root + thick, tip]) for root, tip in zip(roots, tips, strict=True)]
-    tubes = [pv.Line(root, tip).tube(radius=0.01 * eye.radius, n_sides=6, capping=False).triangulate()
-             for root, tip in zip(roots[::2] + 5.0 * thick, tips[::2], strict=True)]  # fmt: skip
-    pieces = [(ribbon, np.array([[0, 1, 2]])) for ribbon in ribbons]
-    pieces += [(np.asarray(tube.points), np.asarray(tube.regular_faces)) for tube in tubes]
-    starts = np.cumsum([0, *(len(points) for points, _ in pieces[:-1])])
-    triangles = [faces + start for (_, faces), start in zip(pieces, starts, strict=True)]
-    return pv.PolyData.from_regular_faces(np.vstack([points for points, _ in pieces]), np.vstack(triangles))
-
-
 def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
     """Painted ones are, in their place; hairs that are modelled, and cards with colours, are drawn as they are."""
     cards = pv.PolyData.from_regular_faces(*lash(face, face.eyes[0]))
-    with pytest.warns(FaceWrinkleWarning, match="parts"), pytest.warns(FaceWrinkleWarning, match="lashes_l are cards"):
-        bare = fw.fit_face(face.mesh.append_polydata(cards), face.landmarks, units="mm")
-    assert "lashes_l are cards" in bare.report[-1]
     coloured = cards.copy()
     coloured.point_data["Colors"] = np.full((cards.n_points, 3), 30, np.uint8)
-    plain = face.mesh.copy()
-    plain.point_data["Colors"] = np.asarray(plain.point_data["Colors"])[:, :3]
-    found = {"cards": bare}
-    for name, lashes in {"coloured": coloured, "hairs": hairs(face, face.eyes[0])}.items():
-        if name == "hairs":
-            plain.point_data.clear()
-        with pytest.warns(FaceWrinkleWarning, match="separate parts") as warned:
-            found[name] = fw.fit_face(plain.append_polydata(lashes), face.landmarks, units="mm")
-        assert not any("cards" in str(one.message) for one in warned)
-    for name, dressed in found.items():
+    tips = np.asarray(cards.points)[17:31]
+    hairs = pv.merge([pv.Line(tip, tip + 5.0).tube(radius=0.1, n_sides=6, capping=False).triangulate() for tip in tips])
+    plain = to_polydata(face.points, face.triangles)
+    plain.point_data["Colors"] = np.asarray(face.mesh.point_data["Colors"])[:, :3]
+    for lashes, skin, drawn in ((cards, face.mesh, False), (coloured, plain, True), (hairs, face.mesh, True)):
+        with warnings.catch_warnings(record=True) as warned:
+            warnings.simplefilter("always")
+            dressed = fw.fit_face(skin.append_polydata(lashes), face.landmarks, units="mm")
+        assert any("lashes_l are cards" in str(one.message) for one in warned) != drawn
         assert list(dressed.parts) == ["lashes_l"]
+        assert ("lashes_l" in companion_meshes(dressed, dressed.mesh)) == drawn
         with Scene(dressed, Style((32, 32))) as scene:
             scene.show(dressed.mesh)
-            assert ("own lashes_l" in scene.plotter.actors) == (name != "cards"), name
-            assert ("lashes_l" in scene.drawn_parts["hair"]) == (name == "cards"), name
-        assert ("lashes_l" in companion_meshes(dressed, dressed.mesh)) == (name != "cards")
+            assert ("lashes_l" in scene.drawn_parts["hair"]) != drawn
 
 
 @pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
@@ -146,29 +108,6 @@ def test_eyes_that_are_no_adults_are_balls_too(face, larger):
         np.testing.assert_allclose(eye.centre, centre, atol=1e-3)
         assert eye.radius == pytest.approx(larger * rest.radius, rel=1e-5)
         assert fitted.parts[f"eye_{eye.side}"].mesh.n_cells == 720 + 36
-
-
-@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
-@pytest.mark.parametrize("down", [-0.2, 0.0, 0.2])
-def test_two_rows_of_teeth_are_an_upper_and_a_lower_one(face, down):
-    """Wherever the bite is, behind the lips; a tongue is neither."""
-    corners = 0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"])
-    middle = face.frame.local(corners) - [0.0, down, 0.5]
-    rows = [ellipsoid(face, middle + np.array([0.0, height, 0.0]), [0.4, 0.05, 0.3]) for height in (0.08, -0.08)]
-    tongue = ellipsoid(face, middle - [0.0, -0.05, 0.2], [0.25, 0.05, 0.45])
-    parts = together(face, [*rows, tongue]).parts
-    assert tuple(parts) == ("lower_teeth", "tongue", "upper_teeth")
-    np.testing.assert_array_equal(parts["upper_teeth"].mesh.points, rows[0][0])
-    np.testing.assert_array_equal(parts["lower_teeth"].mesh.points, rows[1][0])
-
-
-def test_parts_are_in_the_picture(dressed):
-    style = Style(size=(90, 120))
-    whole = picture(dressed.mesh, dressed, style).astype(int)
-    for name in ("hair", "glasses"):
-        others = {n: part for n, part in dressed.parts.items() if n != name}
-        without = picture(dressed.mesh, dataclasses.replace(dressed, parts=others), style)
-        assert (np.abs(whole - without).max(axis=2) > 40).mean() > 0.01, name
 
 
 def test_other_surfaces_keep_their_parts(face):
@@ -291,3 +230,91 @@ def test_without_a_photo_or_dark_bands_brows_stay(face):
     assert rise_of_dark_bands(bare, None, face.landmarks, face.frame) == 0.0
     faint, _ = _painted(face, 0.1, 0.3 * DARKER, False)
     assert rise_of_dark_bands(faint, None, face.landmarks, face.frame) == 0.0
+
+
+# --- motion with eyes, jaw, lids and head -----------------------------------------------------------------------------
+
+
+def test_at_rest_all_parts_are_where_they_were(dressed):
+    for name, part in dressed.parts_at(dressed.mesh).items():
+        np.testing.assert_allclose(part.points, dressed.parts[name].mesh.points, atol=1e-9 * 60.0)
+
+
+def test_eyes_turn_with_the_gaze_and_nothing_else_does(dressed):
+    sim = fw.Simulation(dressed, layers=[])
+    sim.look(yaw=20.0)
+    *_, frame = sim.run(3)
+    parts = dressed.parts_at(frame)
+    turn = Rotation.from_rotvec(np.radians(20.0) * dressed.frame.axes[1]).as_matrix()
+    for eye in dressed.eyes:
+        rest = dressed.parts[f"eye_{eye.side}"].mesh.points - eye.centre
+        np.testing.assert_allclose(parts[f"eye_{eye.side}"].points - eye.centre, rest @ turn.T, atol=0.05)
+    for name in ("hair", "upper_teeth", "glasses"):
+        np.testing.assert_allclose(parts[name].points, dressed.parts[name].mesh.points, atol=0.05)
+
+
+def test_lower_teeth_go_with_the_mandible(dressed):
+    jaw = next(m for m in dressed.muscles.values() if isinstance(m, fw.anatomy.muscles.JawMuscle))
+    sim = fw.Simulation(dressed, layers=[])
+    sim.express("AU26")
+    rate = dressed.atlas.contractions("AU26")[next(n for n, m in dressed.muscles.items() if m is jaw)]
+    *_, frame = sim.run(60)
+    parts = dressed.parts_at(frame)
+    rest, now = (
+        np.asarray(mesh.points) - jaw.hinge for mesh in (dressed.parts["lower_teeth"].mesh, parts["lower_teeth"])
+    )
+    turn = Rotation.align_vectors(now, rest)[0].as_rotvec()
+    np.testing.assert_allclose(now, rest @ Rotation.from_rotvec(turn).as_matrix().T, atol=0.1)  # about the hinge
+    np.testing.assert_allclose(turn / np.linalg.norm(turn), jaw.axis, atol=0.01)
+    assert np.linalg.norm(turn) == pytest.approx(rate * jaw.angle, abs=1e-3)  # the muscle tells, not the skin over it
+    assert np.abs(parts["upper_teeth"].points - dressed.parts["upper_teeth"].mesh.points).max() < 0.1
+
+
+def test_lashes_go_down_with_the_lid(dressed):
+    sim = fw.Simulation(dressed, layers=[])
+    sim.contract({"orbicularis_oculi_l": 1.0})
+    *_, frame = sim.run(60)
+    parts = dressed.parts_at(frame)
+    fall = (parts["lashes_l"].points - dressed.parts["lashes_l"].mesh.points) @ dressed.frame.axes[1]
+    assert fall.max() < -3.0
+    kept = parts["lashes_r"].points - dressed.parts["lashes_r"].mesh.points
+    assert np.abs(kept).max() < 0.3
+    # They keep their shape.
+    edges = [np.linalg.norm(np.diff(mesh.points[:16], axis=0), axis=1) for mesh in
+             (dressed.parts["lashes_l"].mesh, parts["lashes_l"])]  # fmt: skip
+    np.testing.assert_allclose(edges[1], edges[0], rtol=0.35)
+
+
+def test_everything_goes_with_a_head_that_moves(dressed):
+    turn, shift = Rotation.from_rotvec([0.4, -1.0, 0.3]).as_matrix(), np.array([30.0, -500.0, 7.0])
+    frame = dressed.mesh.copy()
+    frame.points = np.asarray(frame.points) @ turn.T + shift
+    for name, part in dressed.parts_at(frame).items():
+        rest = np.asarray(dressed.parts[name].mesh.points)
+        np.testing.assert_allclose(part.points, rest @ turn.T + shift, atol=1e-6)
+
+
+def test_the_expression_does_not_shift_the_hair(dressed):
+    for expression in ("surprise", "happiness", "fear"):
+        sim = fw.Simulation(dressed, layers=[])
+        sim.express(expression)
+        *_, frame = sim.run(40)
+        hair = dressed.parts_at(frame)["hair"]
+        assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
+
+
+def test_one_mesh_for_files(dressed):
+    frame = fw.Simulation(dressed, layers=[]).step()
+    whole = dressed.with_parts(frame)
+    assert list(whole.field_data["parts"]) == ["skin", *NAMES]
+    parts = dressed.parts_at(frame)
+    assert whole.n_cells == frame.n_cells + sum(part.n_cells for part in parts.values())
+    np.testing.assert_array_equal(whole.points[: frame.n_points], frame.points)
+    for number, part in enumerate(parts.values(), start=1):
+        np.testing.assert_array_equal(whole.points[whole["part"] == number], part.points)
+    assert set(frame.point_data) | {"part"} == set(whole.point_data)
+    assert combined_mesh(frame, {}).n_points == frame.n_points
+
+
+def test_a_face_without_parts_is_its_own_frame(face):
+    assert face.with_parts(face.mesh) is face.mesh

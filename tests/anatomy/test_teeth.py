@@ -14,11 +14,6 @@ from facewrinkle.geometry.normals import vertex_normals
 
 
 @pytest.fixture(scope="module")
-def face() -> fw.Face:
-    return fw.default_face()
-
-
-@pytest.fixture(scope="module")
 def arches(face: fw.Face) -> tuple[Arch, Arch]:
     return teeth_of(face.landmarks, face.frame)
 

@@ -7,9 +7,8 @@ import pytest
 from drawing import held
 from synthetic_faces import skin_with
 
-import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
-from facewrinkle.appearance.hair import Brows, Lashes, fitted_brows
+from facewrinkle.appearance.hair import Brows, Lashes
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.mesh import to_polydata
 
@@ -62,28 +61,6 @@ def test_brows_do_not_bend_as_sharply_as_skin(face):
     brow = _moved_brow(face, bend(face.points[:, :1]) * [0.0, 1.0, 0.0])[:, 1]
     skin = np.diff(bend(np.linspace(10.0, 60.0, 11)), 2)
     assert 0.0 < np.diff(brow, 2).max() < 0.5 * skin.max()
-
-
-@pytest.mark.parametrize("expression", ["anger", "surprise"])
-def test_hairs_of_brows_lie_on_folds_between_coarse_vertices(real_face, expression):
-    face = real_face("mediapipe_canonical_face_model")
-    simulation = fw.Simulation(face)
-    simulation.express(expression)
-    *_, frame = simulation.run(14)
-    n = face.mesh.n_points
-    points, normals = np.asarray(frame.points)[:n], np.asarray(frame.point_data["Normals"])[:n]
-    hairs = Brows(fitted_brows(face), face)
-    buried = []
-    for refined in (None, (np.asarray(frame.points), frame.regular_faces)):
-        ribbons = hairs.cards(0.01).along(hairs.lines(points, face.triangles, normals, refined))
-        seen = ribbons.points + 0.5 * face.frame.pupil_distance * face.frame.axes[2]
-        among = range(0, len(seen), 17)
-        hidden = 0
-        for k in among:
-            hits, _ = frame.ray_trace(seen[k], ribbons.points[k])
-            hidden += bool(len(hits)) and np.linalg.norm(hits - ribbons.points[k], axis=1).max() > 0.1 / face.unit
-        buried.append(hidden / len(among))
-    assert buried[1] < 0.01 < 0.03 < buried[0], buried
 
 
 def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):

@@ -8,7 +8,6 @@ from drawing import held
 from eyelids_of_faces import ball_of
 from synthetic_faces import MAKERS, head_with
 
-from facewrinkle.anatomy.parts import follower
 from facewrinkle.appearance.eye import LidMargin, PaintedEye
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.plotting import Scene, Style
@@ -52,25 +51,6 @@ def test_no_one_looks_past_the_eyes_of_an_open_mask(mask):
         ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
         assert seen_past(face, eye, face.points, [ball, strip]) == 0
-
-
-def test_no_one_looks_past_eyes_that_came_with_a_mask(mask):
-    face = mask
-    parts = {}
-    for eye in face.eyes:
-        ball = ball_of(eye)
-        ball.point_data["Colors"] = np.random.default_rng(1).integers(0, 256, (ball.n_points, 3), dtype=np.uint8)
-        ball.cell_data["part"] = np.zeros(ball.n_cells, np.int64)
-        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", ball)
-    dressed = replace(face, parts=parts)
-    drawn = companion_meshes(dressed, face.mesh)
-    for eye in face.eyes:
-        around = [drawn[f"eye_{eye.side}"], drawn[f"rim_{eye.side}"]]
-        assert seen_past(face, eye, face.points, around) == 0
-    with Scene(dressed, Style((32, 32))) as scene:
-        scene.show(face.mesh)
-        assert {"own eye_l", "own eye_r"} <= set(scene.plotter.actors)
-        assert scene.drawn_parts["rims"] == {"rim_l", "rim_r"}
 
 
 def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):

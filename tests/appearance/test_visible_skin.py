@@ -15,12 +15,10 @@ from synthetic_faces import head_with, ring
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import INSIDE_DEPTH
 from facewrinkle.anatomy.face import Face
-from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import Appearance, companion_meshes
 from facewrinkle.appearance.visible_skin import SMALL_HOLE, VisibleSkin
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import corner_texture, split_at_seams, with_normals
-from facewrinkle.plotting import Scene, Style, View
 
 AHEAD = np.array([0.0, 0.0, 1e4])
 
@@ -58,12 +56,6 @@ def test_eyes_mouth_and_large_holes_stay_open(face):
     assert VisibleSkin(holed, bag=False).of(holed.mesh, AHEAD) is holed.mesh
 
 
-def test_a_hole_beside_the_mouth_is_not_the_mouth(face):
-    holed, _ = cut(face, "pogonion", 0.09)
-    rims = (mesh.points[Mouth(mesh).loop] for mesh in (holed, face))
-    np.testing.assert_array_equal(*(rim[np.lexsort(rim.T)] for rim in rims))
-
-
 def test_closed_holes_keep_the_texture(face):
     """With texture coordinates that are linear in place, those across a hole are, too."""
     holed, _ = cut(face, "pogonion", 0.08)
@@ -76,18 +68,6 @@ def test_closed_holes_keep_the_texture(face):
     assert drawn.n_cells > skin.n_cells
     np.testing.assert_allclose(corner_texture(drawn), 0.01 * drawn.points[drawn.regular_faces][:, :, :2], atol=1e-6)
     assert split_at_seams(drawn).n_cells == drawn.n_cells
-
-
-def test_the_inside_of_skin_is_dim_and_red(face):
-    """Behind a hole in the forehead is the back of the head, lit from before: it is dim all the same."""
-    holed, _ = cut(face, "forehead_mid", 0.35)
-    style = Style((80, 80), View((0.0, 0.1, 1.0), "forehead_mid", (0.0, 0.0, 0.0), 0.3), brows=False)
-    with Scene(holed, style) as scene:
-        hole = scene.picture(holed.mesh)[20:60, 20:60].reshape(-1, 3).mean(axis=0)
-    with Scene(face, style) as scene:
-        skin = scene.picture(face.mesh)[20:60, 20:60].reshape(-1, 3).mean(axis=0)
-    assert 0.05 < hole.mean() / skin.mean() < 0.5
-    assert hole[0] > 1.1 * hole[1]
 
 
 @pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
@@ -110,31 +90,6 @@ def test_the_lining_of_a_bag_has_no_back(real_face, stem):
     assert shown[~inner.any(axis=1) & ~lids].all()
     assert shown[~away].mean() > 0.99
     assert shown[inner.any(axis=1) & away].mean() < 0.05
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("expression", ["anger", "pain"])
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
-def test_the_lining_of_a_socket_does_not_come_through_the_lids(real_face, stem, expression):
-    face = head_with("sockets", "bag") if stem is None else real_face(stem)
-    simulation = fw.Simulation(face)
-    simulation.express(expression)
-    *_, frame = simulation.run(14)
-    ahead, aside, up = face.frame.axes[2], face.frame.axes[0], face.frame.axes[1]
-    drawn = VisibleSkin(face, bag=False).of(frame, face.frame.origin + 100.0 * face.frame.pupil_distance * ahead)
-    a, b, c = (np.asarray(drawn.points)[np.asarray(drawn.regular_faces)[:, corner]] for corner in range(3))
-    facing = np.cross(b - a, c - a) @ ahead
-    seen, backs = 0, 0
-    for eye in face.eyes:
-        for x in np.linspace(-0.9, 0.9, 25):
-            for y in np.linspace(-1.2, 0.2, 25):
-                start = eye.centre + eye.radius * (x * aside + y * up + 4.0 * ahead)
-                hits, cells = drawn.ray_trace(start, start - 8.0 * eye.radius * ahead)
-                if len(hits):
-                    seen += 1
-                    backs += facing[cells[np.argmax(hits @ ahead)]] < 0.0
-    assert seen > 500
-    assert backs == 0
 
 
 @pytest.mark.parametrize("name", ["malar_l", "glabella", "zygion_r", "ala_l", "pogonion", "menton"])
@@ -181,31 +136,17 @@ def test_the_lining_of_a_socket_has_no_back(face):
 
 
 def test_the_same_frame_is_worked_out_once(face):
-    frame = held("surprise")
-    appearance = Appearance.of(face)
+    frame, appearance = held("surprise").copy(), Appearance.of(face)
     seen = appearance.at(frame)
     assert Appearance.of(face) is appearance
     assert appearance.at(frame) is seen
     assert seen.brows is appearance.at(frame).brows
-    assert appearance.at(face.mesh) is not seen
-
-
-def test_a_frame_that_was_modified_is_worked_out_again(face):
-    frame = held("surprise").copy()
-    before = Appearance.of(face).at(frame).eyes["l"]["paint"].copy()
-    shut = np.asarray(held("AU43").points)[: face.mesh.n_points]
-    frame.points[: face.mesh.n_points] = shut
-    after = Appearance.of(face).at(frame).eyes["l"]["paint"]
-    assert np.abs(after.astype(int) - before).max() > 20  # the shadow of the lid has come down
-
-
-def test_what_is_written_may_be_changed(face):
-    """Files get copies: what pictures show stays."""
-    frame = held("happiness")
-    seen = Appearance.of(face).at(frame)
-    points = np.array(seen.eyes["l"].points)
+    before, points = seen.eyes["l"]["paint"].astype(int), np.array(seen.eyes["l"].points)
     companion_meshes(face, frame)["eye_l"].points += 1.0
-    np.testing.assert_array_equal(seen.eyes["l"].points, points)
+    np.testing.assert_array_equal(seen.eyes["l"].points, points)  # files get copies
+    frame.points[: face.mesh.n_points] = np.asarray(held("AU43").points)[: face.mesh.n_points]
+    after = appearance.at(frame).eyes["l"]["paint"]
+    assert np.abs(after - before).max() > 20  # modified: the shadow of the lid has come down
 
 
 def test_it_is_one_with_its_face():

@@ -12,11 +12,11 @@ from functools import cache
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
-from scipy.linalg import solveh_banded
+from scipy.linalg import cho_factor, cho_solve
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
-from ...array_types import Array, BoolArray, IntArray
+from ...array_types import Array, IntArray
 from .template import Grid, Pose, curvature, depth_map, openings_closed, template
 
 # --- warps: smooth maps from the template's front view to a face's ----------------------------------------------------
@@ -36,43 +36,31 @@ CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Products of cubic B-splines down a grid and across it, and the stiffness of their shifts.
-
-    Shifts (m, n, 2) are numbered as they lie in memory. Of a symmetric matrix (2 m n, 2 m n), of narrow band, the lower
-    diagonals are kept: entry (i, j) at (i - j, j).
+    """Products of cubic B-splines down a grid and across it, and the stiffness of their shifts (m, n, 2).
 
     Attributes
     ----------
     down, across : ndarray, shape (rows, m) and (columns, n)
         The splines.
-    pairs : pair of ndarray
-        Products of those splines that overlap: down and across, (rows, p) and (columns, q).
-    lower : ndarray of bool, shape (4 p q,)
-        True for those of the products, for x and x, x and y, y and x, y and y, that are on the lower diagonals.
-    places : tuple of ndarray of int
-        Places among the diagonals to which these add.
-    stiffness : sparse array, shape (2 m n, 2 m n)
-    diagonals : ndarray
-        The lower diagonals of the stiffness.
+    stiffness : ndarray, shape (2 m n, 2 m n)
+        For shifts in the order in which they lie in memory.
     """
 
     down: Array
     across: Array
-    pairs: tuple[Array, Array]
-    lower: BoolArray
-    places: tuple[IntArray, ...]
-    stiffness: sparse.csr_array
-    diagonals: Array
+    stiffness: Array
 
     def solved(self, metric: Array, right: Array) -> Array:
         """Solve (metric + stiffness) shift = right for the shift (m, n, 2).
 
-        The metric (3, rows, columns) is symmetric: entries for x and x, x and y, y and y.
+        The metric (2, 2, rows, columns) is symmetric: entries for x and x, x and y, y and x, y and y.
         """
-        products = (self.pairs[0].T @ metric @ self.pairs[1])[[0, 1, 1, 2]]
-        diagonals = self.diagonals.copy()
-        diagonals[self.places] += products.ravel()[self.lower]
-        return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
+        (m, n, _), (rows, columns) = right.shape, metric.shape[2:]
+        down = np.einsum("ri,rk->rik", self.down, self.down).reshape(rows, m * m)
+        across = np.einsum("cj,cl->cjl", self.across, self.across).reshape(columns, n * n)
+        products = (down.T @ metric @ across).reshape(2, 2, m, m, n, n)
+        matrix = products.transpose(2, 4, 0, 3, 5, 1).reshape(2 * m * n, 2 * m * n)
+        return np.asarray(cho_solve(cho_factor(matrix + self.stiffness), right.ravel())).reshape(right.shape)
 
 
 def _splines(low: float, high: float, at: Array) -> Array:
@@ -90,21 +78,10 @@ def basis(grid: Grid) -> Basis:
     margin = 2.0 * SPACING
     across = _splines(grid.low[0] - margin, grid.high[0] + margin, grid.x)
     down = _splines(grid.low[1] - margin, grid.high[1] + margin, grid.y)
-    m, n = down.shape[1], across.shape[1]
-    # Splines overlap with those up to three places away.
-    (i, k), (j, l) = (np.nonzero(np.abs(np.subtract.outer(range(s), range(s))) < 4) for s in (m, n))
-    components = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]).T[:, :, None, None]
-    row, column = (2 * np.array([i[:, None] * n + j, k[:, None] * n + l])[:, None] + components).reshape(2, -1)
-    lower, stiffness = row >= column, _stiffness(m, n)
-    places = (row - column)[lower], column[lower]
-    diagonals = np.zeros((places[0].max() + 1, 2 * m * n))
-    entries = sparse.coo_array(sparse.tril(stiffness))
-    diagonals[entries.row - entries.col, entries.col] = entries.data
-    pairs = down[:, i] * down[:, k], across[:, j] * across[:, l]
-    return Basis(down, across, pairs, lower, places, stiffness, diagonals)
+    return Basis(down, across, _stiffness(down.shape[1], across.shape[1]))
 
 
-def _stiffness(m: int, n: int) -> sparse.csr_array:
+def _stiffness(m: int, n: int) -> Array:
     """Resistance of m times n control points to bending, and to differences of left and right."""
     one_x, one_y = sparse.identity(n), sparse.identity(m)
     second = [
@@ -117,7 +94,7 @@ def _stiffness(m: int, n: int) -> sparse.csr_array:
     odd_x, odd_y = sparse.identity(m * n) + flip, sparse.identity(m * n) - flip
     asymmetry = sparse.kron(odd_x.T @ odd_x, np.diag([1.0, 0.0])) + sparse.kron(odd_y.T @ odd_y, np.diag([0.0, 1.0]))
     resistance = STIFFNESS * sparse.kron(bending, np.eye(2)) + SYMMETRY * asymmetry
-    return sparse.csr_array(resistance + 1e-4 * sparse.identity(2 * m * n))
+    return np.asarray((resistance + 1e-4 * sparse.identity(2 * m * n)).toarray())
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,38 +170,21 @@ def contrast_normalised(curvature: Array, weight: Array, grid: Grid) -> Array:
 def _gauss_newton_sums(images: Array, template: Array, weight: Array, field: Array) -> tuple[Array, Array]:
     """Sums over the channels for a Gauss-Newton step of a warp.
 
-    Returns slopes times differences (2, rows, columns), and slopes times slopes (3, rows, columns): x and x, x and y, y
-    and y. The images are what is shown of a face, its c channels, and their slopes along x and y. They are read at the
-    template's places shifted by a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value
-    at the border counts.
+    Returns slopes times differences (2, rows, columns), and slopes times slopes (2, 2, rows, columns). The images are
+    what is shown of a face, its c channels, and their slopes along x and y. They are read at the template's places
+    shifted by a field (2, rows, columns), x and y in steps of the grid; beyond the border, the value at the border
+    counts.
     """
     i, j = np.nonzero(weight)
     x, y = field[:, i, j] + [j, i]
-    values = bilinear(images, x, y)
+    values = np.array([map_coordinates(image, (y, x), order=1, mode="nearest") for image in images])
     shown, (faces, *slopes) = values[0], np.split(values[1:], 3)
     difference = faces - template[:, i, j]
     robust = weight[i, j] * shown / (1.0 + difference * difference)
-    pull, metric = np.zeros((2, *weight.shape)), np.zeros((3, *weight.shape))
+    pull, metric = np.zeros((2, *weight.shape)), np.zeros((2, 2, *weight.shape))
     pull[:, i, j] = [(robust * slope * difference).sum(axis=0) for slope in slopes]
-    pairs = ((slopes[0], slopes[0]), (slopes[0], slopes[1]), (slopes[1], slopes[1]))
-    metric[:, i, j] = [(robust * a * b).sum(axis=0) for a, b in pairs]
+    metric[:, :, i, j] = [[(robust * a * b).sum(axis=0) for a in slopes] for b in slopes]
     return pull, metric
-
-
-def bilinear(images: Array, x: Array, y: Array) -> Array:
-    """Values (c, n) of images (c, rows, columns) at columns x and rows y (n,); beyond the border, those at the border.
-
-    Examples
-    --------
-    >>> bilinear(np.array([[[0.0, 2.0], [4.0, 6.0]]]), np.array([0.5, 9.0]), np.array([0.5, 0.0]))
-    array([[3., 2.]])
-    """
-    rows, columns = images.shape[1:]
-    x, y = np.clip(x, 0.0, columns - 1.0), np.clip(y, 0.0, rows - 1.0)
-    left, top = np.minimum(x.astype(int), columns - 2), np.minimum(y.astype(int), rows - 2)
-    flat, at = images.reshape(len(images), -1), top * columns + left
-    above, below = (flat[:, start] + (x - left) * (flat[:, start + 1] - flat[:, start]) for start in (at, at + columns))
-    return np.asarray(above + (y - top) * (below - above))
 
 
 # --- the exact pose ---------------------------------------------------------------------------------------------------

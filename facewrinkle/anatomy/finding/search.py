@@ -1,6 +1,6 @@
 """The search of a mesh for a face, in steps: candidate poses, the best of them aligned, and matches with the template.
 
-Where the whole mesh shows no face, its parts are searched, and then what stands on a floor.
+Where the whole mesh shows no face, its parts are searched.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...errors import LandmarkError
 from ...geometry.compilation import compiled
 from ...geometry.interpolation import surface_samples
 from ...geometry.topology import components
-from ...mesh.repair import areas_doubled, votes_of
+from ...mesh.repair import votes_of
 from ...progress import Progress
 from ..landmarks import REFUSED
 from .matching import COARSE, FINE, Match, aligned, matched, pose_score, surface_map, template_map
@@ -255,14 +255,8 @@ HOPELESS = 0.25
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
 """Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
-MOST_LAYERS = 25.0
-"""Area of all triangles over that of their bounding box, at most: heads have 0.3 to 0.6, and a surface that lies over
-itself so often, such as triangles at random, takes minutes to search.
-"""
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
-UNEVEN = 0.004
-"""Unevenness of a floor, at most, over the diagonal of the bounding box."""
 PART_LOSS = 0.1
 """The part that makes up most of what is seen is the face, unless it is by so much less like one than with the others:
 lashes and the shells of eyes, which fill its eyes, are left out.
@@ -339,8 +333,7 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
         Those of the part that is the face.
     """
     found: list[tuple[list[Match], IntArray]] = []
-    others = chain(_parts(points, triangles), _off_the_floor(points, triangles))
-    for part in chain([triangles], () if pose is not None else others):
+    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
         *_, (matches, face) = progress(_search(points, part, pose), "Finding the face", STEPS)
         found.append((matches, face))
         if matches[0].confidence > REFUSED:
@@ -349,27 +342,13 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
 
 
 def check_surface(points: Array, triangles: IntArray) -> None:
-    """Raise an error for triangles that cannot be a surface with a face, however they are searched.
-
-    Raises
-    ------
-    LandmarkError
-        If too few of them hang together, or if they lie over each other again and again.
-    """
-    remedy = "Give a finer mesh, or at least three landmarks that are not in a line."
+    """Raise a LandmarkError where too few triangles hang together for a surface that could show a face."""
     connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
             f"no face was found on the mesh: its triangles are no surface that could show one, as {connected} of "
-            f"{len(triangles)} hang together; {FEWEST_TRIANGLES} are needed at least. {remedy}"
-        )
-    x, y, z = np.ptp(points[triangles], axis=(0, 1))
-    layers = 0.25 * areas_doubled(points, triangles).sum() / max(x * y + y * z + z * x, 1e-300)
-    if layers > MOST_LAYERS:
-        raise LandmarkError(
-            "no face was found on the mesh: its triangles are no surface, but lie over each other. Their area must be "
-            f"at most {MOST_LAYERS:g} times that of their bounding box, received {layers:.3g} times. Check that the "
-            "file holds what it should, or give landmarks."
+            f"{len(triangles)} hang together; {FEWEST_TRIANGLES} are needed at least. Give a finer mesh, or at "
+            "least three landmarks that are not in a line."
         )
 
 
@@ -387,21 +366,6 @@ def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
     for part in np.argsort(-count, kind="stable")[:PARTS]:
         if FEWEST_TRIANGLES <= count[part] < len(proper):
             yield triangles[proper[label == part]]
-
-
-def _off_the_floor(points: Array, triangles: IntArray) -> Iterator[IntArray]:
-    """The triangles off a plane that is most of the surface, such as a table that a scan has grown together with."""
-    area = areas_doubled(points, triangles)
-    cloud = surface_samples(points, triangles, 2000)
-    flat = np.ones(len(cloud), bool)
-    for _ in range(5):  # refit the plane to the half of the points closest to it
-        centre = cloud[flat].mean(axis=0)
-        normal = np.linalg.svd(cloud[flat] - centre, full_matrices=False)[2][2]
-        off = np.abs((cloud - centre) @ normal)
-        flat = off <= max(float(np.median(off)), UNEVEN)
-    on_floor = (np.abs((points - centre) @ normal) < UNEVEN)[triangles].all(axis=1)
-    if area[on_floor].sum() > 0.5 * area.sum() and len(triangles) - on_floor.sum() >= FEWEST_TRIANGLES:
-        yield triangles[~on_floor]
 
 
 def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
