@@ -36,14 +36,6 @@ def test_carried_is_the_product_with_the_weights(refined_ball):
     )
 
 
-def test_affine_functions_are_carried_exactly(refined_ball):
-    points, forest = refined_ball
-    positions = interpolated(points, forest.corners, forest.barycentric)
-    matrix = np.array([[2.0, -1.0, 0.5], [0.3, 4.0, 1.0]]).T
-    values = interpolated(points @ matrix + 7.0, forest.corners, forest.barycentric)
-    np.testing.assert_allclose(values, positions @ matrix + 7.0, rtol=0, atol=1e-12)
-
-
 def test_base_vertices_keep_their_values_to_the_last_bit(refined_ball):
     points, forest = refined_ball
     values = (

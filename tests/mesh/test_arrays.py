@@ -27,16 +27,6 @@ def test_to_polydata_round_trip():
     np.testing.assert_array_equal(again.triangles, mesh.regular_faces)
 
 
-def test_to_polydata_shares_no_memory():
-    mesh = cap()
-    points, triangles, values = mesh.points.copy(), mesh.regular_faces.copy(), np.ones(mesh.n_points)
-    out = to_polydata(points, triangles, {"W": values})
-    points[:], triangles[:], values[:] = 0, 0, 0
-    np.testing.assert_array_equal(out.points, mesh.points)
-    np.testing.assert_array_equal(out.regular_faces, mesh.regular_faces)
-    np.testing.assert_array_equal(out["W"], 1.0)
-
-
 @pytest.mark.parametrize(
     ("points", "triangles", "data", "message"),
     [

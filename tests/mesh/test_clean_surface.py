@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from small_meshes import cap, fingerprint, mesh_of, same_triangles, side_by_side, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
-from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface, to_polydata
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
@@ -143,16 +142,6 @@ def test_landmarks_choose_the_part():
     with pytest.warns(FaceWrinkleWarning, match="nearest to 3 of 4 landmarks"):
         surface = prepare(side_by_side(hair, face), near=near)
     np.testing.assert_array_equal(surface.points, face.points)
-
-
-def test_inconsistent_orientation_is_mended():
-    mesh = cap()
-    triangles = mesh.regular_faces.copy()
-    triangles[[0, 7, 100]] = triangles[[0, 7, 100], ::-1]
-    with pytest.warns(FaceWrinkleWarning, match=r"oriented against their neighbours: 3 of 242"):
-        surface = prepare(mesh_of(mesh.points, triangles))
-    assert same_triangles(surface.triangles, mesh.regular_faces)
-    assert topology.is_oriented(surface.triangles)
 
 
 @settings(max_examples=30)

@@ -5,10 +5,7 @@
 
 from __future__ import annotations
 
-import hashlib
-import struct
 import warnings
-from collections import Counter
 from functools import lru_cache
 
 import numpy as np
@@ -16,10 +13,10 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
+from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.mesh.repair import areas_doubled
-from tools.trials.corpus import FAULTS, clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
+from tools.trials.corpus import clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
 
 COUNT, SEED = 18, 2
 
@@ -27,15 +24,6 @@ COUNT, SEED = 18, 2
 @lru_cache(maxsize=2)
 def dirty_faces(count=COUNT, seed=SEED):
     return [spoiled(count, seed, number) for number in range(count)]
-
-
-@pytest.mark.slow
-def test_the_proportions_are_those_of_the_wild():
-    faces = dirty_faces(100, 7)
-    counts = Counter(fault for dirty in faces for fault in dirty.faults)
-    assert counts == {kind: round(100 * share) for kind, (share, _) in FAULTS.items()}
-    used = {name for dirty in faces for name in dirty.name.split(": ")[1].split(", ")}
-    assert used >= {way.__name__ for _, ways in FAULTS.values() for way in ways}
 
 
 def test_the_corpus_is_dirty():
@@ -105,64 +93,3 @@ def test_other_shapes_are_surfaces_that_move(name, fingerprint):
         face = fw.surface(mesh)
     assert flaws(face) + flaws_in_motion(face) == []
     assert fingerprint(mesh) == before
-
-
-def big_index_obj():
-    return b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 99999999999999999999\n"
-
-
-def big_stl():
-    return b"\0" * 80 + struct.pack("<I", 2**32 - 1) + b"\0" * 50
-
-
-def saved(ending, **options):
-    def write(path):
-        pv.Sphere(theta_resolution=8, phi_resolution=8).save(path, **options)
-        return path.read_bytes()
-
-    return write, ending
-
-
-FILES = [
-    saved(".stl"), saved(".stl", binary=False), saved(".vtk"), saved(".vtk", binary=False), saved(".vtp"),
-    saved(".vtp", binary=False), saved(".vtkhdf"), saved(".ply"), saved(".ply", binary=False),
-]  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("write", "ending"), FILES, ids=lambda value: value if isinstance(value, str) else "")
-def test_files_that_are_cut_off_or_garbled(tmp_path, write, ending):
-    data = write(tmp_path / f"whole{ending}")
-    random = np.random.default_rng(len(data))
-    for share in (0.02, 0.2, 0.5, 0.9):
-        path = tmp_path / f"cut{share}{ending}"
-        path.write_bytes(data[: int(share * len(data))])
-        _read_or_refused(path)
-    for k in range(6):
-        garbled = bytearray(data)
-        for place in random.integers(0, len(data) if k % 2 else min(500, len(data)), 1 + 3 * k):
-            garbled[place] = random.integers(256)
-        path = tmp_path / f"garbled{k}{ending}"
-        path.write_bytes(bytes(garbled))
-        _read_or_refused(path)
-
-
-def _read_or_refused(path):
-    before = hashlib.sha256(path.read_bytes()).hexdigest()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
-        try:
-            face = fw.surface(path)
-        except FaceWrinkleError:
-            face = None
-    assert face is None or len(face.triangles) > 0
-    assert hashlib.sha256(path.read_bytes()).hexdigest() == before
-
-
-@pytest.mark.parametrize(
-    ("name", "data"), [("a.obj", big_index_obj()), ("a.stl", big_stl()), ("a.obj", b"\x89PNG\r\n\x1a\n" + bytes(99))]
-)
-def test_files_that_lie(tmp_path, name, data):
-    (tmp_path / name).write_bytes(data)
-    with pytest.raises(FaceWrinkleError, match=name):
-        fw.fit_face(tmp_path / name)

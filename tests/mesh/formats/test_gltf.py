@@ -221,15 +221,6 @@ def test_damaged_structure(tmp_path, what):
         read_surface(glb(tmp_path / "a.glb", file, blob))
 
 
-@pytest.mark.parametrize("share", [0.1, 0.3, 0.6, 0.9, 0.99])
-def test_cut_off(tmp_path, share):
-    path = glb(tmp_path / "a.glb", *document())
-    data = path.read_bytes()
-    path.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(MeshError, match="cannot be read"):
-        read_surface(path)
-
-
 @pytest.mark.parametrize(
     ("extension", "package"), [("KHR_draco_mesh_compression", "DracoPy"), ("EXT_meshopt_compression", "meshoptimizer")]
 )
