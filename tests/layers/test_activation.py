@@ -75,13 +75,6 @@ def test_of_two_muscles_with_one_fold_the_deeper_acts(face):
     assert activation_of(face, [deeper, shallower, other])(squeezed).tolist() == [1.0, 0.0, 1.0]
 
 
-def test_muscles_with_the_folds_of_others_give_way_on_the_built_in_face(face, activation):
-    rates = named(face, activation(0.9 * face.points))
-    for side in "lr":
-        lids, orbital = (rates[f"orbicularis_oculi{part}_{side}"] for part in ("", "_orbital"))
-        assert sorted((lids, orbital)) == [0.0, 1.0]
-
-
 def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(papers, played):
     held = played("surprise").held
     recorded = fw.Recorded.of_positions([papers.points, held.bare], times=[0.0, 0.4])
@@ -102,10 +95,6 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(papers, played):
     replayed, made = together[:n][alone], sum(held.fields[name]["W"] / held.rates[name] for name in making)[:n][alone]
     assert np.ptp(replayed) > 0.5
     np.testing.assert_allclose(replayed, made, atol=1e-9)
-
-
-def test_a_face_without_muscles_has_no_activation(face):
-    assert activation_of(face, [])(0.5 * face.points).shape == (0,)
 
 
 def test_skin_folds_across_the_largest_compression(face, activation):

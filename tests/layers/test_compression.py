@@ -74,10 +74,12 @@ def test_uniform_scaling_gives_exactly_c(method, c):
         np.testing.assert_allclose(epsilon, c, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_rest_gives_zero_to_the_last_bit(method):
+def test_rest_gives_zero_to_the_last_bit():
     points, triangles, tangents = bowl()
-    assert not METHODS[method](points, triangles, points.copy(), tangents).any()
+    for method in METHODS.values():
+        assert not method(points, triangles, points.copy(), tangents).any()
+    field, normals = StrainField(points, triangles), vertex_normals(points, triangles)
+    assert not principal_compression(field.strain(points), field.metric, normals)[0].any()
 
 
 def test_gradient_is_the_stretch_of_any_affine_map():
@@ -88,17 +90,6 @@ def test_gradient_is_the_stretch_of_any_affine_map():
     m = np.c_[np.cos(angles), np.sin(angles), np.zeros(len(points))]
     epsilon = gradient_compression(points, triangles, points @ f.T + 3.0, m)
     np.testing.assert_allclose(epsilon, 1.0 - np.linalg.norm(m @ f.T, axis=1), rtol=0, atol=1e-11)
-
-
-def test_a_folded_flat_mesh_is_not_compressed():
-    """Rigid folding keeps all metrics; edges and gradient both see none of it."""
-    points = np.array([[-1.0, 0, 0], [0, -1, 0], [0, 1, 0], [1, 0, 0]])
-    triangles = np.array([[0, 1, 2], [1, 3, 2]], dtype=np.int32)
-    folded = points.copy()
-    folded[3] = [0.0, 0.0, 1.0]
-    directions = np.tile([0.6, 0.8, 0.0], (4, 1))
-    for method in METHODS.values():
-        np.testing.assert_allclose(method(points, triangles, folded, directions), 0.0, atol=1e-15)
 
 
 def test_edges_are_eq_9_written_out():
@@ -154,34 +145,6 @@ def test_gradient_converges_on_a_bent_sheet():
     assert errors[-1] < 1e-4
 
 
-def test_gradient_of_a_curved_rest_surface_converges():
-    """A cylinder whose radius shrinks by c: hoops are compressed by c, straight lines are not."""
-    errors = []
-    for k in (16, 32, 64):
-        angles, rows = 2 * np.pi * np.arange(k) / k, np.linspace(-1, 1, k // 4 + 1)
-        a, z = (v.ravel() for v in np.meshgrid(angles, rows, indexing="ij"))
-        points = np.c_[np.cos(a), np.sin(a), z]
-        index = np.arange(len(a)).reshape(k, -1)
-        right = np.roll(index, -1, axis=0)
-        quads = np.stack([index[:, :-1], right[:, :-1], right[:, 1:], index[:, 1:]], axis=-1).reshape(-1, 4)
-        triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
-        hoop = np.c_[-np.sin(a), np.cos(a), np.zeros(len(a))]
-        line = np.tile([0.0, 0.0, 1.0], (len(a), 1))
-        shrunk = points * [0.75, 0.75, 1.0]
-        errors.append(np.abs(gradient_compression(points, triangles, shrunk, hoop) - 0.25).max())
-        assert np.abs(gradient_compression(points, triangles, shrunk, line)).max() < 1e-12
-    assert max(errors) < 1e-12 or errors[0] / errors[-1] > 10.0
-
-
-def test_metric_at_rest_is_the_tangent_projector_of_a_plane():
-    points, triangles = flat_cloud()
-    metric = StrainField(points @ TURN.T, triangles).metric
-    normal = TURN[:, 2]
-    projector = np.eye(3) - np.outer(normal, normal)
-    expected = [projector[0, 0], projector[1, 1], projector[2, 2], projector[1, 2], projector[0, 2], projector[0, 1]]
-    np.testing.assert_allclose(metric, np.tile(expected, (len(points), 1)), atol=1e-11)
-
-
 def test_along_is_the_quadratic_form():
     rng = np.random.default_rng(0)
     t, m = rng.normal(size=(5, 6)), rng.normal(size=(5, 3))
@@ -195,18 +158,6 @@ def test_along_is_the_quadratic_form():
     np.testing.assert_allclose(mixed(t, m, fan[0]), np.einsum("ni,nij,nj->n", m, full, fan[0]), atol=1e-13)
     assert products(np.float32(m)).dtype == np.float64
     assert np.array_equal(products(np.float32(m)), products(np.float64(np.float32(m))))
-
-
-def test_single_precision_is_reckoned_in_double():
-    points, triangles, tangents = bowl()
-    points, tangents = np.float32(points), np.float32(tangents)
-    deformed = points * np.float32([0.9, 1.1, 0.7])
-    rings = vertex_rings(triangles, len(points))
-    given_ = edge_compression(points, deformed, rings, tangents)
-    assert np.array_equal(given_, edge_compression(*np.float64([points, deformed]), rings, np.float64(tangents)))
-    one, other = StrainField(points, triangles.tolist()), StrainField(np.float64(points), triangles)
-    assert np.array_equal(one.metric, other.metric)
-    assert np.array_equal(one.strain(np.float64(deformed)), other.strain(np.float64(deformed)))
 
 
 def test_principal_compression_is_that_of_the_singular_values():
@@ -238,14 +189,6 @@ def test_no_tangent_is_compressed_more_than_the_principal_one():
     every = [compression_along(*state, np.cos(a) * tangents + np.sin(a) * across) for a in angles]
     assert (np.max(every, axis=0) <= most + 1e-12).all()
     assert (np.min(every, axis=0) < most - 1e-3).all()
-
-
-def test_turning_and_rest_have_no_principal_compression():
-    points, triangles, _ = bowl()
-    field, normals = StrainField(points, triangles), vertex_normals(points, triangles)
-    assert not principal_compression(field.strain(points), field.metric, normals)[0].any()
-    turned = field.strain(points @ TURN.T + [100.0, -50.0, 3.0])
-    np.testing.assert_allclose(principal_compression(turned, field.metric, normals)[0], 0.0, atol=1e-11)
 
 
 def test_only_the_part_of_a_direction_in_the_surface_counts():

@@ -4,11 +4,10 @@ what                            checked against
 W                               the sum over the muscles of depth c H At sin(pi epsilon / 2), evaluated afresh at the
                                 rest positions of all vertices, epsilon from the metric in numpy; where they ask
                                 for more than 2 L sqrt(epsilon) / pi from bulge to furrow, in proportion less
-the bound                       bulges and furrows measured on the relief itself, for all expressions of the library
+the bound                       bulges and furrows measured on the relief itself, however deep they are asked for
 without the bound               the paper's sum
 zeros                           exact: at rest, where epsilon <= 0, outside the regions, after release
 dominant muscle, lambda, gamma  the largest |H At| over all muscles; its coordinates
-depth                           proportion
 muscles with the same folds     each evaluated by itself
 """
 
@@ -24,19 +23,7 @@ from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles, outer_skin
 
-UNREFINED = fw.Refinement(max_level=0)
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
-
-
-@pytest.fixture(scope="module")
-def broad(face):
-    """The built-in face with one broad furrow per muscle, which its own triangles can carry."""
-
-    def one(muscle):
-        folds = muscle.folds and muscle.folds.replaced(count=1)
-        return muscle.replaced(count=1, folds=folds)
-
-    return face.with_muscles({name: one(muscle) for name, muscle in face.muscles.items()})
 
 
 def seen_share(face, held):
@@ -103,18 +90,6 @@ def deepest_share(sim, frame):
             bound = deepest(2.0 * pattern.half_cycles(rest[near]).max(), fields["epsilon"][near].max())
             shares.append(np.ptp(fields["W"][near]) / bound)
     return max(shares), len(shares)
-
-
-@pytest.mark.slow
-def test_no_wrinkle_of_any_expression_is_deeper_than_skin_of_fixed_length_folds(face):
-    sim, measured = fw.Simulation(face, folds="paper"), 0
-    for expression in fw.EXPRESSIONS:
-        sim.reset()
-        sim.express(expression)
-        share, count = deepest_share(sim, list(sim.run(30))[-1])
-        assert share <= 1.0, expression
-        measured += count
-    assert measured > 500
 
 
 @pytest.mark.parametrize("name", ["surprise", "frowning", "closing_eye"])
@@ -186,17 +161,6 @@ def test_the_dominant_muscle_is_that_of_the_largest_amplitude(papers, played):
         assert np.array_equal(play.top["epsilon"][mine], play.held.fields[name]["epsilon"][mine])
     for array in ("lambda", "gamma", "epsilon"):
         assert not play.top[array][muscle == -1].any()
-
-
-def test_depth_multiplies(broad):
-    heights = []
-    for depth in (0.5, 1.0, 0.0):
-        sim = fw.Simulation(broad, layers=[MuscleWrinkles(depth=depth)], refinement=UNREFINED)
-        sim.express("fear")
-        heights.append(list(sim.run(10))[-1]["W"])
-    np.testing.assert_allclose(heights[0], 0.5 * heights[1], rtol=1e-12)
-    assert np.abs(heights[1]).max() > 0.02
-    assert not heights[2].any()
 
 
 # --- a single muscle on a flat sheet of skin ----------------------------------------------------

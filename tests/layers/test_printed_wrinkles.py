@@ -165,16 +165,6 @@ def test_wrinkles_stay_after_release_and_a_new_contraction_adds(face):
     assert np.abs(heights[1]).max() > np.abs(heights[0]).max() > 0.05
 
 
-def test_vertices_that_are_born_late_stay_shallow(printed):
-    base, shares = printed.mesh.n_points, []
-    for layer in (fw.MuscleWrinkles(), fw.PrintedWrinkles(30)):
-        sim = fw.Simulation(printed, fw.Refinement(gamma_c=0.01, samples=0), layers=[layer])
-        sim.express("surprise")
-        *_, frame = sim.run(40, ramp=0.2)
-        shares.append(np.abs(frame["W"][base:]).mean() / np.abs(frame["W"][:base]).mean())
-    assert shares[1] < shares[0]
-
-
 @pytest.mark.parametrize("value", ["x", None, [1], -1, 0, 2.5, np.nan, np.inf])
 def test_what_is_no_number_of_iterations_is_refused(value):
     with pytest.raises(ParameterError, match="iterations must"):

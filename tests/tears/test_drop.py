@@ -147,41 +147,26 @@ def test_groups_refuse(group, options):
         group(**options)
 
 
-def test_refuses_on_a_surface(face):
-    with pytest.raises(ParameterError, match="must lie on the surface"):
-        fw.DrippingTear(face, (0.0, 0.0, 500.0))
-    with pytest.raises(UnknownNameError, match="side"):
-        fw.DrippingTear(face, "m")
-    with pytest.raises(ParameterError, match="only be named on a Face"):
-        fw.DrippingTear(pv.Sphere(radius=50.0), "l")
-    with pytest.raises(ParameterError, match="smaller than"):
-        fw.DrippingTear(face, "l", size=200.0)
-
-
-def test_refuses_frames_of_another_surface(face):
-    for frame, says in ((pv.Sphere(), "another surface"), ("frame", "must be a PolyData")):
-        with pytest.raises(MeshError, match=says):
-            fw.DrippingTear(face, "l").surface(0.4, frame)
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda face: fw.DrippingTear(face, (0.0, 0.0, 500.0)), ParameterError, "must lie on the surface"),
+        (lambda face: fw.DrippingTear(face, "m"), UnknownNameError, "side"),
+        (lambda face: fw.DrippingTear(pv.Sphere(radius=50.0), "l"), ParameterError, "only be named on a Face"),
+        (lambda face: fw.DrippingTear(face, "l", size=200.0), ParameterError, "smaller than"),
+        (lambda face: fw.DrippingTear(face, "l").surface(0.4, pv.Sphere()), MeshError, "another surface"),
+        (lambda face: fw.DrippingTear(face, "l").surface(0.4, "frame"), MeshError, "must be a PolyData"),
+    ],
+)
+def test_refuses_on_a_surface(face, call, error, says):
+    with pytest.raises(error, match=says):
+        call(face)
 
 
 @pytest.mark.parametrize("t", [-0.1, 99.0, np.nan])
 def test_refuses_other_times(t):
     with pytest.raises(ParameterError, match="t must lie in"):
         fw.DrippingTear().surface(t)
-
-
-def test_on_triangles_that_stay_it_shrinks_to_a_point_before_and_after(face):
-    drop = fw.DrippingTear(face, "l", begin=0.5, hang=0.5, fall=Fall(depth=20.0, speed=100.0))
-    times = [0.0, 0.6, 1.1, 2.0]
-    sampled = drop.sampled(times, [face.mesh] * len(times))
-    for k in (1, 2):
-        np.testing.assert_array_equal(sampled.points[k], drop.surface(times[k], face.mesh).points)
-    for k, of in ((0, 1), (3, 2)):
-        np.testing.assert_allclose(
-            sampled.points[k], np.tile(sampled.points[of].mean(axis=0), (len(sampled.points[k]), 1))
-        )
-    np.testing.assert_array_equal(sampled.triangles, drop.surface(times[1]).regular_faces)
-    assert drop.sampled([0.0, 0.1], [face.mesh] * 2) is None
 
 
 # --- its shape, formulas alone --------------------------------------------------------------------

@@ -1,5 +1,6 @@
 """Ways to cry: every preset gives closed tears on the skin, on all faces, moving or recorded."""
 
+import numpy as np
 import pytest
 import pyvista as pv
 from small_meshes import signed_distances
@@ -8,7 +9,7 @@ from synthetic_faces import MAKERS, head_with
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.tears import PRESETS, Film, Flow, preset, surfaces
+from facewrinkle.tears import PRESETS, Fall, Film, Flow, preset, surfaces
 from facewrinkle.tears.presets import grouped
 
 IN_SKIN = 0.02
@@ -28,6 +29,26 @@ def test_on_the_built_in_face(face, name):
         for mesh in surfaces(tears, t):
             assert_tear(mesh, face.mesh)
     assert PRESETS[name].expression in fw.EXPRESSIONS
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda face: fw.DrippingTear(face, "l", begin=0.5, hang=0.5, fall=Fall(depth=20.0, speed=100.0)),
+        lambda face: fw.SheddingTear(face, start="l", begin=0.5),
+    ],
+)
+def test_on_triangles_that_stay_it_shrinks_to_a_point_before_and_after(face, make):
+    tear, times = make(face), [0.0, 0.6, 1.1, 99.0]
+    sampled = tear.sampled(times, [face.mesh] * len(times))
+    for k in (1, 2):
+        np.testing.assert_array_equal(sampled.points[k], tear.surface(times[k], face.mesh).points)
+    for k, of in ((0, 1), (3, 2)):
+        np.testing.assert_allclose(
+            sampled.points[k], np.tile(sampled.points[of].mean(axis=0), (len(sampled.points[k]), 1))
+        )
+    np.testing.assert_array_equal(sampled.triangles, tear.surface(times[1]).regular_faces)
+    assert tear.sampled([0.0, 0.1], [face.mesh] * 2) is None
 
 
 @pytest.mark.parametrize("made", ["sockets", "shut", "ict_face_narrow", "makehuman_head_male"])

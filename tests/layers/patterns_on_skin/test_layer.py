@@ -288,35 +288,6 @@ def test_simulations_have_layers_of_their_own(slab):
     assert vars(layer) == before
 
 
-@unrefined
-def test_dimples_and_crows_feet_come_and_go_with_a_captured_smile(clip):
-    face, recorded = clip
-    names = ("dimple", "cheek", "eye_corner", "forehead")
-    layers = [layer for name in names for layer in fw.PatternLayer.presets(name, face, strength="skin")]
-    depths = {layer.name: layer.depth for layer in layers}
-    sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=layers, time_step=0.1, motion=recorded)
-    depth = {name: [] for name in ("dimple_l", "dimple_r", "cheek_l", "eye_corner_l", "forehead")}
-    smile, brows = [], []
-    for _ in range(40):
-        frame = sim.step()
-        weights = recorded.weights(sim.time)
-        smile.append(weights["mouthSmile_L"])
-        brows.append(weights["browInnerUp_L"])
-        for name, values in depth.items():
-            values.append(float(np.ptp(frame[f"pattern_{name}"])))
-    smile, brows = np.array(smile), np.array(brows)
-    at_rest = (smile == 0.0) & (brows == 0.0)
-    for name in ("dimple_l", "dimple_r", "cheek_l"):
-        values = np.array(depth[name])
-        assert np.corrcoef(values, smile)[0, 1] > 0.85
-        assert values.max() > 0.45 * depths[name]
-    assert np.argmax(depth["forehead"]) in np.flatnonzero(brows > 0.5 * brows.max())
-    np.testing.assert_allclose(depth["dimple_l"], depth["dimple_r"], atol=0.1)
-    assert at_rest.sum() > 2
-    assert np.array(depth["dimple_l"])[at_rest].min() == 0.0
-    assert smile[np.argmax(depth["eye_corner_l"])] > 0.5 * smile.max()
-
-
 @pytest.mark.parametrize("kind", ["dimple", "cheek", lambda x, y, t: np.cos(9.0 * x)])
 def test_what_is_not_given_scales_with_the_surface(kind):
     ball = pv.Icosphere(radius=64.0, nsub=5)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import LandmarkError, UnknownNameError
 from facewrinkle.layers.patterns_on_skin import presets
 
 
@@ -51,12 +50,3 @@ def test_a_preset_takes_changes(face):
     assert layer.region.border == 0.3
     np.testing.assert_allclose(layer.region.size, np.array([1.0, 0.4]) * face.frame.pupil_distance)
     assert fw.PatternLayer.preset("frown", face).name == "frown"
-
-
-def test_errors_of_presets(face, slab):
-    with pytest.raises(UnknownNameError, match="'dimple_l'"):
-        fw.PatternLayer.preset("dimpel_l", face)
-    with pytest.raises(UnknownNameError, match="dimple"):
-        fw.PatternLayer.preset("dimple", face)
-    with pytest.raises(LandmarkError, match="this surface has none"):
-        fw.PatternLayer.preset("forehead", slab)

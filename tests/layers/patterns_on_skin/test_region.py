@@ -16,8 +16,6 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.geometry.chart import gradients, smoothly_interpolated
-from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.layers.base import SurfacePoints
@@ -57,25 +55,6 @@ def test_coordinates_on_a_sphere(ball):
         np.testing.assert_allclose(
             np.linalg.norm(slopes, axis=1), np.tile([1 / 20, 1 / 15], (len(where), 1)), rtol=0.12
         )
-
-
-def test_refined_coordinates_have_no_facets():
-    """Linear interpolation bends at the edges of the coarse triangles; what is used bends far less."""
-    coarse = fw.surface(pv.Icosphere(radius=RADIUS, nsub=2))
-    vertices = vertices_of(coarse, 3)
-
-    def exact(points):
-        x = points / np.linalg.norm(points, axis=1, keepdims=True)
-        arc = RADIUS * np.arccos(np.clip(x[:, 2], -1.0, 1.0))
-        return arc[:, None] * x[:, :2] / np.linalg.norm(x[:, :2], axis=1, keepdims=True).clip(1e-12)
-
-    chart = np.where(coarse.points[:, 2:] > -20.0, exact(coarse.points), np.nan)
-    slopes = gradients(coarse.points, coarse.triangles, chart)
-    near = vertices.points[:, 2] > 15.0
-    where = vertices.points[near], vertices.corners[near], vertices.barycentric[near]
-    smooth = smoothly_interpolated(coarse.points, chart, slopes, *where) - exact(where[0])
-    linear = interpolated(chart, *where[1:]) - exact(where[0])
-    assert np.abs(smooth).max() < 0.3 * np.abs(linear).max()
 
 
 def test_mirrored_and_bent(ball):
