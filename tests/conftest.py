@@ -25,7 +25,6 @@ sys.dont_write_bytecode = False
 hypothesis.settings.register_profile("untimed", deadline=None)  # the first example may compile, and machines are busy
 hypothesis.settings.load_profile("untimed")
 collect_ignore = ["blender/scene.py"]
-collect_ignore_glob = ["rigging/judges/*"]
 """What runs in programs of its own, and is no test."""
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")

@@ -16,7 +16,6 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError
 from facewrinkle.rigging.fields import faded
 from facewrinkle.rigging.linear_rig import Rig, RigError, facts_text
 from facewrinkle.rigging.shapes import ARKIT
@@ -101,11 +100,6 @@ def test_they_follow_the_product_of_the_weights(corrected):
     assert corrected.driven({"mouthFunnel": 1.0}) == {"mouthFunnel": 1.0}
     told = json.loads(facts_text(corrected))
     assert told["drivers"]["mouthFunnel_mouthPucker"] == ["mouthFunnel", "mouthPucker"]
-
-
-def test_the_number_is_checked(face):
-    with pytest.raises(ParameterError, match="correctives must lie in"):
-        fw.rig(face, correctives=-1)
 
 
 def test_shapes_fade_before_they_end():

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, UnknownNameError
 from facewrinkle.rigging.linear_rig import label
 from facewrinkle.rigging.modelled import Movements
 
@@ -131,15 +131,6 @@ def test_weights_are_checked(rig):
         clamped = rig.at({"jawOpen": 1.5})
     np.testing.assert_array_equal(clamped.points, rig.at({"jawOpen": 1.0}).points)
     assert rig.error({}) == type(rig.error({}))(0.0, 0.0, 0.0)
-
-
-def test_what_cannot_be_rigged_is_refused(face):
-    with pytest.raises(ParameterError, match="level must lie in"):
-        fw.rig(face, level=9)
-    with pytest.raises(UnknownNameError, match="wrinkles"):
-        fw.rig(face, wrinkles="none ")
-    with pytest.raises(ParameterError, match="no landmarks"):
-        fw.rig(fw.surface(face.mesh, "mm"))
 
 
 def test_mixtures_have_labels():

@@ -11,7 +11,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.muscles import JawMuscle
 from facewrinkle.animation.action_units import named_shapes, units_of
-from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.rigging.shapes import ARKIT, EXTRAS, VISEMES, shapes_of
 
 
@@ -71,12 +71,3 @@ def test_lips_that_do_not_meet_at_rest_cannot_be_closed(face):
         made = fw.rig(agape, "mouthClose+jawOpen", wrinkles="none", level=0)
     assert made.names == ("jawOpen",)
     assert made.left_out == left_out
-
-
-def test_unknown_sets_and_faces_without_muscles_are_refused(face):
-    with pytest.raises(UnknownNameError, match=r"set of shapes 'arkitt'. Did you mean 'arkit'"):
-        shapes_of("arkitt", face)
-    with pytest.raises(ParameterError, match="can make none of the shapes of 'tongueOut'"):
-        shapes_of("tongueOut", face)
-    with pytest.raises(ParameterError, match="no landmarks"):
-        shapes_of("arkit", fw.surface(face.mesh, "mm"))

@@ -130,19 +130,53 @@ def test_a_face_without_texture_gets_a_chart(face):
     assert baked.charted
 
 
-def test_what_cannot_be_baked_is_refused(face, smooth):
-    with pytest.raises(ParameterError, match="power of two"):
-        fw.bake_layers(smooth, 300)
-    with pytest.raises(ParameterError, match=r"size of a map must lie in \[64, 2048\], .*all shapes at once"):
-        fw.bake_layers(smooth, 4096)  # 20 bytes a texel and movement
-    with pytest.raises(ParameterError, match='made with wrinkles="maps".*received one with wrinkles="baked"'):
-        fw.bake_layers(replace(smooth, wrinkles="baked"), 128)
-    with pytest.raises(ParameterError, match="received level 4: leave level out"):
-        fw.rig(face, "browInnerUp", wrinkles="maps", level=4)
-    with pytest.raises(UnknownNameError, match="kind of wrinkles 'map'"):
-        fw.rig(face, wrinkles="map")
+def with_texture_beside(face):
     mesh = face.mesh.copy()
     mesh.active_texture_coordinates = np.asarray(mesh.active_texture_coordinates) + 2.0
     mesh.cell_data.clear()
-    with pytest.raises(ParameterError, match=r"texture coordinates in \[0, 1\]"):
-        fw.rig(replace(face, mesh=mesh), wrinkles="maps")
+    return replace(face, mesh=mesh)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda face, smooth: fw.bake_layers(smooth, 300), ParameterError, "power of two"),
+        (
+            lambda face, smooth: fw.bake_layers(smooth, 4096),  # 20 bytes a texel and movement
+            ParameterError,
+            r"size of a map must lie in \[64, 2048\], .*all shapes at once",
+        ),
+        (
+            lambda face, smooth: fw.bake_layers(replace(smooth, wrinkles="baked"), 128),
+            ParameterError,
+            'made with wrinkles="maps".*received one with wrinkles="baked"',
+        ),
+        (
+            lambda face, smooth: fw.rig(face, "browInnerUp", wrinkles="maps", level=4),
+            ParameterError,
+            "received level 4: leave level out",
+        ),
+        (lambda face, smooth: fw.rig(face, wrinkles="map"), UnknownNameError, "kind of wrinkles 'map'"),
+        (
+            lambda face, smooth: fw.rig(with_texture_beside(face), wrinkles="maps"),
+            ParameterError,
+            r"texture coordinates in \[0, 1\]",
+        ),
+        (lambda face, smooth: fw.rig(face, level=9), ParameterError, "level must lie in"),
+        (lambda face, smooth: fw.rig(face, correctives=-1), ParameterError, "correctives must lie in"),
+        (lambda face, smooth: fw.rig(fw.surface(face.mesh, "mm")), ParameterError, "no landmarks"),
+        (
+            lambda face, smooth: fw.rig(face, "arkitt"),
+            UnknownNameError,
+            r"set of shapes 'arkitt'. Did you mean 'arkit'",
+        ),
+        (
+            lambda face, smooth: fw.rig(face, "tongueOut"),
+            ParameterError,
+            "can make none of the shapes of 'tongueOut'",
+        ),
+    ],
+)
+def test_what_cannot_be_rigged_or_baked_is_refused(face, smooth, call, error, says):
+    with pytest.raises(error, match=says):
+        call(face, smooth)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ...anatomy.face import Face
 from ...array_types import Array
 from ...checks import finite
-from ...errors import MeshError, ParameterError, check_flag, check_range, check_whole, unknown_name
+from ...errors import ParameterError, check_flag, check_range, check_whole, unknown_name
 from ...geometry.interpolation import smoothstep
 from ...geometry.refinement import Change
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
@@ -23,7 +23,7 @@ from .stripes import Stripes, Style
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
 
-Amount = npt.ArrayLike | str | Mapping[str | Region, float]
+Amount = npt.ArrayLike | Mapping[str | Region, float]
 
 MOST = 10.0
 """Largest factor that can be asked for."""
@@ -54,10 +54,10 @@ class WaveFolds(Layer):
     age : float
         In [0, 1]: lines that stay at rest, where the face folds in life. At 0 there are none. Default: the age of the
         face.
-    amount : array_like, str or mapping, optional
-        More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; the name of point data that
-        holds them; or a mapping from landmarks ("glabella") or :class:`facewrinkle.Region` to factors. Elsewhere folds
-        change by no more than the share that keeps the volume.
+    amount : array_like or mapping, optional
+        More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; or a mapping from landmarks
+        ("glabella") or :class:`facewrinkle.Region` to factors. Elsewhere folds change by no more than the share that
+        keeps the volume.
     families : mapping, optional
         Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
         of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
@@ -228,8 +228,8 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
     ------
     ParameterError
         For factors that are negative or too large, and for arrays of another length.
-    MeshError, UnknownNameError
-        For point data or a landmark that the face does not have.
+    UnknownNameError
+        For a landmark that the face does not have.
 
     Examples
     --------
@@ -247,17 +247,6 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
             check_range(f"the amount of folds at {where}", factor, 0.0, MOST)
             factors *= 1.0 + (float(factor) - 1.0) * _near(where, face)
         return factors
-    if isinstance(asked, str):
-        if asked not in face.mesh.point_data:
-            raise MeshError(
-                f"the mesh has no point data {asked!r}; it has {', '.join(face.mesh.point_data) or 'none'}. Name "
-                "factors of the depth of folds, one per vertex."
-            )
-        asked = np.asarray(face.mesh.point_data[asked])
-    return _checked(asked, face)
-
-
-def _checked(asked: npt.ArrayLike, face: Face) -> Array:
     factors, n = finite("amount", asked), len(face.points)
     if factors.shape != (n,):
         raise ParameterError(

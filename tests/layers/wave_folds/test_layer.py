@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from analysis.swept import swept_volumes
-from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
+from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.interpolation import smoothstep
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.refinement import RedGreenForest
@@ -327,48 +327,70 @@ def test_bad_settings(options, message):
         WaveFolds(**options)
 
 
+def simulated(face, **options):
+    return fw.Simulation(face, layers=[WaveFolds(**options)])
+
+
 @pytest.mark.parametrize(
-    ("amount", "error", "message"),
+    ("call", "error", "message"),
     [
+        (lambda face, sheet: simulated(face, amount=np.ones(3)), ParameterError, r"each of the \d+ vertices .* \(3,\)"),
         (
-            np.ones(3),
-            ParameterError,
-            r"one factor for each of the \d+ vertices of face.mesh, received the shape \(3,\)",
+            lambda face, sheet: simulated(face, amount={"forehed_mid": 0.0}),
+            UnknownNameError,
+            r"unknown landmark 'forehed_mid'. Did you mean 'forehead_mid'",
         ),
-        ({"forehed_mid": 0.0}, UnknownNameError, r"unknown landmark 'forehed_mid'. Did you mean 'forehead_mid'"),
-        ({"glabella": -1.0}, ParameterError, r"amount of folds at glabella must lie in \[0, 10\], received -1"),
-        ("paint", MeshError, r"the mesh has no point data 'paint'; it has"),
+        (
+            lambda face, sheet: simulated(face, amount={"glabella": -1.0}),
+            ParameterError,
+            r"amount of folds at glabella must lie in \[0, 10\], received -1",
+        ),
+        (
+            lambda face, sheet: simulated(sheet, families={"still": [sheet.points]}),
+            ParameterError,
+            r"motions of the family 'still' compress the skin by less than 3%",
+        ),
+        (
+            lambda face, sheet: simulated(face, families={"brows": [np.eye(3)]}),
+            ParameterError,
+            r"'brows' must be .* received an array of the shape \(3, 3\)",
+        ),
+        (
+            lambda face, sheet: simulated(face, families={"brows": ["AU999"]}),
+            UnknownNameError,
+            r"unknown expression 'AU999'",
+        ),
+        (
+            lambda face, sheet: simulated(face, families={"brows": "AU1"}),
+            ParameterError,
+            r"the family 'brows' must be a list of motions, received str",
+        ),
+        (
+            lambda face, sheet: simulated(face, families={"brows": []}),
+            ParameterError,
+            r"the family 'brows' has no motions",
+        ),
+        (
+            lambda face, sheet: simulated(sheet),
+            ParameterError,
+            r"neither. Fit a face with landmarks, or give a recording",
+        ),
+        (
+            lambda face, sheet: WaveFolds().attach(sheet),
+            ParameterError,
+            r"has none. Give it to a Simulation of a face with muscles",
+        ),
     ],
 )
-def test_bad_amounts(face, amount, error, message):
+def test_what_cannot_be_found_is_refused(face, sheet, call, error, message):
     with pytest.raises(error, match=message):
-        fw.Simulation(face, layers=[WaveFolds(amount=amount)])
+        call(face, sheet)
 
 
 def test_landmarks_and_regions_take_amounts(face):
     amount = {"glabella": 0.0, fw.Region(face.landmarks["forehead_mid"], size=(80, 30)): 3.0}
     at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("glabella", "forehead_mid")]
     assert amounts(amount, face)[at] == pytest.approx([0.0, 3.0], abs=0.05)
-
-
-def test_families_without_motion_or_of_another_mesh_are_refused(face, sheet):
-    with pytest.raises(ParameterError, match=r"motions of the family 'still' compress the skin by less than 3%"):
-        fw.Simulation(sheet, layers=[WaveFolds(families={"still": [sheet.points]})])
-    with pytest.raises(ParameterError, match=r"'brows' must be .* received an array of the shape \(3, 3\)"):
-        fw.Simulation(face, layers=[WaveFolds(families={"brows": [np.eye(3)]})])
-    with pytest.raises(UnknownNameError, match=r"unknown expression 'AU999'"):
-        fw.Simulation(face, layers=[WaveFolds(families={"brows": ["AU999"]})])
-    with pytest.raises(ParameterError, match=r"the family 'brows' must be a list of motions, received str"):
-        fw.Simulation(face, layers=[WaveFolds(families={"brows": "AU1"})])
-    with pytest.raises(ParameterError, match=r"the family 'brows' has no motions"):
-        fw.Simulation(face, layers=[WaveFolds(families={"brows": []})])
-
-
-def test_a_surface_that_nothing_moves_says_what_is_missing(sheet):
-    with pytest.raises(ParameterError, match=r"neither. Fit a face with landmarks, or give a recording"):
-        fw.Simulation(sheet, layers=[WaveFolds()])
-    with pytest.raises(ParameterError, match=r"has none. Give it to a Simulation of a face with muscles"):
-        WaveFolds().attach(sheet)
 
 
 def test_shapes_of_another_mesh_are_refused(sheet):
