@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pyvista as pv
+from scipy.spatial import Delaunay
 
 from facewrinkle.geometry.interpolation import barycentric, interpolated
 from facewrinkle.geometry.normals import vertex_normals
@@ -46,6 +47,13 @@ def side_by_side(*meshes: pv.PolyData) -> pv.PolyData:
         np.vstack([mesh.points for mesh in meshes]),
         np.vstack([mesh.regular_faces + shift for mesh, shift in zip(meshes, shifts, strict=True)]),
     )
+
+
+def delaunay(points: np.ndarray) -> np.ndarray:
+    """Triangles between points (n, 2), counter-clockwise."""
+    triangles = Delaunay(points).simplices
+    u, v = points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
+    return np.where((u[:, :1] * v[:, 1:] < u[:, 1:] * v[:, :1]), triangles[:, [0, 2, 1]], triangles)
 
 
 def same_triangles(one: np.ndarray, other: np.ndarray) -> bool:

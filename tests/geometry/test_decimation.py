@@ -13,7 +13,7 @@ import numpy as np
 import pyvista as pv
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.spatial import Delaunay
+from small_meshes import delaunay
 
 from facewrinkle.geometry.decimation import FACING, LEAST_OF_LINE, decimated
 from facewrinkle.geometry.normals import vertex_normals
@@ -31,10 +31,7 @@ def sheet(seed, count=400, holes=2):
     """A bumpy sheet of random triangles with some holes, and a surface normal that points up everywhere."""
     rng = np.random.default_rng(seed)
     flat = rng.uniform(-1.0, 1.0, (count, 2))
-    triangles = Delaunay(flat).simplices
-    a, b, c = (flat[triangles[:, k]] for k in range(3))
-    turned = (b - a)[:, 0] * (c - a)[:, 1] < (b - a)[:, 1] * (c - a)[:, 0]
-    triangles[turned] = triangles[turned, ::-1]
+    triangles = delaunay(flat)
     centres = flat[triangles].mean(axis=1)
     for centre in rng.uniform(-0.6, 0.6, (holes, 2)):
         triangles, centres = (part[np.linalg.norm(centres - centre, axis=1) > 0.2] for part in (triangles, centres))

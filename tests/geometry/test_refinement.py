@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.spatial import Delaunay
-from small_meshes import smallest_angles
+from small_meshes import delaunay, smallest_angles
 
 from facewrinkle.errors import MeshError, ParameterError
 from facewrinkle.geometry.refinement import RedGreenForest
@@ -32,12 +31,7 @@ from facewrinkle.geometry.topology import (
 def cloud(size, rng):
     """Delaunay triangles of random points, some taken out: holes, islands, loops that touch in a vertex."""
     points = rng.random((size, 2))
-    triangles = Delaunay(points).simplices
-    u, v = (
-        points[triangles[:, 1]] - points[triangles[:, 0]],
-        points[triangles[:, 2]] - points[triangles[:, 0]],
-    )
-    triangles = np.where((u[:, :1] * v[:, 1:] < u[:, 1:] * v[:, :1]), triangles[:, [0, 2, 1]], triangles)
+    triangles = delaunay(points)
     kept = rng.random(len(triangles)) > rng.choice([0.0, 0.2, 0.5])
     kept[0] = True
     return np.c_[points, 0.3 * np.sin(5 * points[:, 0])], triangles[kept]
@@ -567,21 +561,3 @@ def test_malformed_marks(marked):
     for method in (forest.split, forest.coarsen):
         with pytest.raises(MeshError, match="mark"):
             method(marked)
-
-
-def test_sorted_forests_have_the_same_triangles_at_the_same_places(face):
-    """Whatever was split and taken back before; and their numbers depend on the triangles alone."""
-    rng, forest = np.random.default_rng(0), RedGreenForest(face.triangles, 4, len(face.points))
-    for _ in range(8):
-        forest.split(rng.random(len(forest.triangles)) < 0.03)
-        forest.coarsen(rng.random(len(forest.triangles)) < 0.7)
-    other = forest.copy()
-    other.sort()
-    places = [np.hstack([own.corners, own.barycentric]).tolist() for own in (forest, other)]
-    numbers = {tuple(place): number for number, place in enumerate(places[1])}
-    moved = np.array([numbers[tuple(place)] for place in places[0]])
-    np.testing.assert_array_equal(np.sort(moved), np.arange(forest.n_points))
-    np.testing.assert_array_equal(moved[forest.triangles], other.triangles)
-    np.testing.assert_array_equal(forest.level, other.level)
-    np.testing.assert_array_equal(other.sort().kept, np.arange(other.n_points))
-    assert (np.diff(other.vertex_level) >= 0).all()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
-from facewrinkle.mesh import prepare, read_surface
+from facewrinkle.mesh import prepare
 from facewrinkle.mesh.repair import (
     RepairedMesh,
     areas_doubled,
@@ -154,18 +154,6 @@ def test_two_bodies_that_share_an_edge_come_apart():
     assert rim(mesh.triangles) == 0
 
 
-def test_what_a_cut_cannot_part_is_dropped():
-    points, triangles = ball()
-    a, b, c = triangles[100]
-    edges = topology.unique_edges(triangles)[0]
-    beside = next(int(v) for v in edges[(edges == a).any(axis=1)].ravel() if v not in (a, b, c))
-    extra = np.array([[a, b, beside]])  # on two edges that have two triangles each, or on none
-    mesh = mended(RepairedMesh.of(points, np.vstack([triangles, extra])))
-    assert is_sound(mesh)
-    label = topology.sheets(mesh.triangles)
-    assert np.bincount(label).max() == len(triangles)
-
-
 def test_a_fin_that_continues_a_sharp_ridge_is_dropped():
     """It is flatter with one side of the ridge than the two sides are with each other, but these go around together."""
     wedge = np.array(
@@ -242,25 +230,6 @@ def test_faces_have_no_triangles_turned_over(face, real_face):
     for stem in ("ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"):
         real = real_face(stem)
         assert not turned_over(real.points, real.triangles).any()
-
-
-def test_pv_read_tears_a_file_and_it_is_stitched_again(tmp_path, face):
-    """`pyvista.read` splits the points of an OBJ at each texture coordinate."""
-    lines = [f"v {x} {y} {z}" for x, y, z in face.points]
-    lines += [f"vt {n / 10} {k}" for n in range(7) for k in (0, 1)]
-    lines += [
-        "f " + " ".join(f"{v + 1}/{1 + (3 * i + k) % 14}" for k, v in enumerate(t))
-        for i, t in enumerate(face.triangles)
-    ]
-    path = tmp_path / "head.obj"
-    path.write_text("\n".join(lines))
-    torn = pv.read(path)
-    assert torn.n_points > 2 * face.mesh.n_points
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
-        whole, own = prepare(torn), read_surface(path)
-    assert whole.mesh.n_points == own.n_points
-    assert rim(whole.triangles) == rim(face.triangles)
 
 
 def lips(gap):

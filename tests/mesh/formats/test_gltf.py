@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import base64
-import copy
 import hashlib
-import json
-import struct
 import sys
 
 import numpy as np
 import pytest
 import pyvista as pv
+from glb_files import GltfFile, write_glb
 
 from facewrinkle.errors import MeshError, MissingPackageError
 from facewrinkle.mesh import read_surface
@@ -22,58 +20,21 @@ TRIANGLES = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]], dtype=np.uint
 
 
 def document(points=POINTS, triangles=TRIANGLES):
-    """The structure of a file with one mesh, and its binary data."""
-    blob = points.tobytes() + np.asarray(triangles, np.uint16).tobytes()
-    size = int(np.size(triangles))
-    return {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": len(points), "type": "VEC3"},
-            {"bufferView": 1, "componentType": 5123, "count": size, "type": "SCALAR"},
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": 0, "byteLength": points.nbytes},
-            {"buffer": 0, "byteOffset": points.nbytes, "byteLength": 2 * size},
-        ],
-        "buffers": [{"byteLength": len(blob)}],
-    }, blob
-
-
-def with_data(file, blob, values, kind, width):
-    """One accessor more, and its number."""
-    values = np.ascontiguousarray(values)
-    blob += b"\0" * (-len(blob) % 4)
-    file["bufferViews"].append({"buffer": 0, "byteOffset": len(blob), "byteLength": values.nbytes})
-    file["accessors"].append(
-        {"bufferView": len(file["bufferViews"]) - 1, "componentType": kind, "count": len(values), "type": width}
-    )
-    return blob + values.tobytes(), len(file["accessors"]) - 1
-
-
-def glb(path, file, blob):
-    text = json.dumps(file).encode()
-    text += b" " * (-len(text) % 4)
-    blob += b"\0" * (-len(blob) % 4)
-    file["buffers"][0]["byteLength"] = len(blob)
-    head = struct.pack("<III", 0x46546C67, 2, 28 + len(text) + len(blob))
-    path.write_bytes(
-        head + struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x4E4942) + blob
-    )
-    return path
+    """A file with one mesh."""
+    made = GltfFile()
+    made.node(mesh=made.mesh(points, triangles))
+    return made, made.content
 
 
 def test_a_mesh_comes_as_it_is_from_all_three_containers(tmp_path):
-    file, blob = document()
-    paths = [glb(tmp_path / "a.glb", copy.deepcopy(file), blob)]
-    for name, uri in (("b.gltf", "data%20file.bin"), ("c.gltf", "data:;base64," + base64.b64encode(blob).decode())):
-        file["buffers"][0]["uri"] = uri
-        (tmp_path / name).write_text(json.dumps(file))
-        paths.append(tmp_path / name)
-    (tmp_path / "data file.bin").write_bytes(blob)
+    made, _ = document()
+    inline = "data:;base64," + base64.b64encode(made.blob).decode()
+    paths = [
+        made.glb(tmp_path / "a.glb"),
+        made.gltf(tmp_path / "b.gltf", "data%20file.bin"),
+        made.gltf(tmp_path / "c.gltf", inline),
+    ]
+    (tmp_path / "data file.bin").write_bytes(made.blob)
     before = [hashlib.sha256(path.read_bytes()).hexdigest() for path in paths]
     for path in paths:
         mesh = read_surface(path)
@@ -86,14 +47,14 @@ def test_a_mesh_comes_as_it_is_from_all_three_containers(tmp_path):
 
 
 def test_nodes_place_their_meshes(tmp_path):
-    file, blob = document()
+    made, file = document()
     turn = [0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]  # a quarter about z
     file["nodes"] = [
         {"children": [1, 2], "translation": [10.0, 0.0, 0.0]},
         {"mesh": 0, "rotation": turn, "scale": [2.0, 2.0, 2.0]},
         {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 5, 0, 1]},
     ]
-    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "a.glb"))
     x, y, z = POINTS.astype(float).T
     np.testing.assert_allclose(mesh.points[:5], np.column_stack([10 - 2 * y, 2 * x, 2 * z]), atol=1e-6)
     np.testing.assert_allclose(mesh.points[5:], np.column_stack([10 - x, y + 5, z]), atol=1e-6)
@@ -101,33 +62,33 @@ def test_nodes_place_their_meshes(tmp_path):
 
 
 def test_sparse_and_quantised_numbers_are_read(tmp_path):
-    file, blob = document()
-    blob, values = with_data(file, blob, np.array([[7.0, 8.0, 9.0]], np.float32), 5126, "VEC3")
-    blob, where = with_data(file, blob, np.array([4], np.uint16), 5123, "SCALAR")
+    made, file = document()
+    values = made.array(np.array([[7.0, 8.0, 9.0]], np.float32), "f4")
+    where = made.array(np.array([4], np.uint16), "u2")
     views = [file["accessors"].pop()["bufferView"] for _ in (where, values)]
     file["accessors"][0]["sparse"] = {
         "count": 1,
         "indices": {"bufferView": views[0], "componentType": 5123},
         "values": {"bufferView": views[1]},
     }
-    mesh = read_surface(glb(tmp_path / "sparse.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "sparse.glb"))
     np.testing.assert_array_equal(mesh.points, np.vstack([POINTS[:4], [[7, 8, 9]]]))
-    file, blob = document()
+    made, file = document()
     file["extensionsRequired"] = ["KHR_mesh_quantization"]
-    blob, number = with_data(file, blob, np.rint(POINTS * 32767).astype(np.int16)[:, [0, 1, 2, 2]], 5122, "VEC3")
+    number = made.array(np.rint(POINTS * 32767).astype(np.int16)[:, [0, 1, 2, 2]], "i2")
     file["bufferViews"][-1]["byteStride"] = 8
-    file["accessors"][number]["normalized"] = True
+    file["accessors"][number] |= {"normalized": True, "type": "VEC3"}
     file["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = number
-    np.testing.assert_allclose(read_surface(glb(tmp_path / "q.glb", file, blob)).points, POINTS, atol=1e-4)
+    np.testing.assert_allclose(read_surface(made.glb(tmp_path / "q.glb")).points, POINTS, atol=1e-4)
 
 
 def test_bones_hold_the_skin_where_they_are(tmp_path):
-    file, blob = document()
-    blob, joints = with_data(file, blob, np.tile(np.array([[0, 1, 0, 0]], np.uint8), (5, 1)), 5121, "VEC4")
+    made, file = document()
+    joints = made.array(np.tile(np.array([[0, 1, 0, 0]], np.uint8), (5, 1)), "u1")
     weights = np.tile(np.array([[0.25, 0.75, 0.0, 0.0]], np.float32), (5, 1))
-    blob, shares = with_data(file, blob, weights, 5126, "VEC4")
+    shares = made.array(weights, "f4")
     bind = np.tile(np.eye(4, dtype=np.float32).ravel(), (2, 1))
-    blob, matrices = with_data(file, blob, bind, 5126, "MAT4")
+    matrices = made.array(bind, "f4")
     file["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": joints, "WEIGHTS_0": shares}
     file["nodes"] = [
         {"mesh": 0, "skin": 0, "translation": [100.0, 0, 0]},  # which does not count
@@ -136,19 +97,19 @@ def test_bones_hold_the_skin_where_they_are(tmp_path):
     ]
     file["scenes"][0]["nodes"] = [0, 1, 2]
     file["skins"] = [{"joints": [1, 2], "inverseBindMatrices": matrices}]
-    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "a.glb"))
     np.testing.assert_allclose(mesh.points, POINTS + np.array([1.0, 6.0, 0.0]), atol=1e-6)
 
 
 def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
-    file, blob = document()
-    blob, texture = with_data(file, blob, POINTS[:, :2].copy(), 5126, "VEC2")
-    blob, colour = with_data(file, blob, np.tile(np.array([[1.0, 0.0, 0.5]], np.float32), (5, 1)), 5126, "VEC3")
+    made, file = document()
+    texture = made.array(POINTS[:, :2].copy(), "f4")
+    colour = made.array(np.tile(np.array([[1.0, 0.0, 0.5]], np.float32), (5, 1)), "f4")
     file["meshes"][0]["primitives"][0]["attributes"] |= {"TEXCOORD_0": texture, "COLOR_0": colour}
     file["meshes"][0]["primitives"][0]["material"] = 0
     file["images"], file["textures"] = [{"uri": "nowhere.png"}], [{"source": 0}]
     file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
-    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "a.glb"))
     np.testing.assert_allclose(mesh.active_texture_coordinates, POINTS[:, :2] * [1, -1] + [0, 1])
     np.testing.assert_array_equal(mesh["Colors"], np.tile([255, 0, 188], (5, 1)))  # light of 0.5 is seen as 0.735
 
@@ -160,23 +121,23 @@ GLASS = {"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9
 @pytest.mark.parametrize("material", [CORNEA, GLASS])
 def test_what_one_sees_through_does_not_hide_what_is_behind(tmp_path, material):
     """A cornea is no eye; but where all is so, that is the mesh."""
-    file, blob = document()
+    made, file = document()
     attributes = file["meshes"][0]["primitives"][0]["attributes"]
-    blob, half = with_data(file, blob, np.array([0, 1, 4], np.uint16), 5123, "SCALAR")
+    half = made.array(np.array([0, 1, 4], np.uint16), "u2")
     file["meshes"][0]["primitives"].append({"attributes": attributes, "indices": half, "material": 0})
     file["materials"] = [material]
-    assert read_surface(glb(tmp_path / "a.glb", file, blob)).n_cells == 4
+    assert read_surface(made.glb(tmp_path / "a.glb")).n_cells == 4
     file["meshes"][0]["primitives"][0]["material"] = 0
-    assert read_surface(glb(tmp_path / "b.glb", file, blob)).n_cells == 5
+    assert read_surface(made.glb(tmp_path / "b.glb")).n_cells == 5
     file["meshes"][0]["primitives"][0].pop("material")
     file["materials"] = [{**material, "alphaMode": "MASK", "extensions": {}}]  # which is drawn, or not at all
-    assert read_surface(glb(tmp_path / "c.glb", file, blob)).n_cells == 5
+    assert read_surface(made.glb(tmp_path / "c.glb")).n_cells == 5
 
 
 def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
-    file, blob = document()
+    made, file = document()
     quantised = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
-    blob, texture = with_data(file, blob, quantised, 5123, "VEC2")
+    texture = made.array(quantised, "u2")
     primitive = file["meshes"][0]["primitives"][0]
     primitive["attributes"] |= {"TEXCOORD_0": 0, "TEXCOORD_1": texture}
     primitive["material"] = 0
@@ -184,11 +145,11 @@ def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
     half = {"scale": [0.5 / 4095, 1.0 / 4095], "offset": [0.25, 0.5]}
     laid = {"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": half}}
     file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": laid}}]
-    mesh = read_surface(glb(tmp_path / "a.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "a.glb"))
     expected = POINTS[:, :2] * [0.5, -1.0] + [0.25, 0.5]
     np.testing.assert_allclose(mesh.active_texture_coordinates, expected, atol=2e-4)
     half["rotation"] = np.pi / 2  # of the coordinates, against the clock where v goes up
-    mesh = read_surface(glb(tmp_path / "b.glb", file, blob))
+    mesh = read_surface(made.glb(tmp_path / "b.glb"))
     x, y = POINTS[:, :2].T
     np.testing.assert_allclose(mesh.active_texture_coordinates, np.stack([y + 0.25, 0.5 * x + 0.5], axis=1), atol=2e-4)
 
@@ -215,10 +176,10 @@ DAMAGE = {
 
 @pytest.mark.parametrize("what", DAMAGE)
 def test_damaged_structure(tmp_path, what):
-    file, blob = document()
+    made, file = document()
     DAMAGE[what](file)
     with pytest.raises(MeshError, match=r"a\.glb cannot be read: .*export it again"):
-        read_surface(glb(tmp_path / "a.glb", file, blob))
+        read_surface(made.glb(tmp_path / "a.glb"))
 
 
 @pytest.mark.parametrize(
@@ -226,12 +187,12 @@ def test_damaged_structure(tmp_path, what):
 )
 def test_compressed_files_name_the_package_that_reads_them(tmp_path, monkeypatch, extension, package):
     monkeypatch.setitem(sys.modules, package, None)
-    file, blob = document()
+    made, file = document()
     file["extensionsRequired"] = [extension]
     with pytest.raises(
         MissingPackageError, match=rf"{extension}.*{package}.*\[gltf\].*Or export it without compression"
     ):
-        read_surface(glb(tmp_path / "a.glb", file, blob))
+        read_surface(made.glb(tmp_path / "a.glb"))
 
 
 def ball():
@@ -249,7 +210,7 @@ def draco(points, triangles, texture):
     library = pytest.importorskip("DracoPy")
     data = library.encode(points, triangles, quantization_bits=24, preserve_order=True, tex_coord=texture)
     unique = {len(a["data"][0]): a["unique_id"] for a in library.decode(data).attributes}
-    file, _ = document(points, triangles)
+    _, file = document(points, triangles)
     for accessor in file["accessors"]:
         del accessor["bufferView"]
     file["accessors"].append({"componentType": 5126, "count": len(points), "type": "VEC2"})
@@ -270,20 +231,21 @@ def meshopt(points, triangles, _):
         (library.encode_vertex_buffer(points, len(points), 12), "ATTRIBUTES", 12, len(points)),
         (library.encode_index_buffer(indices, len(indices), len(points)), "TRIANGLES", 2, len(indices)),
     ]
-    (file, plain), blob = document(points, triangles), b""
-    file["buffers"].append({"byteLength": len(plain)})  # a placeholder, without data
+    made, file = document(points, triangles)
+    blob = b""
     for view, (data, mode, stride, count) in zip(file["bufferViews"], parts, strict=True):
         how = {"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)}
         view["extensions"] = {"EXT_meshopt_compression": {**how, "mode": mode, "byteStride": stride, "count": count}}
         view["buffer"], blob = 1, blob + bytes(data)
-    file["extensionsRequired"] = ["EXT_meshopt_compression"]
+    placeholder = {"byteLength": len(made.blob)}  # without data
+    file |= {"extensionsRequired": ["EXT_meshopt_compression"], "buffers": [{"byteLength": len(blob)}, placeholder]}
     return file, blob
 
 
 @pytest.mark.parametrize("compress", [draco, meshopt])
 def test_compressed_meshes_come_as_they_were(tmp_path, compress):
     points, triangles, texture = ball()
-    found = read_surface(glb(tmp_path / "a.glb", *compress(points, triangles, texture)))
+    found = read_surface(write_glb(tmp_path / "a.glb", *compress(points, triangles, texture)))
     corners = [np.asarray(mesh[0])[mesh[1]] for mesh in ((points, triangles), (found.points, found.regular_faces))]
     order = [np.lexsort(np.round(each.mean(axis=1), 4).T) for each in corners]
     np.testing.assert_allclose(corners[0][order[0]].mean(axis=1), corners[1][order[1]].mean(axis=1), rtol=0, atol=2e-6)
@@ -300,29 +262,29 @@ def test_damaged_compressed_meshes_are_refused(tmp_path, compress):
         for at in rng.integers(len(data), size=3):
             data[at] = rng.integers(256)
         try:
-            read_surface(glb(tmp_path / "a.glb", copy.deepcopy(file), bytes(data)))
+            read_surface(write_glb(tmp_path / "a.glb", file, data))
         except MeshError as error:
             refused += "a.glb" in str(error)
     assert refused > 5
 
 
 def test_plain_numbers_beside_compressed_ones_are_read(tmp_path):
-    file, blob = document()
+    made, file = document()
     part = file["meshes"][0]["primitives"][0]
     part["extensions"] = {"KHR_draco_mesh_compression": {"bufferView": 0, "attributes": {"POSITION": 0}}}
-    np.testing.assert_array_equal(read_surface(glb(tmp_path / "a.glb", file, blob)).points, POINTS)
+    np.testing.assert_array_equal(read_surface(made.glb(tmp_path / "a.glb")).points, POINTS)
 
 
 def test_other_versions_and_files_without_triangles(tmp_path):
-    file, blob = document()
+    made, file = document()
     file["asset"]["version"] = "1.0"
     with pytest.raises(MeshError, match=r"is glTF 1\.0; 2\.0 is read"):
-        read_surface(glb(tmp_path / "a.glb", file, blob))
+        read_surface(made.glb(tmp_path / "a.glb"))
     for points_strip_and_fan in (0, 5, 6):
-        file, blob = document()
+        made, file = document()
         file["meshes"][0]["primitives"][0]["mode"] = points_strip_and_fan
         with pytest.raises(MeshError, match="holds no triangles"):
-            read_surface(glb(tmp_path / "a.glb", file, blob))
+            read_surface(made.glb(tmp_path / "a.glb"))
 
 
 # --- USD ------------------------------------------------------------------------------------------------

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-import warnings
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -64,21 +62,6 @@ def test_real_obj_files_keep_the_numbers_of_the_file(name):
         for own in of_polygons:
             for triangle, corners in [next(triangles) for _ in range(len(own) - 2)]:
                 assert [own[vertex] for vertex in triangle] == [tuple(uv) for uv in corners]
-
-
-@needs_faces
-@pytest.mark.parametrize("name", REAL)
-def test_landmark_files_refer_to_the_numbers_of_the_points(name):
-    landmarks = json.loads((FACES / f"{name}.landmarks.json").read_text())["landmarks"].values()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
-        points = read_surface(FACES / f"{name}.obj").points
-    numbered = [mark for mark in landmarks if mark.get("vertex") is not None]
-    assert numbered
-    for mark in numbered:
-        distances = np.linalg.norm(points - mark["xyz"], axis=1)
-        assert distances[mark["vertex"]] == distances.min()
-        assert "nearest" in mark["how"] or distances.min() < 1e-4
 
 
 @needs_faces

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import shutil
 import warnings
 from copy import deepcopy
@@ -11,7 +10,7 @@ from copy import deepcopy
 import numpy as np
 import pytest
 import pyvista as pv
-from glb_files import write_glb
+from glb_files import GltfFile
 from PIL import Image
 
 import facewrinkle as fw
@@ -72,9 +71,7 @@ def test_names_are_those_that_people_give(tmp_path, encoding):
     (folder / "ä.obj").write_text(f"mtllib Häute.mtl\n{QUAD}usemtl Haut von#2\nf 1/1 2/2 3/3 4/4\n", encoding)
     np.testing.assert_array_equal(read_texture(folder / "ä.obj"), PHOTO)
     np.testing.assert_array_equal(fw.surface(folder / "ä.obj").texture, PHOTO)
-    content, blob = gltf(IN_BUFFER)
-    content["scenes"] = [{"nodes": [1]}]
-    np.testing.assert_array_equal(fw.surface(write_glb(folder / "ä.glb", content, blob)).texture, PHOTO)
+    np.testing.assert_array_equal(fw.surface(gltf().glb(folder / "ä.glb")).texture, PHOTO)
 
 
 def test_an_obj_may_name_several_libraries(tmp_path):
@@ -135,69 +132,45 @@ def test_a_ply_names_its_image(tmp_path):
 # --- glTF ---------------------------------------------------------------------------------------
 
 
-def gltf(images, uri=None):
-    """A file with two meshes, of one and of two triangles, and its buffer; images 0 and 1 are theirs."""
-    points, uv = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4"), np.zeros((4, 2), "<f4")
-    order = np.array([0, 1, 2, 0, 2, 3], "<u2")
-    blob, views = b"", []
-    for data in (points.tobytes(), uv.tobytes(), order.tobytes(), png(OTHER), png(PHOTO)):
-        blob += b"\0" * (-len(blob) % 4)
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
-        blob += data
-    accessors = [
-        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
-        {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
-        {"bufferView": 2, "componentType": 5123, "count": 3, "type": "SCALAR"},
-        {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},
-    ]
-    parts = [
-        {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2 + number, "material": number} for number in (0, 1)
-    ]
-    content = {
-        "asset": {"version": "2.0"},
-        "buffers": [{"byteLength": len(blob)} | ({"uri": uri} if uri else {})],
-        "bufferViews": views,
-        "accessors": accessors,
-        "images": deepcopy(images),
+def gltf(images=(), nodes=(1,)):
+    """A file of two meshes, of one and of two triangles, and the nodes that its scene shows; images 0 and 1 are theirs,
+    and in the file unless others are given.
+    """
+    made, points = GltfFile(), np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    for number, triangles in enumerate(([0, 1, 2], [0, 1, 2, 0, 2, 3])):
+        made.node(mesh=made.mesh(points, triangles, texture=points[:, :2], material=number))
+    own = [{"bufferView": made.view(png(pixels)), "mimeType": "image/png"} for pixels in (OTHER, PHOTO)]
+    made.content |= {
+        "images": deepcopy(images) or own,
         "textures": [{"source": 1}, {"source": 0}],
         "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 1 - number}}} for number in (0, 1)],
-        "meshes": [{"name": name, "primitives": [part]} for name, part in zip(("eye", "skin"), parts, strict=True)],
-        "nodes": [{"mesh": 0, "name": "left"}, {"mesh": 1}],
-        "scenes": [{"nodes": [0, 1]}],
-        "scene": 0,
+        "scenes": [{"nodes": nodes}],
     }
-    return content, blob
-
-
-IN_BUFFER = [{"bufferView": 3, "mimeType": "image/png"}, {"bufferView": 4, "mimeType": "image/png"}]
+    return made
 
 
 @pytest.mark.parametrize("kind", ["glb", "gltf", "beside", "data"])
 def test_a_gltf_holds_or_names_its_images(tmp_path, kind):
-    images, path = IN_BUFFER, tmp_path / ("a.glb" if kind == "glb" else "a.gltf")
+    images = ()
     if kind == "beside":
         (tmp_path / "my photo.png").write_bytes(png(PHOTO))
         (tmp_path / "other.png").write_bytes(png(OTHER))
         images = [{"uri": "other.png"}, {"uri": "my%20photo.png"}]
     if kind == "data":
         images = [{"uri": f"data:image/png;base64,{base64.b64encode(png(p)).decode()}"} for p in (OTHER, PHOTO)]
-    content, blob = gltf(images, None if kind == "glb" else "points.bin")
-    if kind == "glb":
-        write_glb(path, content, blob)
-    else:
-        path.write_text(json.dumps(content))
-        (tmp_path / "points.bin").write_bytes(blob)
+    made = gltf(images, (0, 1))
+    path = made.glb(tmp_path / "a.glb") if kind == "glb" else made.gltf(tmp_path / "a.gltf", "points.bin")
+    (tmp_path / "points.bin").write_bytes(made.blob)
     with pytest.warns(FaceWrinkleWarning, match="several textures"):
         np.testing.assert_array_equal(read_texture(path), PHOTO)
 
 
 def test_a_gltf_whose_photo_lies_by_its_second_coordinates(tmp_path):
-    content, blob = gltf(IN_BUFFER)
-    (part,) = content["meshes"][1]["primitives"]
+    made = gltf()
+    (part,) = made.content["meshes"][1]["primitives"]
     part["attributes"]["TEXCOORD_1"] = part["attributes"].pop("TEXCOORD_0")
-    content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1
-    content["scenes"] = [{"nodes": [1]}]
-    np.testing.assert_array_equal(read_texture(write_glb(tmp_path / "a.glb", content, blob)), PHOTO)
+    made.content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]["texCoord"] = 1
+    np.testing.assert_array_equal(read_texture(made.glb(tmp_path / "a.glb")), PHOTO)
 
 
 @pytest.mark.parametrize("ending", ["obj", "gltf", "ply"])
@@ -217,10 +190,9 @@ def test_where_a_photo_outside_the_folder_comes_from_is_told(tmp_path, capsys, e
         line = next(line for line in text.split(b"\n") if line.startswith(b"comment TextureFile"))
         path.write_bytes(text.replace(line, b"comment TextureFile ../textures/skin.png"))
     else:
-        content, blob = gltf([{"uri": "../textures/skin.png"}] * 2, "points.bin")
-        content["scenes"] = [{"nodes": [1]}]
-        path.write_text(json.dumps(content))
-        (path.parent / "points.bin").write_bytes(blob)
+        made = gltf([{"uri": "../textures/skin.png"}] * 2)
+        made.gltf(path, "points.bin")
+        (path.parent / "points.bin").write_bytes(made.blob)
     np.testing.assert_array_equal(read_texture(path), PHOTO)
     face = fw.surface(path)
     np.testing.assert_array_equal(face.texture, PHOTO)
@@ -234,20 +206,13 @@ def test_where_a_photo_outside_the_folder_comes_from_is_told(tmp_path, capsys, e
     assert "outside the folder" not in said.out
 
 
-def broken(change):
-    content, blob = gltf(IN_BUFFER)
-    content["scenes"] = [{"nodes": [1]}]
-    change(content)
-    return content, blob
-
-
 @pytest.mark.parametrize(
     "change",
     [
         lambda c: c["images"].pop(),
         lambda c: c["images"][1].pop("bufferView"),
         lambda c: c["bufferViews"].pop(),
-        lambda c: c["bufferViews"][4].update(byteLength=30),
+        lambda c: c["bufferViews"][-1].update(byteLength=30),
         lambda c: c["textures"].clear(),
         lambda c: c["materials"].clear(),
         lambda c: c.update(images=[{"uri": "nowhere.png"}] * 2),
@@ -255,29 +220,31 @@ def broken(change):
     ],
 )
 def test_images_of_a_gltf_that_lead_nowhere_are_left_out_with_a_notice(tmp_path, change):
+    made = gltf()
+    change(made.content)
     with pytest.warns(FaceWrinkleWarning, match="the texture is left out"):
-        assert read_texture(write_glb(tmp_path / "a.glb", *broken(change))) is None
+        assert read_texture(made.glb(tmp_path / "a.glb")) is None
 
 
 def test_older_and_unlit_materials_of_a_gltf(tmp_path):
     """Shiny or not in place of metal or not; and a photo that shines on black."""
-    content, blob = gltf(IN_BUFFER)
-    content["scenes"] = [{"nodes": [1]}]
+    made = gltf()
+    content = made.content
     photo = content["materials"][1]["pbrMetallicRoughness"]["baseColorTexture"]
     older = {"extensions": {"KHR_materials_pbrSpecularGlossiness": {"diffuseTexture": photo}}}
     shining = {"emissiveTexture": photo, "pbrMetallicRoughness": {"baseColorFactor": [0, 0, 0, 1]}}
     for material in (older, shining):
         content["materials"][1] = material
-        np.testing.assert_array_equal(read_texture(write_glb(tmp_path / "a.glb", content, blob)), PHOTO)
+        np.testing.assert_array_equal(read_texture(made.glb(tmp_path / "a.glb")), PHOTO)
     content["materials"][1] = {"emissiveTexture": photo}  # lamps on something of a colour
-    assert read_texture(write_glb(tmp_path / "a.glb", content, blob)) is None
+    assert read_texture(made.glb(tmp_path / "a.glb")) is None
 
 
 def test_a_gltf_without_images_and_one_without_anything(tmp_path):
-    content, blob = gltf(IN_BUFFER)
-    for part in content["meshes"]:
+    made = gltf()
+    for part in made.content["meshes"]:
         del part["primitives"][0]["material"]
-    assert read_texture(write_glb(tmp_path / "a.glb", content, blob)) is None
+    assert read_texture(made.glb(tmp_path / "a.glb")) is None
     (tmp_path / "b.glb").write_bytes(b"glTF")
     with pytest.warns(FaceWrinkleWarning, match="b.glb"):
         assert read_texture(tmp_path / "b.glb") is None
