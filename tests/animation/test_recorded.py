@@ -14,14 +14,14 @@ bad input                  the errors that name what is wrong
 from __future__ import annotations
 
 import dataclasses
-import json
-import struct
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import pyvista as pv
+from flat_layers import Flat
+from glb_files import read_glb
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
@@ -30,28 +30,19 @@ from facewrinkle.anatomy.muscles import Crease
 from facewrinkle.animation.recorded import Bones, Recorded, Track
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_normals
-from facewrinkle.layers.base import Displacement, Layer
+from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.compression import StrainField, principal_compression
 
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 RNG = np.random.default_rng(11)
 
 
-class Everywhere(Layer):
+class Everywhere(Flat):
     """A layer without height that wants fine triangles everywhere."""
-
-    def attach(self, face):
-        pass
-
-    def follow(self, change, created):
-        pass
 
     def displacement(self, state):
         n = len(state.bare)
         return Displacement(np.zeros(n), np.full(n, 1e-6), np.tile([1.0, 0.0, 0.0], (n, 1)), np.ones(n, bool))
-
-    def fields(self):
-        return {}
 
 
 @pytest.fixture
@@ -168,9 +159,7 @@ def test_a_pose_moves_everything_and_compresses_nothing(face):
 
 def parsed(path):
     """Points, displacements, names, times and weights of a GLB, read by its byte offsets alone."""
-    data = path.read_bytes()
-    length = struct.unpack_from("<I", data, 12)[0]
-    content, blob = json.loads(data[20 : 20 + length]), data[28 + length :]
+    content, blob = read_glb(path)
 
     def array(index, width):
         accessor = content["accessors"][index]
@@ -300,20 +289,6 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
     np.testing.assert_allclose(frame["W"], still["W"], atol=1e-7)
     moved = np.asarray(still.points) @ matrix[:3, :3].T + matrix[:3, 3]
     np.testing.assert_allclose(frame.points, moved, atol=1e-7)
-
-
-def test_fields_of_one_muscle_follow_the_compression(clip):
-    sim = fw.Simulation(clip.face, motion=clip.recorded, time_step=0.25, layers=[fw.MuscleWrinkles()])
-    for _ in range(7):
-        frame = sim.step()
-    own = sim.fields("frontalis_inner_l")
-    assert np.ptp(own["W"]) > 0.2
-    assert own["epsilon"].max() > 0.15
-    drawn = [name for name in sim.muscles if not isinstance(sim.face.muscles[name].fold_pattern, Crease)]
-    total = sum(sim.fields(muscle)["W"] for muscle in drawn)
-    np.testing.assert_allclose(total, frame["W"], atol=1e-12)
-    with pytest.raises(ParameterError, match="moved by a Playback"):
-        sim.express("surprise")
 
 
 def test_the_clip_reads_as_action_units(clip):

@@ -16,10 +16,10 @@ import types
 import numpy as np
 import pytest
 import pyvista as pv
+from flat_layers import Flat
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
-from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.motion.base import Still, Undriven
 
 
@@ -37,21 +37,6 @@ class Squeezed(Undriven):
         return (self.points * [1.0 - 0.01 * self.taken, 1.0, 1.0])[:, [1, 2, 0]]
 
 
-class Half:
-    """Lacks much of what a motion has."""
-
-    names, rates, time_step = (), np.empty(0), 0.02
-
-    def __init__(self, face):
-        self.points = face.points * face.unit
-
-    def reset(self):
-        pass
-
-    def step(self):
-        return self.points
-
-
 class Posed(Still):
     """Says how the head is posed, where the eyes look, and where a part is."""
 
@@ -60,25 +45,15 @@ class Posed(Still):
     parts = types.MappingProxyType({"hat": np.ones((2, 3))})
 
 
-class Probe(Layer):
+class Probe(Flat):
     """A layer that keeps the states that it sees, and what `ask` measures of them."""
 
     def __init__(self, ask=lambda state: None):
         self.ask, self.seen = ask, []
 
-    def attach(self, face):
-        self.face = face
-
-    def follow(self, change, created):
-        pass
-
     def displacement(self, state):
         self.seen.append((state, self.ask(state)))
-        n = len(state.bare)
-        return Displacement(np.zeros(n), np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool))
-
-    def fields(self):
-        return {}
+        return super().displacement(state)
 
 
 @pytest.fixture
@@ -117,15 +92,6 @@ def test_a_surface_has_no_anatomy_and_remembers_its_points():
             fw.surface(pv.Plane(), units)
     with pytest.raises(MeshError, match="no file"):
         fw.Simulation("nowhere.obj")
-
-
-def test_a_plain_surface_can_be_drawn():
-    from facewrinkle.plotting import Style, picture
-
-    frame = fw.Simulation(ball := fw.surface(pv.Sphere(radius=30.0))).step()
-    image = picture(frame, ball, Style((64, 64))).astype(int)
-    assert abs(image[32, 32] - image[0, 0]).max() > 60
-    assert abs(image[0, 0] - image[0, -1]).max() < 40
 
 
 def test_muscle_wrinkles_find_nothing_on_a_surface_without_muscles(cloth):
@@ -209,8 +175,9 @@ def test_motions_that_do_not_fit_are_refused(face, cloth):
         fw.Simulation(face, motion=Still(face), material=fw.SkinMaterial())
     with pytest.raises(ParameterError, match="time_step"):
         Still(face, 0.0)
+    half = types.SimpleNamespace(names=(), rates=np.empty(0), points=face.points, time_step=0.02, reset=None, step=None)
     with pytest.raises(ParameterError, match=r"given lacks pose, gazes, parts, mandible, rates_of.*Undriven"):
-        fw.Simulation(face, motion=Half(face))
+        fw.Simulation(face, motion=half)
     fewer = dataclasses.replace(face, muscles={"mentalis_l": face.muscles["mentalis_l"]})
     with pytest.raises(ParameterError, match=f"all {len(face.muscles)} muscles"):
         fw.Simulation(face, motion=fw.Skin(fewer))

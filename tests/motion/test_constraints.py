@@ -12,6 +12,7 @@ import copy
 
 import numpy as np
 import pytest
+from skins import held
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
@@ -25,10 +26,7 @@ def at(face, name):
 
 def settled(face, what, **material):
     skin = fw.Skin(face, time_step=1.0, material=SkinMaterial(**material))
-    skin.contract(face.atlas.contractions(what))
-    for _ in range(15):
-        skin.step()
-    return skin.displacement @ face.frame.axes.T
+    return held(skin, face.atlas.contractions(what), 15) @ face.frame.axes.T
 
 
 def test_the_tip_of_the_nose_rises_with_its_base(face):

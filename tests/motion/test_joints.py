@@ -174,17 +174,3 @@ def test_a_face_without_joints_is_never_carried(face):
     assert joints.parts(0.0 * rates, rates) == 1
     assert not joints.shift(rates).any()
     assert np.array_equal(joints.carried(face.points, 0.0 * rates, rates), face.points)
-
-
-def test_skin_rides_with_the_jaw_in_a_jump(face):
-    """The jaw shuts in one step of a second, and the chin is there."""
-    skin = Skin(face, time_step=1.0)
-    skin.contract({"jaw": 1.0})
-    for _ in range(10):
-        skin.step()
-    chin = np.linalg.norm(face.points - face.landmarks["menton"], axis=1).argmin()
-    wide = skin.displacement[chin].copy()
-    assert np.linalg.norm(wide) > 20.0
-    skin.contract({})
-    skin.step()
-    assert np.linalg.norm(skin.displacement[chin]) < 0.1 * np.linalg.norm(wide)

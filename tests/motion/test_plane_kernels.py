@@ -3,7 +3,6 @@
 what                      checked against
 heights above planes      linear algebra; differences
 energies                  half stiffness times depth squared; differences
-rows                      the gradient of the energy where they start; what comes near ahead
 """
 
 from __future__ import annotations
@@ -89,22 +88,6 @@ def test_the_gradient_is_the_slope_of_the_energy(area):
         way = rng.normal(size=x.shape)
         ends = [energy_of(x + sign * h * way, samples, full, unused) for sign in (1.0, -1.0)]
         assert (ends[0] - ends[1]) / (2 * h) == pytest.approx((grad * way).sum(), rel=1e-5)
-
-
-def test_rows_know_all_that_is_near_or_comes_near():
-    x, samples = pairs(4)
-    full, grad = np.zeros(40), np.zeros_like(x)
-    energy_of(x, samples, full, grad)
-    ahead = 1e-6 * np.random.default_rng(5).normal(size=x.shape)
-    rows, m = rows_of(x, ahead, False, samples, full)
-    here, there = (heights(place, samples) for place in (x, x + ahead))
-    near = (here < samples.allowed) | (there < samples.allowed)
-    assert m == near.sum()
-    np.testing.assert_allclose(rows[2][:m], (samples.allowed - there)[near], atol=1e-9)
-    pushed = np.zeros_like(x)
-    force = rows[3][:m] * np.maximum(rows[2][:m], 0.0)
-    np.subtract.at(pushed, rows[0][:m], force[:, None, None] * rows[1][:m])
-    np.testing.assert_allclose(pushed, grad, atol=1e-4 * np.abs(grad).max())
 
 
 def test_rows_of_triangles_that_collapse_have_bounded_slopes():

@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from skins import held
 
 import facewrinkle as fw
 from facewrinkle.anatomy.reduced_face import ReducedFace
@@ -119,10 +120,7 @@ def both(fine):
 def settled(skins, rates, steps=25):
     for skin in skins:
         skin.reset()
-        skin.contract(rates)
-        for _ in range(steps):
-            skin.step()
-    return [skin.displacement.copy() for skin in skins]
+    return [held(skin, rates, steps) for skin in skins]
 
 
 @pytest.mark.parametrize(
@@ -181,21 +179,6 @@ def test_a_displacement_that_is_set_is_that_of_the_vertices(fine):
     skin.displacement = given
     vertices = skin.mesh.vertices
     np.testing.assert_allclose(skin.displacement[vertices], given[vertices], atol=0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("stem", "vertices", "most"),
-    [("ict_face_narrow", SKIN_VERTICES, RMS), ("makehuman_head_male", 2500, 2.0 * RMS)],  # the latter has no more
-)
-def test_captured_faces(real_face, stem, vertices, most):
-    face = real_face(stem)
-    skins = fw.Skin(face, time_step=0.05, vertices=vertices), fw.Skin(face, time_step=0.05, vertices=None)
-    assert len(skins[0].mesh.vertices) < 0.7 * len(face.points)
-    for name in ("happiness", "kiss"):
-        own, whole = settled(skins, face.atlas.contractions(name, 1.0))
-        apart = np.linalg.norm(own - whole, axis=1)
-        assert np.sqrt((apart**2).mean()) < most, name
 
 
 def test_vertices_that_follow_go_along_with_the_lids_exactly(face):

@@ -52,21 +52,21 @@ def test_a_face_comes_back_from_random_sequences(played):
     assert not found
 
 
-@pytest.mark.parametrize("played", ["head-1", "ict-1"], indirect=True, scope="module")
-def test_wrinkles_turn_no_refined_triangle_over(played):
+@pytest.mark.parametrize(
+    ("played", "index", "simulated"),
+    [
+        ("head-1", 7, True),
+        ("ict-1", 7, True),
+        ("makehuman", 5, False),
+        ("makehuman", 14, False),
+        ("ict-5", 9, False),
+    ],
+    indirect=["played"],
+    scope="module",
+)
+def test_wrinkles_turn_no_refined_triangle_over_and_what_once_went_wrong_does_not(played, index, simulated):
     name, player = played
     assert can_wrinkle(player.face)
-    index = 7
-    frames, faulty = faults(player, name, index, simulated=True)
-    assert frames > 20
-    assert not faulty
-
-
-@pytest.mark.parametrize(
-    ("played", "index"), [("makehuman", 5), ("makehuman", 14), ("ict-5", 9)], indirect=["played"], scope="module"
-)
-def test_what_once_went_wrong_does_not(played, index):
-    name, player = played
-    frames, faulty = faults(player, name, index)
+    frames, faulty = faults(player, name, index, simulated)
     assert frames > 20
     assert not faulty
