@@ -26,26 +26,27 @@ USAGE, FAILED = 2, 1
 NARROWEST = 40
 """Columns of the narrowest terminal that tables are laid out for: on narrower ones names of options were cut."""
 
-COMMON = Parameter(negative=(), group="Options of all commands", show_default=False)
+COMMON = Parameter(group="Options of all commands", show_default=False)
 
 app = App(
     name="facewrinkle",
     help="Dynamic wrinkles, dimples and tears for faces: pictures, movies, meshes, rigs and data sets.",
     version=__version__,
     suppress_keyboard_interrupt=False,
+    default_parameter=Parameter(negative=()),
 )
 COMMANDS = {
     "express": ("express:express", "Write pictures and a movie of an expression."),
-    "fit": ("fit:fit", "Find the face on a mesh, and place skull, eyes and muscles under it."),
+    "fit": ("fit:fit", "Detect the face on a mesh, and fit skull, eyes and muscles to it."),
     "tear": ("tear:tear", "Write pictures and a movie of a crying face."),
     "play": ("play:play", "Write pictures and a movie of a recorded animation."),
     "pattern": ("pattern:pattern", "Write pictures and a movie of a wrinkle pattern."),
     "studio": ("studio:studio", "Open a face in the browser, with a slider for everything."),
-    "rig": ("rig:rig", "Write a face with blend shapes that wrinkle, for other programs."),
+    "rig": ("rig:rig", "Write a rig with blend shapes that wrinkle, for other programs."),
     "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
-    "compile": ("compile:compile_all", "Compile ahead of the first use."),
-    "atlas": ("info:atlas", "Print the muscles, action units and expressions as a TOML file to edit."),
-    "dataset": ("dataset:dataset", "Generate labelled pictures of faces for training."),
+    "compile": ("compile:compile_all", "Compile ahead of time, so that no first run has to wait."),
+    "atlas": ("info:atlas", "Print the atlas of muscles, action units and expressions as TOML, to edit."),
+    "dataset": ("dataset:dataset", "Generate labeled pictures of faces for training."),
     "demo": ("demo:demo", "Write pictures and movies of the paper's five expressions."),
 }
 """Where each command is, in :mod:`facewrinkle.commands`, and what it does."""
@@ -83,7 +84,7 @@ def _run(
     verbose
         Show library warnings and tracebacks.
     no_outside
-        Ignore files outside the folder of a mesh file that it refers to.
+        Ignore files that a mesh file references outside its folder.
     """
     with warnings.catch_warnings(), inside_only(no_outside), inputs_kept():
         if not verbose:
@@ -122,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         launcher(tokens, exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         hint = f"facewrinkle {' '.join(error.command_chain or ())}".rstrip()
-        after = " What follows -- is no option: put options before it." if "--" in tokens else ""
+        after = " Arguments after -- are not options: put options before it." if "--" in tokens else ""
         return _complain(f"{_one_line(error)}{after} Try: {hint} --help", USAGE)
     except KeyboardInterrupt:
         return _complain("interrupted.", 128 + signal.SIGINT)
@@ -146,12 +147,12 @@ def _failure(error: Exception) -> str:
     if isinstance(error, FaceWrinkleError):
         return _one_line(error)
     if isinstance(error, MemoryError):
-        return "there is not enough memory. Take a mesh with fewer triangles, or a machine with more memory."
+        return "there is not enough memory. Use a mesh with fewer triangles, or a machine with more memory."
     if isinstance(error, OSError) and error.errno is not None:
         where = f" {error.filename!r}" if error.filename else ""
-        return f"the system refused{where}: {error.strerror}. Check the disk and your rights."
+        return f"the system refused{where}: {error.strerror}. Check the disk and your permissions."
     what = " ".join(f"{type(error).__name__}: {error}".split())
-    return f"an error in facewrinkle itself, which should not happen: {what[:300]}. Please report what --verbose shows."
+    return f"internal error: {what[:300]}. Please report it with the output of --verbose."
 
 
 def _one_line(error: Exception) -> str:

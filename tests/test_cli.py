@@ -181,7 +181,7 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
         (["express", "AU1", "--frames", "2.5"], "2.5"),
         (["express", "AU1", "--seed", "1.5"], "1.5"),
         (["express", "surprise", "--folds", "none"], '"wave", "paper", "printed"'),
-        (["express", "--", "surprise", "--frames", "3"], "What follows -- is no option: put options before it."),
+        (["express", "--", "surprise", "--frames", "3"], "Arguments after -- are not options: put options before it."),
     ],
 )
 def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
@@ -277,7 +277,7 @@ def test_errors_of_our_own_are_one_line(monkeypatch, capsys):
     assert main(["info"]) == 1
     err = capsys.readouterr().err
     assert err.count("\n") == 1
-    assert "ZeroDivisionError: division by zero. Please report what --verbose shows." in err
+    assert "ZeroDivisionError: division by zero. Please report it with the output of --verbose." in err
     assert main(["info", "--verbose"]) == 1
     err = capsys.readouterr().err
     assert "Traceback" in err

@@ -24,9 +24,10 @@ TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0
 
 
 def compile_all(*, quiet: bool = False) -> None:
-    """Compile the inner loops and keep them, so that no first command has to wait for them.
+    """Compile the inner loops ahead of time, so that no first run has to wait.
 
-    For images of containers, clusters and class rooms. Other commands compile what they lack by themselves.
+    Useful for container images, clusters and classrooms. Without it, commands compile what they need on their first
+    run.
 
     Parameters
     ----------

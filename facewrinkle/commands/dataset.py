@@ -25,17 +25,17 @@ def dataset(
     preview: bool = False,
     quiet: bool = False,
 ) -> None:
-    """Make pictures of faces with labels, or what is missing of a set that was interrupted.
+    """Generate labeled pictures of faces, or complete a data set that was interrupted.
 
     Parameters
     ----------
     what
-        A specification, a TOML file (default: the default one); or "spec" to print the default one, as a file to edit;
-        or "check" to check the set in a folder.
+        A specification, a TOML file (default: the built-in one); or "spec" to print the built-in one, to edit; or
+        "check" to check the set in a folder.
     folder
         With check: the folder of the set.
     out
-        Folder of the set: new, or one that holds a part of it. Default: dataset.
+        Folder of the set: a new one, or one with part of the set. Default: dataset.
     count
         Number of samples.
     workers

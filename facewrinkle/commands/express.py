@@ -49,17 +49,17 @@ def express(
     intensity
         How strong the expression is, 0 to 1.
     frames
-        Steps from the relaxed face to the held expression; half as many return.
+        Frames from the relaxed face to the full expression; half as many lead back.
     max_level
-        How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
+        How many times a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     gamma_c
-        Split edges by the paper's criterion, too (Eq. 19): smaller means more triangles. Default: 0.03 with
-        --folds paper, 0.01 with --folds printed; else triangles are split by --samples alone.
+        Also split edges by the paper's criterion (Eq. 19): smaller values give more triangles. Default: 0.03 with
+        --folds paper, 0.01 with --folds printed; otherwise triangles are split by --samples alone.
     samples
-        Least number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
+        Minimum number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
         with --folds printed.
     maps
-        Bake the wrinkles into maps of this width, texels: normals and heights, for the mesh as it is.
+        Also bake the wrinkles into maps of this width, in texels, for the unrefined mesh: normals and heights.
     """
     output, source = output or OutputOptions(), source or FaceOptions()
     report = Report(output.quiet)

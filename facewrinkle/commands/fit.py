@@ -36,11 +36,11 @@ def fit(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Find the face on a mesh, and place skull, eyes and muscles under it.
+    """Detect the face on a mesh, and fit skull, eyes and muscles to it.
 
-    Writes NAME.face, which other commands take with --face, NAME.png, a picture of the landmarks to check, and
-    NAME.landmarks.json. Correct the "xyz" of some landmarks there and give it back with --landmarks: these are kept,
-    and the others are found anew.
+    Writes NAME.face, which other commands take with --face, NAME.png, a picture for checking the landmarks, and
+    NAME.landmarks.json. To correct landmarks, edit their "xyz" there and pass the file with --landmarks: these stay
+    fixed, and the rest are detected again.
 
     Parameters
     ----------
@@ -49,9 +49,9 @@ def fit(
     landmarks
         JSON file with the coordinates of some or all landmarks; the rest are detected.
     units
-        Unit of the mesh: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes.
+        Unit of the mesh: um, mm, cm, dm, m, in, or millimeters per unit. Default: from the distance between the eyes.
     texture
-        Photo of the skin. Default: the image that the file names or contains.
+        Skin texture. Default: the image that the file references or contains.
     atlas
         TOML file with your own muscles, action units and expressions; see `facewrinkle atlas`.
     out
@@ -77,7 +77,7 @@ def fit(
         f"files in {folder}": "\n".join(f"{stem}{ending}" for ending in (SUFFIX, ".landmarks.json", ".png")),
     }
     if face.report:
-        rows["mended and set apart"] = "\n".join(face.report)
+        rows["repaired and separated"] = "\n".join(face.report)
     report.table(stem, rows)
     report.say_time()
 

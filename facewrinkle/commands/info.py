@@ -43,14 +43,14 @@ def info(topic: str | None = None, /) -> None:
 
 
 def atlas(*, out: Path | None = None) -> None:
-    """Print the atlas: muscles, action units and expressions, to be changed and given back with --atlas.
+    """Print the atlas of muscles, action units and expressions, to edit and pass with --atlas.
 
-    A file with only the entries that you change or add is enough, if its first line is: base = "facewrinkle"
+    A file with only the entries that you change or add is enough if its first line is: base = "facewrinkle"
 
     Parameters
     ----------
     out
-        TOML file to write to. Default: print it.
+        TOML file to write. Default: print to the terminal.
     """
     text = DEFAULT_ATLAS.read_text(encoding="utf-8")
     if out is None:
@@ -95,7 +95,7 @@ def _surface(points: Array, triangles: IntArray, textured: bool, report: tuple[s
         "size": f"{width:.4g} x {height:.4g} x {depth:.4g}",
         "texture": "yes" if textured else "no",
         "borders": "none" if not holes else f"{len(holes)}, of {', '.join(str(len(hole)) for hole in holes[:8])} edges",
-        "mended and set apart": "\n".join(report) or "nothing",
+        "repaired and separated": "\n".join(report) or "nothing",
     }
 
 

@@ -65,10 +65,10 @@ class Report:
 def face_facts(face: Face) -> dict[str, str]:
     """Return the rows of a table about a fitted face."""
     measured = [value for name, value in face.confidences.items() if name not in face.estimated]
-    facts = {"likeness to a face": "not known" if face.likeness is None else f"{face.likeness:.2f}"}
+    facts = {"likeness to a face": "unknown" if face.likeness is None else f"{face.likeness:.2f}"}
     facts["landmarks"] = f"{len(face.landmarks)}, estimated: {', '.join(face.estimated) or 'none'}"
     if measured:
-        facts["confidence of measured ones"] = f"{min(measured):.2f} to {max(measured):.2f}"
+        facts["confidence of detected landmarks"] = f"{min(measured):.2f} to {max(measured):.2f}"
     return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}
 
 
@@ -205,20 +205,20 @@ class FaceOptions:
     Parameters
     ----------
     face
-        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file of `facewrinkle fit`. Default: the
-        built-in head.
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file from `facewrinkle fit`. Default:
+        the built-in head.
     landmarks
-        JSON file with the coordinates of landmarks on --face. Default: all are detected.
+        JSON file with landmark coordinates for --face. Default: all are detected.
     units
-        Unit of --face: um, mm, cm, dm, m, in, or millimetres per unit. Default: from the distance between the eyes, or
-        from the size of a mesh that is no face.
+        Unit of --face: um, mm, cm, dm, m, in, or millimeters per unit. Default: from the distance between the eyes, or
+        from the size of a mesh that is not a face.
     identity
-        Another person's face for the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
+        Another person's face on the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
         facewrinkle.Identity.
     atlas
         TOML file with your own muscles, action units and expressions.
     texture
-        Photo of the skin of --face. Default: the image that the file names or contains.
+        Skin texture of --face. Default: the image that the file references or contains.
     """
 
     face: Path | None = None
@@ -298,16 +298,16 @@ class FoldOptions:
     Parameters
     ----------
     folds
-        wave: they grow where the skin is compressed. printed: the 23 muscles and the wrinkles of Zhang, Sim and Tan,
-        as their paper prints them. paper: by their formula, mended, and creases where all people have them.
+        wave: folds grow where the skin is compressed. paper: the wrinkle formula of Zhang, Sim and Tan with its
+        failures fixed, and anatomical creases. printed: their 23 muscles and wrinkles exactly as printed.
     depth
-        Factor on the depth of all folds, which are never deeper than skin of fixed length can fold.
+        Depth factor for all folds; depth is limited by the length of the skin.
     density
-        Factor on the number of lines, for waves. Default: 1.
+        Factor for the number of lines, for waves. Default: 1.
     length
-        Factor on the length of the lines, 0.5 to 2, for waves. Default: 1.
+        Factor for the length of the lines, 0.5 to 2, for waves. Default: 1.
     seed
-        Each whole number gives another person's lines, for waves. Default: 0.
+        Random seed: each whole number gives another person's lines, for waves. Default: 0.
     age
         Lines at rest, from 0 (none) to 1, for waves. Default: those of the face.
     no_limit
@@ -320,7 +320,7 @@ class FoldOptions:
     length: float | None = None
     seed: Whole | None = None
     age: float | None = None
-    no_limit: Annotated[bool, Parameter(negative=())] = False
+    no_limit: bool = False
 
     def face(self, face: Face) -> Face:
         """Return the face that has these folds: one with other muscles for those as printed."""
@@ -362,10 +362,10 @@ class OutputOptions:
         Also write the wrinkled mesh with its texture and tears: as glb or gltf (with eyes and teeth), obj, or ply
         (tears in a second file).
     save_animation
-        Also write the animation to this file, on one mesh: .glb, .gltf or .usd (a few morph targets, with eyes and
-        teeth), or .pc2 (a point cache of the skin, beside an .obj).
+        Also write the animation to this file, with a fixed mesh: .glb, .gltf or .usd (a few morph targets, with eyes
+        and teeth), or .pc2 (a point cache of the skin, beside an .obj).
     animation_error
-        Largest position error in a .glb or .usd, mm.
+        Maximum position error in a .glb or .usd, mm.
     out
         Folder to write to. Default: output/NAME, or output/FACE/NAME for --face and --identity.
     quiet
@@ -375,7 +375,7 @@ class OutputOptions:
     size: str = "800"
     view: str | None = None
     fps: float = 25.0
-    movie: bool = True
+    movie: Annotated[bool, Parameter(negative="--no-movie")] = True
     series: bool = False
     save_mesh: Literal["glb", "gltf", "obj", "ply"] | None = None
     save_animation: Path | None = None

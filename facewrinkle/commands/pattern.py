@@ -52,40 +52,40 @@ def pattern(
     name
         forehead, eye_corner, cheek, frown, dimple or eye_pouch; on a face also one side, such as dimple_l.
     centre
-        Middle of the pattern on a mesh that is no face, such as 10,0,45 in its own unit; name the mesh with --face.
+        Center of the pattern on a mesh that is not a face, such as 10,0,45, in mesh units; name the mesh with --face.
     up
-        Direction that is up for the pattern. Default: 0,1,0.
+        Up direction of the pattern. Default: 0,1,0.
     extent
-        Width and height of the pattern, such as 60,30: with --centre in the unit of the mesh, otherwise in distances
-        between the pupils. Default: as on most faces, or with --centre a tenth of the mesh from corner to corner.
+        Width and height of the pattern, such as 60,30: with --centre in mesh units, otherwise in distances between the
+        pupils. Default: typical for faces, or with --centre a tenth of the mesh from corner to corner.
     depth
-        Depth from bulge to furrow, mm. Default: as on most faces, in proportion to the extent.
+        Depth from bulge to furrow, mm. Default: typical for faces, in proportion to the extent.
     number
         Number of wrinkles.
     spacing
-        Distance from wrinkle to wrinkle, mm, in place of --number.
+        Distance between wrinkles, mm; replaces --number.
     sharpness
         Sharpness of the furrows.
     style
         Style of forehead wrinkles: arcs, m or broken.
     variation
-        How much the wrinkles differ from each other, 0 (all even) to 1.
+        How much the wrinkles differ from each other, from 0 (not at all) to 1.
     seed
-        Seed of the variation: another number makes other wrinkles.
+        Random seed of the variation.
     valid_share
-        Share of the vertices that carry the pattern, drawn by lot, up to 1.
+        Share of the vertices that carry the pattern, chosen at random, up to 1.
     t
-        The paper's t, where it moves the pattern on: its phase. Default: as on most faces.
+        The paper's t, where it sets the phase of the pattern. Default: typical for faces.
     cycle
-        Seconds in which the pattern runs through its t once, as in the paper's Fig. 1.
+        Seconds in which t runs through one cycle, as in the paper's Fig. 1.
     strength
-        How strong the pattern becomes, 0 to 1.
+        Maximum strength of the pattern, 0 to 1.
     expression
-        An expression, or a mixture such as AU6=0.7,AU12: the more it compresses the skin, the deeper the pattern.
+        An expression, or a mixture such as AU6=0.7,AU12: the pattern deepens as the skin under it is compressed.
     frames
-        Frames until the pattern is at its deepest; as many lead back.
+        Frames until the pattern is deepest; as many lead back.
     max_level
-        How often a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
+        How many times a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
     output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)

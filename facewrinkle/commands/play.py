@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pyvista as pv
+from cyclopts import Parameter
 
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
@@ -32,7 +33,7 @@ def play(
     shapes: str | None = None,
     gain: str | None = None,
     take_fps: float | None = None,
-    head: bool = True,
+    head: Annotated[bool, Parameter(negative="--no-head")] = True,
     speed: float = 1.0,
     max_level: Whole | None = None,
     moments: Whole = 5,
@@ -40,32 +41,32 @@ def play(
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
-    """Write pictures and a movie of a recorded animation, or of a take on a face.
+    """Write pictures and a movie of a recorded animation, or of a face that performs a take.
 
     Parameters
     ----------
     file
-        glTF or USD with an animation of blend shapes, bones or points, or a .vtkhdf time series, which are faces
-        themselves; or the take of a phone or tracker, which --face performs: a .csv of Live Link Face, another table of
+        A glTF or USD file with an animation of blend shapes, bones or points, or a .vtkhdf time series: these contain
+        the face. Or a take from a phone or tracker, performed by --face: a .csv of Live Link Face, another table of
         weights, or a .json of MediaPipe.
     mesh
-        Name of the mesh in the file that is the face.
+        Name of the face mesh in the file.
     animation
         Name of the animation in the file. Default: the first that moves the mesh.
     shapes
-        Shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
+        Blend shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
     gain
-        Factors on the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
+        Factors for the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
     take_fps
-        Frames per second of a take without times.
+        Frame rate of a take without time stamps.
     head
-        Turn the head as in the take.
+        Turn the head as recorded in the take.
     speed
-        Playback speed: 0.5 is half.
+        Playback speed: 0.5 is half speed.
     max_level
-        How often a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
+        How many times a triangle may be split; 0 turns refinement off. Default: enough for most wrinkles.
     moments
-        Number of pictures: the clip is split into as many equal parts, and each picture shows the deepest wrinkles of
+        Number of pictures. The clip is split into as many equal parts, and each picture shows the deepest wrinkles of
         one.
     follow
         Turn the camera with the head.

@@ -38,7 +38,7 @@ def rig(
     out: Path | None = None,
     quiet: bool = False,
 ) -> None:
-    """Write a face with blend shapes that wrinkle, for other programs.
+    """Write a rig with blend shapes that wrinkle, for other programs.
 
     Parameters
     ----------
@@ -48,31 +48,31 @@ def rig(
         Sets joined by +: arkit (Apple's 52), visemes (15), extras (mouthOpen, eyesClosed, ...), aus (action units); or
         names of single shapes.
     wrinkles
-        In the shapes themselves; separate, as targets NAME_wrinkle to be driven by the square of the weight; maps, as
-        up to four layers of normals and heights with a mask for each shape, beside a smooth rig on the mesh as it is;
-        or none.
+        baked into the shapes; separate, as targets NAME_wrinkle to drive by the square of the weight; maps, as up to
+        four layers of normal and height maps with a mask for each shape, beside a smooth rig on the unrefined mesh; or
+        none.
     level
-        How often a triangle may be split where any shape folds; 0 keeps the mesh as it is, as maps do. Default: 2.
+        How many times a triangle may be split where any shape folds the skin; 0 keeps the mesh, as maps do. Default: 2.
     correctives
-        At most so many pairs of shapes get a corrective, a target to be driven by the product of their weights: those
-        whose sum is farthest from the simulation. NAME.rig.json lists them.
+        Maximum number of pairs of shapes that get a corrective, a target to drive by the product of their weights:
+        those whose sum is farthest from the simulation. NAME.rig.json lists them.
     same_mesh
-        Write the shapes as displacements of the vertices of the mesh file itself, in its order, unit and axes, for
-        programs that have it open: NAME.npz, with the arrays names, points, deltas, reached, unit, and chart if the
-        file has no texture coordinates for maps. Masks are packed, four to a picture.
+        Write the shapes as vertex displacements of the mesh file itself, in its order, unit and axes, for programs that
+        have it open: NAME.npz with the arrays names, points, deltas, reached, unit, and chart if the file has no
+        texture coordinates for maps. Masks are packed, four to an image.
     map_size
-        Width of maps, texels: a power of two from 64 to 2048. Default: 1024.
+        Width of the maps in texels: a power of two from 64 to 2048. Default: 1024.
     format
         glb; gltf with all data embedded; usd (UsdSkel, with pictures in files beside).
     dense
-        Write every vertex of every shape, for importers that know no sparse accessors.
+        Write every vertex of every shape, for importers without sparse accessors.
     sheet
-        Write a contact sheet of all shapes, too.
+        Also write a contact sheet of all shapes.
     page
-        Write a page with sliders that shows the rig in any browser, in one file, too.
+        Also write a page with sliders, one file, that shows the rig in any browser.
     errors
         Measure how far the shapes and common mixtures are from the simulation, print the worst, and write all to
-        NAME.rig.json beside the rig.
+        NAME.rig.json.
     out
         Folder to write to. Default: output/rig, or output/FACE/rig.
     quiet

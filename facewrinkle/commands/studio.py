@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 from ..errors import check_whole
 from ..processes import before_the_end
@@ -17,14 +20,14 @@ def studio(
     host: str = "127.0.0.1",
     port: Whole = 0,
     save_to: Path | None = None,
-    browser: bool = True,
+    browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
 ) -> None:
-    """Open a face in the browser, with a slider for everything. Ctrl-C ends it.
+    """Open a face in the browser, with a slider for everything. Press Ctrl-C to quit.
 
     Parameters
     ----------
     mesh
-        The face: as --face.
+        The face; same as --face.
     host
         Address to listen on. With others than 127.0.0.1, everyone in the network who knows the printed address
         can use the studio.
@@ -47,7 +50,7 @@ def studio(
     with window:
         report.say(f"The studio is open at {window.url}")
         if host not in ("127.0.0.1", "localhost", "::1"):
-            report.say(f"It listens at {host}: everybody in the network who knows this address can use it.")
-        report.say("Press Ctrl-C to end it.")
+            report.say(f"It listens on {host}: everyone in the network who knows this address can use it.")
+        report.say("Press Ctrl-C to quit.")
         before_the_end.append(window.end)
         window.wait()

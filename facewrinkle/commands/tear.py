@@ -40,7 +40,7 @@ def tear(
     /,
     *,
     source: FaceOptions | None = None,
-    start: Annotated[list[str] | None, Parameter(allow_leading_hyphen=True, negative=())] = None,
+    start: Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)] = None,
     expression: str | None = None,
     intensity: float = 0.8,
     speed: float | None = None,
@@ -59,22 +59,23 @@ def tear(
     kind
         Tears that drip or run down, as in the paper; or one tear, weeping, tears of joy.
     start
-        A place from which tears come on a mesh that is no face, such as 10,0,45 in its own unit; again for the other
-        eye. Without --units they are as large as on a head of the size of the mesh.
+        A point where tears start on a mesh that is not a face, such as 10,0,45, in mesh units; repeat it for the other
+        eye. Without --units, the mesh is taken to be as large as a head.
     expression
-        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that goes with the tears.
+        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that suits the tears.
     intensity
         How strong the expression is, 0 to 1.
     speed
         Speed of tears that run down, mm/s.
     roughness
-        Roughness of the skin, 0 to 1: the rougher, the more water it holds back.
+        Roughness of the skin, 0 to 1: rougher skin holds back more water.
     head
         Head of tears that run down: round, by a formula, or extruded and smoothed as in the paper. Default: round.
     reveal
-        What grows evenly as they run: their length, or the height that they cover, as in the paper. Default: length.
+        What grows at a constant rate as they run: their length, or the height that they cover, as in the paper.
+        Default: length.
     seed
-        Each number gives other tears.
+        Random seed of the tears.
     seconds
         Length of the movie.
     plain

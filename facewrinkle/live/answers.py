@@ -130,7 +130,7 @@ class Answers:
         return {
             "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
             "identity": sorted(Identity.__dataclass_fields__) if built_in and face.landmarks else [],
-            "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and so no folds of its own."},
+            "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},
             **of_face(face, self._library[shown].clip),
         }
 
@@ -193,7 +193,7 @@ class Answers:
 
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
         if self._saving:
-            raise ParameterError("another file is being written; wait for it.")
+            raise ParameterError("another file is being saved; wait until it is done.")
         stage, self._saving = self._stage, True
         self._tell("Saving", 0.0)
         try:
@@ -224,7 +224,7 @@ class Answers:
         if not shares.any():
             raise ParameterError(f"one of the three shares must be above 0, received {asked.shares}.")
         if asked.version != parts.version or max(corners) >= len(parts.origin):
-            raise ParameterError("the mesh has changed since. Click again.")
+            raise ParameterError("the mesh has changed. Click again.")
         frame, layers = stage.shown.frame, stage.shown.layers
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
@@ -303,7 +303,7 @@ def without_effect(face: Face, clip: Recorded | None = None) -> dict[str, str]:
     stems = [name[:-2] if name.endswith(("_l", "_r")) else name for name in atlas.muscles]
     everything = [*atlas.expressions, *atlas.action_unit_names, *dict.fromkeys(stems)]
     if clip is not None:
-        return dict.fromkeys(everything, "a recorded clip moves this face")
+        return dict.fromkeys(everything, "a recorded animation moves this face")
     if not face.muscles:
         return dict.fromkeys(everything, "this surface has no muscles")
     if not face.mouth_opens:
@@ -404,5 +404,5 @@ def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float
             if name in face.atlas.action_units:
                 mixture[name] = max(mixture.get(name, 0.0), weight)
     if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
-        raise ParameterError("none of the weights is one of an action unit, a muscle or a shape of ARKit.")
+        raise ParameterError("none of the names is an action unit, a muscle or an ARKit shape.")
     return mixture

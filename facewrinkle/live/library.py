@@ -122,7 +122,7 @@ def opened(folder: Path, atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
     main = [file for file in files if file.suffix.lower() in MESHES]
     if len(main) != 1:
         raise ParameterError(
-            f"drop one file of a face ({', '.join(MESHES)}), with its materials and pictures beside it; "
+            f"drop one face file ({', '.join(MESHES)}), together with its materials and textures; "
             f"received {', '.join(file.name for file in files)}."
         )
     file = main[0]

@@ -129,7 +129,7 @@ class Kept:
                 self._write(self._folder, self._document.version)
         except (OSError, OutputError) as problem:
             if not self._failed:
-                self._complain(f"The session is not saved: {problem}")
+                self._complain(f"The session could not be saved: {problem}")
             self._failed = True
         finally:
             self._lock.release()
@@ -289,7 +289,7 @@ class SavingProcess:
                     name, content = message[1:]
                     return name, content
                 raise FaceWrinkleError(message[1])
-        why = "the studio was closed" if self._stopped else "the terminal tells more"
+        why = "the studio was closed" if self._stopped else "see the terminal"
         raise FaceWrinkleError(f"the {order.what} was not made: {why}.")
 
     def stop(self) -> None:

@@ -297,7 +297,7 @@ class Server:
         address = str(request.transport.get_extra_info("sockname")[0])  # at which it has come in
         own = {"localhost", self._shown_host, f"[{address}]" if ":" in address else address}
         if re.sub(r":\d+$", "", request.host) not in own:
-            raise web.HTTPForbidden(text="unknown host: use the address that the studio has printed")
+            raise web.HTTPForbidden(text="unknown host: use the address that the studio printed")
         if request.headers.get("Origin", f"http://{request.host}") != f"http://{request.host}":
             raise web.HTTPForbidden(text="unknown origin")
         response: web.StreamResponse = await handler(request)
@@ -419,7 +419,7 @@ class Server:
             client.tell({"is": "error", "id": number, "text": " ".join(str(error).split())[:2000]})
         except Exception:
             traceback.print_exc()
-            client.tell({"is": "error", "id": number, "text": "an error in facewrinkle itself; see the terminal."})
+            client.tell({"is": "error", "id": number, "text": "internal error; see the terminal."})
         else:
             if number:
                 client.tell({"is": "answer", "id": number, "value": answer})

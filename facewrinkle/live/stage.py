@@ -221,9 +221,7 @@ class Stage(threading.Thread):
     def _begin_anew(self, version: int) -> None:
         """Tell of an error that nobody foresaw, and make another simulation with the next version of the document."""
         traceback.print_exc()
-        self.complain(
-            "An error in facewrinkle itself stopped the face, see the terminal; it goes on with the next change."
-        )
+        self.complain("An internal error stopped the simulation (see the terminal). It restarts with the next change.")
         self._player, self._seen = None, -1
         with self.condition:
             self._awake = self.document.version != version

@@ -20,7 +20,7 @@ def test_fit_finds_a_face_and_express_takes_it(tmp_path, capsys):
     assert main([*arguments, "--out", str(tmp_path / "out")]) == 0
     told = capsys.readouterr().out
     assert "4517" in told
-    assert "mended and set apart" in told
+    assert "repaired and separated" in told
     assert "oriented inward" in told
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "head.face",

@@ -28,8 +28,8 @@ def heard():
 
 def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
     told, tell = heard()
-    names = head_files(face, tmp_path)
-    name, loaded = opened(tmp_path, names, face.atlas, tell)
+    head_files(face, tmp_path)
+    name, loaded = opened(tmp_path, face.atlas, tell)
     own = fw.fit_face(tmp_path / "head.ply", tmp_path / "head.json")
     assert name == "head.ply"
     assert loaded.clip is None
@@ -37,15 +37,19 @@ def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
     assert told[0] == ("Reading head.ply", 0.0)
 
 
-def test_what_is_no_face_is_refused(tmp_path, face):
-    _, tell = heard()
-    (tmp_path / "a.ply").write_bytes(b"ply nonsense")
-    with pytest.raises(MeshError):
-        opened(tmp_path, ["a.ply"], face.atlas, tell)
-    with pytest.raises(ParameterError, match="drop one file of a face .* received a.png"):
-        opened(tmp_path, ["a.png"], face.atlas, tell)
-    with pytest.raises(ParameterError, match="drop one file"):
-        opened(tmp_path, ["a.ply", "b.obj"], face.atlas, tell)
+@pytest.mark.parametrize(
+    ("names", "error", "message"),
+    [
+        (["a.ply"], MeshError, "a.ply"),
+        (["a.png"], ParameterError, "drop one face file .* received a.png"),
+        (["a.ply", "b.obj"], ParameterError, "drop one face file .* received a.ply, b.obj"),
+    ],
+)
+def test_what_is_no_face_is_refused(tmp_path, face, names, error, message):
+    for name in names:
+        (tmp_path / name).write_bytes(b"ply nonsense")
+    with pytest.raises(error, match=message):
+        opened(tmp_path, face.atlas, heard()[1])
 
 
 def test_a_written_series_is_a_clip(tmp_path, face):
@@ -56,8 +60,9 @@ def test_a_written_series_is_a_clip(tmp_path, face):
     assert np.allclose(player.times(data), 0.04 * np.arange(1, 7))
     frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments(data))]
     head_files(face, tmp_path)
+    (tmp_path / "head.ply").unlink()
     write_series(frames, [0.0, *player.times(data)], tmp_path / "jaw.vtkhdf")
-    name, loaded = opened(tmp_path, ["jaw.vtkhdf", "head.json"], face.atlas, heard()[1])
+    name, loaded = opened(tmp_path, face.atlas, heard()[1])
     assert name == "jaw.vtkhdf"
     assert loaded.clip is not None
     assert loaded.clip.duration == pytest.approx(0.24)

@@ -416,7 +416,7 @@ def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
     length.fill("1")
     page.keyboard.press("Enter")
     until(lambda: studio.document["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
-    until(lambda: message.inner_text() == f"The timeline has a key until {key()['end']:.2f} s.")
+    until(lambda: message.inner_text() == f"The last key of the timeline ends at {key()['end']:.2f} s.")
 
 
 def test_a_key_keeps_what_is_shown(page, studio):
@@ -493,20 +493,20 @@ def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
     values = np.asarray(studio.frame()["W"])[studio.stage.parts.origin[hit["corners"]]]
     assert told == pytest.approx(values @ hit["shares"], abs=1e-3)
     free = picture(page)
-    page.get_by_label("Greatest of the colours").fill("9")
+    page.get_by_label("Maximum of the color range").fill("9")
     page.keyboard.press("Enter")
     until(lambda: page.locator("#legend .ends span").last.inner_text() == "9")
     until(lambda: (np.abs(picture(page) - free).max(axis=2) > 20).mean() > 0.05)
     page.evaluate("app.showField('W')")  # as when the connection comes back: the lock stays, and is seen
     assert page.get_by_label("Lock").is_checked()
-    assert page.get_by_label("Greatest of the colours").input_value() == "9"
+    assert page.get_by_label("Maximum of the color range").input_value() == "9"
     page.get_by_label("Lock").uncheck()
     until(lambda: page.locator("#legend .ends span").last.inner_text() != "9")
 
 
 def test_landmarks_and_patterns_are_dragged(page, studio, face):
     page.locator("#tab-face").click()
-    page.get_by_label("Show, and drag them on the face").check()
+    page.get_by_label("Show on the face; drag to correct").check()
     page.wait_for_selector("[data-handle=mouth_l]")
     shown(page, studio)
     drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
@@ -597,14 +597,14 @@ def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, 
         page.goto(first.url)
         page.wait_for_selector("body[data-step]", timeout=60_000)
         routed[0].close(code=1001)
-        until(lambda: "trying again" not in page.inner_text("#state") and len(routed) == 2)
+        until(lambda: "reconnecting" not in page.inner_text("#state") and len(routed) == 2)
         first.rates = {"AU26": 1.0}
         until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "1")
         first.frame()
-    until(lambda: "trying again" in page.inner_text("#state"))
+    until(lambda: "reconnecting" in page.inner_text("#state"))
     with Studio(face, browser=False, port=port(first)) as second:
         page.wait_for_selector("#message:visible", timeout=20_000)
-        assert "not of a studio that is open" in page.inner_text("#message")
+        assert "No studio is running" in page.inner_text("#message")
         page.goto(second.url)
         page.reload()  # else the address differs by its fragment alone
         page.wait_for_selector("body[data-step]", timeout=60_000)

@@ -135,7 +135,7 @@ def test_a_session_that_cannot_be_saved_is_told_once_and_saved_with_the_next_cha
         for intensity in (0.2, 0.3):
             document.change([(("intensity",), intensity)])
             kept.save()
-    assert told == ["The session is not saved: no space left."]
+    assert told == ["The session could not be saved: no space left."]
     document.change([(("intensity",), 0.4)])
     kept.save()
     assert session(folder) == document.text()
@@ -225,7 +225,7 @@ def order(code):
 
 def test_what_libraries_print_does_no_harm(capfd):
     code = r"import os; os.write(1, b'hello\n'); print('hello'); os.write(2, b'\xff' * 300_000); 1 / 0"
-    with pytest.raises(FaceWrinkleError, match="the rig was not made: the terminal tells more"):
+    with pytest.raises(FaceWrinkleError, match="the rig was not made: see the terminal"):
         SavingProcess().save(order(code), lambda *_: None)
     told = capfd.readouterr().err
     assert told.count("\ufffd") == 300_000

@@ -183,7 +183,7 @@ def test_bad_messages_are_answered_without_a_traceback(studio, seen):
         answer = seen.heard("error")["text"]
         assert answer, text
         assert "Traceback" not in answer
-        assert "error in facewrinkle itself" not in answer, text
+        assert "internal error" not in answer, text
     assert studio.document == before
     seen.change("mixture", "AU12", 1.0)
     seen.settled(studio)
@@ -207,7 +207,7 @@ def test_an_error_in_the_simulation_is_told_and_the_face_goes_on(studio, seen, m
         patch.setattr(fw.Simulation, "step", Mock(side_effect=ZeroDivisionError("in a step")))
         seen.send("change", patches=[[["mixture", "AU26"], 0.1]], gesture="")
         told = seen.heard("error")["text"]
-    assert told.startswith("An error in facewrinkle itself stopped the face, see the terminal")
+    assert told.startswith("An internal error stopped the simulation (see the terminal)")
     assert "ZeroDivisionError: in a step" in capfd.readouterr().err
     seen.change("mixture", "AU26", 1.0)
     seen.settled(studio)

@@ -224,7 +224,7 @@ def test_live_weights_are_units_or_shapes(face):
         "AU12L": 0.5, "AU27": 1.0, "AU4": 0.2,
     }  # fmt: skip
     assert mixture_of_live({}, face) == {}
-    with pytest.raises(ParameterError, match="none of the weights"):
+    with pytest.raises(ParameterError, match="none of the names"):
         mixture_of_live({"hairLong": 1.0}, face)
 
 

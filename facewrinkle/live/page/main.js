@@ -14,9 +14,9 @@ import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const KEYS = [
-  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "both sides together, or each"],
-  ["F", "front view"], ["1 to 9", "named views"], ["H", "handles of muscles"], ["W", "wireframe"], ["C", "next field in colour"], ["Space", "play or stop"],
-  ["K", "add a key"], ["← →", "turn the view (in the view), a frame (else)"], ["/", "search"], ["?", "this page"],
+  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "move both sides together, or each by itself"],
+  ["F", "front view"], ["1 to 9", "camera views"], ["H", "muscle handles"], ["W", "wireframe"], ["C", "color by the next field"], ["Space", "play or stop"],
+  ["K", "add a key"], ["← →", "rotate (in the view), or go to the next frame"], ["/", "search"], ["?", "this help"],
 ];
 
 const SYMBOLS = { W: "height W (mm)", epsilon: "compression ε", lambda: "along λ", gamma: "across γ", theta: "phase θ", split_gamma: "split criterion" };
@@ -48,7 +48,7 @@ class App {
       this.sliders.build(welcome);
       this.panels.build(welcome);
       this.takeFace(welcome);
-      $("view").replaceChildren(element("option", { value: "", text: "own", disabled: true, hidden: true }),
+      $("view").replaceChildren(element("option", { value: "", text: "custom", disabled: true, hidden: true }),
         ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: name.replaceAll("_", " ") })));
       $("view").value = "front";
       $("state").textContent = "";
@@ -80,8 +80,8 @@ class App {
     on("error", (text) => this.say(text));
     on("lost", ({ final, reason }) => {
       this.timeline.toggle(false);
-      $("state").textContent = final ? "" : "Connection lost; trying again …";
-      if (final) this.say(`This address is not of a studio that is open (${reason}). Use the one printed when the studio started.`, true);
+      $("state").textContent = final ? "" : "Connection lost; reconnecting …";
+      if (final) this.say(`No studio is running at this address (${reason}). Use the address that was printed when the studio started.`, true);
     });
     this.view.onfield = (info) => this.legend(info);
     this.view.onrestored = () => location.reload();
@@ -117,7 +117,7 @@ class App {
     box.hidden = !when;
     if (!when) return;
     const go = (on) => () => this.ask("continue", { on }); // where that is done, it is offered no more
-    box.replaceChildren(element("span", { text: `Session of ${when} found.` }),
+    box.replaceChildren(element("span", { text: `Found a session of ${when}.` }),
       element("button", { class: "main", text: "Resume", onclick: go(true) }), element("button", { text: "Start new", onclick: go(false) }));
   }
 

@@ -5,7 +5,7 @@ import { element } from "./sliders.js";
 export class Mixtures {
   constructor(box, app) {
     Object.assign(this, { box, app, names: "" });
-    this.keep = element("button", { class: "small", text: "Keep …", title: "Keep what the sliders show under a name", onclick: () => this.ask() });
+    this.keep = element("button", { class: "small", text: "Keep …", title: "Save the current expression under a name", onclick: () => this.ask() });
     this.list = element("div", { class: "chips", role: "group", "aria-label": "Your expressions" });
     this.input = element("input", { type: "text", maxlength: 40, hidden: true, placeholder: "Name, then Enter", "aria-label": "Name of your expression" });
     this.input.addEventListener("keydown", (event) => {
@@ -19,7 +19,7 @@ export class Mixtures {
   }
 
   ask() {
-    if (!Object.values(this.app.data.mixture).some((weight) => weight > 0)) return this.app.say("Set a slider first: what the sliders show is kept.");
+    if (!Object.values(this.app.data.mixture).some((weight) => weight > 0)) return this.app.say("Move a slider first: “Keep” saves the current expression.");
     this.keep.hidden = true;
     this.input.hidden = false;
     this.input.value = "";
@@ -42,7 +42,7 @@ export class Mixtures {
       this.names = names;
       this.list.replaceChildren(...Object.keys(mixtures).map((name) => element("span", { class: "own" },
         element("button", { text: name, onclick: () => this.take(name) }),
-        element("button", { text: "×", "aria-label": `Forget ${name}`, title: `Forget ${name}`, onclick: () => this.app.connection.change([[["mixtures", name], null]]) }))),
+        element("button", { text: "×", "aria-label": `Delete ${name}`, title: `Delete ${name}`, onclick: () => this.app.connection.change([[["mixtures", name], null]]) }))),
         this.keep, this.input);
     }
     const now = JSON.stringify(Object.entries(mixture).sort());

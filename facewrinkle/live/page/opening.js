@@ -8,7 +8,7 @@ export class Opening {
     this.file = element("input", { type: "file", multiple: true, hidden: true, "aria-label": "Files of a face" });
     this.file.addEventListener("change", () => { this.take([...this.file.files]); this.file.value = ""; });
     document.body.append(this.file);
-    this.veil = element("div", { id: "veil", hidden: true, text: "Drop a face, a recorded clip, or a session" });
+    this.veil = element("div", { id: "veil", hidden: true, text: "Drop a mesh, an animation or a session" });
     document.getElementById("stage").append(this.veil);
     let depth = 0;
     const shown = (on) => { this.veil.hidden = !on; };
@@ -33,10 +33,10 @@ export class Opening {
     try {
       const answer = await fetch("/open", { method: "POST", body: form, headers: { "X-Key": this.app.connection.key } });
       const content = /json/.test(answer.headers.get("Content-Type")) ? await answer.json() : { error: await answer.text() };
-      if (content.error || !answer.ok) this.app.say(content.error ?? "The files were not taken.");
+      if (content.error || !answer.ok) this.app.say(content.error ?? "The files were rejected.");
       else if (content.said?.length) this.app.say(content.said.join(" "));
     } catch {
-      this.app.say("The files could not be sent.");
+      this.app.say("The upload failed.");
     }
     this.progress({ text: "" });
   }

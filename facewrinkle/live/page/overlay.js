@@ -39,7 +39,7 @@ export class Overlay {
     } else if ((this.kind === "patterns" || this.kind === "tears") && data) {
       const key = this.kind === "patterns" ? "centre" : "start";
       for (const [name, where] of Object.entries(places)) {
-        const handle = this.handle(name, where, "placed", `Place of ${name}`, (place) => [[[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]]);
+        const handle = this.handle(name, where, "placed", `Position of ${name}`, (place) => [[[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]]);
         if (this.kind === "patterns") this.sized(handle, name);
         made.push(handle);
       }
@@ -142,7 +142,7 @@ export class Overlay {
       if (entry) for (const each of [ring, grip]) each.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
       if (line) this.followPull(handle, at);
       if (this.named === handle) {
-        this.name.textContent = line ? `${handle.label}: ${dot.getAttribute("aria-valuenow")}` : handle.label.replace(/^(Landmark|Place of) /, "");
+        this.name.textContent = line ? `${handle.label}: ${dot.getAttribute("aria-valuenow")}` : handle.label.replace(/^(Landmark|Position of) /, "");
         Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
       }
     }

@@ -37,7 +37,7 @@ export class Palette {
     const press = (id, text, key = "") => { const button = document.getElementById(id); if (!button.disabled) add(text, key, () => button.click()); };
     press("undo", "Undo", "Ctrl+Z"); press("redo", "Redo", "Ctrl+Shift+Z"); press("reset", "Reset everything", "R");
     press("play", app.timeline.playing ? "Stop" : "Play", "Space"); press("wireframe", "Wireframe", "W");
-    press("muscles", "Handles of muscles", "H"); press("lock", "Both sides together", "M");
+    press("muscles", "Muscle handles", "H"); press("lock", "Both sides together", "M");
     add("Add key", "K", () => app.timeline.add(), "timeline event");
     Object.keys(app.data?.mixtures ?? {}).forEach((name) => add(name, "Your expressions", () => app.mixtures.take(name)));
     for (const each of sliders.rows) {
@@ -52,7 +52,7 @@ export class Palette {
       }
     }
     Object.keys(view.views ?? {}).forEach((name, k) => add(`View: ${titled(name)}`, k < 9 ? String(k + 1) : "", () => { view.take(name); document.getElementById("view").value = name; }));
-    ["", ...Object.keys(welcome?.fields ?? {})].forEach((name) => add(`Colour by ${name || "nothing"}`, "Fields", () => { app.showField(name); panels.open("Fields"); }));
+    ["", ...Object.keys(welcome?.fields ?? {})].forEach((name) => add(`Color by ${name || "nothing"}`, "Fields", () => { app.showField(name); panels.open("Fields"); }));
     press("tour-button", "Tour"); press("help-button", "Help", "?");
     return out;
   }
@@ -65,7 +65,7 @@ export class Palette {
     this.at = Math.min(at, Math.max(this.found.length - 1, 0));
     this.list.replaceChildren(...this.found.map((each, k) => element("li", { role: "option", id: `palette-${k}`, "aria-selected": String(k === this.at),
       onclick: () => this.run(each) }, element("span", { text: each.text }), element("small", { text: each.where }))));
-    if (!this.found.length) this.list.append(element("li", { class: "nothing", role: "option", "aria-selected": "false", text: "Nothing of that name." }));
+    if (!this.found.length) this.list.append(element("li", { class: "nothing", role: "option", "aria-selected": "false", text: "No matches." }));
     this.input.setAttribute("aria-activedescendant", this.found.length ? `palette-${this.at}` : "");
   }
 

@@ -6,8 +6,8 @@ import { saving } from "./saving.js";
 import { element, row, titled } from "./sliders.js";
 
 const FIELD_NAMES = {
-  "": "None: skin", W: "Height of folds (W)", epsilon: "Compression (ε)", lambda: "Along the muscle (λ)", gamma: "Across the muscle (γ)",
-  theta: "Phase of waves (θ)", split_gamma: "Split criterion", muscle: "Muscle", family: "Family of waves", level: "Refinement",
+  "": "None (skin)", W: "Fold height (W)", epsilon: "Compression (ε)", lambda: "Position along the muscle (λ)", gamma: "Position across the muscle (γ)",
+  theta: "Wave phase (θ)", split_gamma: "Split criterion", muscle: "Muscle", family: "Wave family", level: "Refinement level",
 };
 const number = (digits) => ({ shown: (v) => v.toFixed(digits), parse: (v) => v });
 
@@ -77,7 +77,7 @@ export class Panels {
   /** Factors of the folds of single regions. */
   regions(names) {
     return [element("h2", { text: "Regions" }), ...names.map((name) => {
-      const made = this.numberRow(titled(name), ["regions", name], [0, 4], 2, 1, "Factor of the depth of the waves here");
+      const made = this.numberRow(titled(name), ["regions", name], [0, 4], 2, 1, "Depth factor for the waves in this region");
       made.input.setAttribute("aria-label", `Folds of ${name}`);
       this.updates.push((data) => made.set(data.regions[name] ?? 1));
       return made.line;
@@ -86,10 +86,10 @@ export class Panels {
 
   folds({ folds, regions }) {
     const names = {
-      depth: ["Depth", "Factor of the depth of all folds"], left: ["Left side", "Factor on the subject's left"],
-      right: ["Right side", "Factor on the subject's right"], density: ["Number", "Factor of the number of lines"],
-      length: ["Length", "Factor of the length of the lines"],
-      irregularity: ["Irregularity", "From even lines to wild ones"], age: ["Age", "Lines that stay at rest"],
+      depth: ["Depth", "Depth factor for all folds"], left: ["Left side", "Depth factor on the subject's left"],
+      right: ["Right side", "Depth factor on the subject's right"], density: ["Number", "Factor for the number of lines"],
+      length: ["Length", "Factor for the length of the lines"],
+      irregularity: ["Irregularity", "0 for even lines, up to 3 for very irregular ones"], age: ["Age", "Lines that stay visible at rest"],
     };
     const rows = Object.entries(names).map(([name, [title, about]]) => {
       const made = this.numberRow(title, ["folds", name], folds[name], 2, name === "age" ? 0 : 1, about);
@@ -99,17 +99,17 @@ export class Panels {
     const seed = element("input", { type: "number", min: 0, max: 2147483648, step: 1, "aria-label": "Seed", id: "seed" });
     seed.addEventListener("change", () => this.app.connection.change([[["folds", "seed"], Math.max(0, Math.round(Number(seed.value)))]]));
     this.updates.push((data) => { if (document.activeElement !== seed) seed.value = data.folds.seed; });
-    const other = element("button", { text: "New lines", title: "The lines of another person", onclick: () => {
+    const other = element("button", { text: "New lines", title: "Draw the lines of another person", onclick: () => {
       this.app.connection.change([[["folds", "seed"], Math.floor(Math.random() * 1e6)]]);
     } });
     return [...rows, element("div", { class: "actions" }, element("label", { class: "inline" }, "Seed ", seed), other), ...this.regions(regions),
-      element("p", { text: "Folds appear where the skin is compressed: pull a muscle first. Left and right are the subject's own; sides and regions change the waves, not the anatomical creases." })];
+      element("p", { text: "Folds appear where the skin is compressed: contract a muscle first. Left and right are the subject's. Sides and regions change the waves, not the anatomical creases." })];
   }
 
   patterns({ patterns: { kinds, numbers } }) {
     const both = element("input", { type: "checkbox" });
     const buttons = kinds.map((kind) => element("button", { text: titled(kind), onclick: (event) => this.app.place(
-      `Click where to put the ${titled(kind).toLowerCase()}. Escape cancels.`, event.target, (place) => {
+      `Click the face to place the ${titled(kind).toLowerCase()}. Esc cancels.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
         const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
         this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
@@ -119,7 +119,7 @@ export class Panels {
       { size: ["Size (mm)", 0], depth: ["Depth (mm)", 1], strength: ["Strength", 2] }));
     return [element("div", { class: "chips", role: "group", "aria-label": "Place a pattern" }, ...buttons),
       element("label", { class: "inline" }, both, "On both sides"),
-      element("p", { text: "Choose a pattern, then click on the face. Drag its dot to move it, and its ring to size it." }), list];
+      element("p", { text: "Choose a pattern, then click the face. Drag its dot to move it, and its ring to resize it." }), list];
   }
 
   tears({ tears }) {
@@ -127,7 +127,7 @@ export class Panels {
     this.updates.push((data) => this.list(list, "tears", data.tears, () => "Tear", tears,
       { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
     const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
-      "Click where the tear starts, below an eye. Escape cancels.", event.target,
+      "Click below an eye, where the tear starts. Esc cancels.", event.target,
       (place) => this.app.add("tears", { start: place, width: 3, length: 60, begin: 0 })) });
     return [element("div", { class: "actions" }, button), list];
   }
@@ -157,24 +157,24 @@ export class Panels {
   }
 
   fields({ fields }) {
-    const select = element("select", { id: "field", "aria-label": "Field in colour", onchange: () => this.app.showField(select.value) },
+    const select = element("select", { id: "field", "aria-label": "Color by", onchange: () => this.app.showField(select.value) },
       ...["", ...Object.keys(fields)].map((name) => element("option", { value: name, text: FIELD_NAMES[name] ?? name })));
     this.select = select;
     this.lockedRange = element("input", { type: "checkbox", onchange: () => this.lockRange() });
-    this.ends = ["Least", "Greatest"].map((text) => element("input", { type: "number", step: "any", "aria-label": `${text} of the colours`, onchange: () => {
+    this.ends = ["Minimum", "Maximum"].map((text) => element("input", { type: "number", step: "any", "aria-label": `${text} of the color range`, onchange: () => {
       this.lockedRange.checked = true;
       this.lockRange();
     } }));
     this.rangeBox = element("div", { class: "actions", hidden: true }, element("span", { text: "Range" }), this.ends[0], "to", this.ends[1],
-      element("label", { class: "inline", title: "Keep the range as the face moves" }, this.lockedRange, "Lock"));
-    return [element("label", { class: "inline" }, "Colour by ", select), this.rangeBox,
-      element("p", { text: "The legend shows the value under the pointer. Click on the face to read all fields there, and what made the fold." })];
+      element("label", { class: "inline", title: "Keep this range while the face moves" }, this.lockedRange, "Lock"));
+    return [element("label", { class: "inline" }, "Color by ", select), this.rangeBox,
+      element("p", { text: "The legend shows the value under the pointer. Click the face to see all fields there, and what made the fold." })];
   }
 
   /** The colours take the range of the inputs, or follow the values again. */
   lockRange() {
     const [low, high] = this.ends.map((end) => Number(end.value));
-    if (this.lockedRange.checked && !(high > low)) { this.app.say("The greatest value of the colours must exceed the least."); this.lockedRange.checked = false; }
+    if (this.lockedRange.checked && !(high > low)) { this.app.say("The maximum must be greater than the minimum."); this.lockedRange.checked = false; }
     this.app.view.locked = this.lockedRange.checked ? [low, high] : null;
     if (this.app.view.fieldInfo) this.app.legend(this.app.view.fieldInfo);
     this.app.view.request();

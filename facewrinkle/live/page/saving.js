@@ -3,11 +3,11 @@
 import { element } from "./sliders.js";
 
 const FILES = {
-  picture: ["Picture", "1200 × 1200 pixels, from this view"], movie: ["Movie", "The timeline as MP4; without keys, from rest to what the sliders show"],
-  glb: ["Mesh (GLB)", "The face as it is now, with eyes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
-  rig: ["Rig (GLB)", "ARKit's 52 blend shapes of this face; takes a minute"], face: ["Face", "The fitted face, to be opened again"],
-  atlas: ["Atlas (TOML)", "Muscles, action units and expressions, with what the sliders show as “studio”"],
-  session: ["Session", "All that is set, to be opened again"],
+  picture: ["Picture", "1200 × 1200 pixels, from this view"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
+  glb: ["Mesh (GLB)", "The face as shown, with eyes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
+  rig: ["Rig (GLB)", "ARKit's 52 blend shapes for this face; takes a minute"], face: ["Face", "The fitted face, to open again later"],
+  atlas: ["Atlas (TOML)", "Muscles, action units and expressions; the current expression is called “studio”"],
+  session: ["Session", "All settings, to open again later"],
 };
 
 export function saving({ folder, kinds }, app) {
@@ -18,7 +18,7 @@ export function saving({ folder, kinds }, app) {
     const text = await connection.ask("copy", { camera: app.cameraNumbers() });
     code.textContent = text;
     code.hidden = false;
-    try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select it to copy."; }
+    try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select the text to copy it."; }
   };
   const save = (what) => async () => {
     note.textContent = "Saving …";
@@ -35,6 +35,6 @@ export function saving({ folder, kinds }, app) {
       element("button", { text: "Copy as Python", onclick: copy }),
       element("button", { text: "Open session …", onclick: () => app.opening.choose() })),
     note, code,
-    element("p", { text: folder ? `Files go into ${folder}; the session is saved there by itself.` : "Files are downloaded. Start with --save-to FOLDER to have them written." }),
+    element("p", { text: folder ? `Files are saved in ${folder}; the session is saved there automatically.` : "Files are downloaded. Start the studio with --save-to FOLDER to save them there." }),
   ];
 }

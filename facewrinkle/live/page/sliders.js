@@ -46,7 +46,7 @@ let gestures = 0;
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
 export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Math.round(100 * v), parse = (v) => v / 100, usual = 0, change }) {
   const input = element("input", { type: "range", min, max, step, "aria-label": label });
-  const output = element("output", { title: "Double-click to type a number; Delete on the slider resets it" });
+  const output = element("output", { title: "Double-click to type a value; press Delete on the slider to reset it" });
   let gesture = "";
   const paint = () => {
     const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
@@ -98,7 +98,7 @@ export function row(label, options) {
   return { ...made, line, set(value) { made.set(value); mark(); } };
 }
 
-const LOOKS = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees upwards"]];
+const LOOKS = [["Look sideways", "Degrees to the subject's left"], ["Look up", "Degrees up"]];
 
 export class Sliders {
   constructor(box, connection) {
@@ -199,7 +199,7 @@ export class Sliders {
 
   /** Switch off what does nothing on this face, and say why. */
   setOff(off, looks) {
-    this.off = { ...off, gaze: looks ? undefined : "nothing turns these eyes" };
+    this.off = { ...off, gaze: looks ? undefined : "the eyes of this face do not move" };
     for (const each of this.rows) for (const made of [each, each.copy]) made?.off(this.off[each.name]);
   }
 
@@ -257,7 +257,7 @@ export class Sliders {
       if (!each.line.hidden) full.add(each.group);
     }
     for (const each of this.rows) each.group.hidden = !full.has(each.group);
-    this.nothing ??= element("p", { class: "nothing", text: "No slider of that name." });
+    this.nothing ??= element("p", { class: "nothing", text: "No matching sliders." });
     this.nothing.hidden = full.size > 0;
     this.box.append(this.nothing);
   }

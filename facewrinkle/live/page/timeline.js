@@ -15,13 +15,13 @@ export class Timeline {
     this.long = element("input", { type: "number", min: 0.2, max: 600, step: 0.1, value: 4, "aria-label": "Length of the timeline, seconds", onchange: () => {
       const asked = Number(this.long.value), last = Math.max(0, ...Object.values(this.keys).map(({ end }) => end));
       const length = Math.max(0.2, last, Math.min(600, asked > 0 ? asked : this.length));
-      if (asked > 0 && asked < last) app.say(`The timeline has a key until ${last.toFixed(2)} s.`);
+      if (asked > 0 && asked < last) app.say(`The last key of the timeline ends at ${last.toFixed(2)} s.`);
       this.long.value = length;
       app.connection.change([[["timeline", "length"], length]]);
     } });
     Object.assign(this, { names: "", shown: [], keys: {} });
     this.loop = element("input", { type: "checkbox", checked: true, onchange: () => app.connection.change([[["timeline", "loop"], this.loop.checked]]) });
-    this.key = element("button", { text: "Add key", title: "Let what the sliders show come and go here (K)", onclick: () => this.add() });
+    this.key = element("button", { text: "Add key", title: "Add the current expression here as a key (K)", onclick: () => this.add() });
     this.tracks = element("div", { class: "tracks", hidden: true });
     box.append(element("div", { class: "transport" }, this.play, this.scrub, this.text, element("label", { class: "inline" }, "of", this.long, "s"),
       element("label", { class: "inline" }, this.loop, "Loop"), this.key), this.tracks);
@@ -38,7 +38,7 @@ export class Timeline {
   /** What the sliders show becomes keys, at their height at the present time: the face stays as it is. */
   add() {
     const { intensity } = this.app.data, shown = Object.entries(this.app.sliders.joined()), { time, length } = this;
-    if (!shown.length) return this.app.say("Set a slider first: a key lets what they show come and go.");
+    if (!shown.length) return this.app.say("Move a slider first: a key holds the current expression.");
     const times = { onset: Math.max(0, time - 0.6), apex: time, offset: Math.min(time + 0.7, length), end: Math.min(time + 1.4, length) };
     const keys = shown.map(([unit, weight]) => [["timeline", "keys", `${unit} ${Date.now().toString(36)}`], { unit, weight: weight * intensity, ...times }]);
     this.app.connection.change([...keys, [["mixture"], {}]]);
@@ -98,7 +98,7 @@ export class Timeline {
       };
       svg.setAttribute("viewBox", `0 0 ${this.length} 1`);
       path.setAttribute("d", `M${times.onset},1 L${times.apex},${top} L${times.offset},${top} L${times.end},1 Z`);
-      tell(svg, `${of}: begins; up and down change its weight, ${Math.round(100 * weight)} now`, times.onset);
+      tell(svg, `${of}: start; up and down change the weight, now ${Math.round(100 * weight)}`, times.onset);
       corners.forEach((corner, k) => {
         const inner = k === 1 || k === 2;
         Object.assign(corner.style, { left: `${(100 * times[TIMES[k]]) / this.length}%`, top: `${100 * (inner ? top : 1)}%` });

@@ -3,16 +3,16 @@
 import { element } from "./sliders.js";
 
 const STEPS = [
-  ["Smile", "Pull a slider: expressions first, then action units and muscles. Type what you look for, such as “smile”.", "#left .bar", "#left"],
-  ["One side only", "Take “Both sides” away (M), and each row has a slider for left and right. They are the subject's own.", ".check"],
-  ["Look around", "Drag to turn, Shift and drag to move, wheel to zoom. Drag an eye, and the face looks where you lead it.", "#stage"],
-  ["Pull a muscle", "Switch “Muscles” on (H): each dot is where a muscle moves the skin. Pull it along the line that it shows.", "#stage", "label:has(#muscles)"],
-  ["What made this fold?", "Click on a fold: its muscle or family of waves, the formula and its numbers are told. “Fields” colours the skin.", "#stage"],
-  ["Shape the folds", "Their depth, on each side too, their number, and the lines of this person.", "#tab-folds", "#panel-folds"],
-  ["Place patterns and tears", "Choose one and click on the face; drag its dot to move it, and its ring to size it.", "#tab-patterns"],
-  ["Your own face", "Drop a mesh or a recorded clip onto the page. Its landmarks can be dragged; muscles follow.", "#tab-face"],
-  ["Let it move", "“Add key” turns what the sliders show into an event that comes and goes. Space plays.", "#timeline"],
-  ["Keep it", "Pictures, movies, meshes, rigs and the session; “Keep …” on the left holds an expression under a name; or the Python that makes what you see. Ctrl+Z takes anything back.", "#tab-save"],
+  ["Smile", "Drag a slider: expressions come first, then action units and muscles. Or search for one, such as “smile”.", "#left .bar", "#left"],
+  ["One side only", "Turn “Both sides” off (M), and each row gets a slider for left and right: the subject's left and right.", ".check"],
+  ["Look around", "Drag to rotate, Shift-drag to pan, scroll to zoom. Drag an eye to change where the face looks.", "#stage"],
+  ["Pull a muscle", "Turn “Muscles” on (H): each dot is where a muscle moves the skin. Drag it along its line.", "#stage", "label:has(#muscles)"],
+  ["What made this fold?", "Click a fold to see its muscle or wave family, and the formula with its numbers. “Fields” colors the skin.", "#stage"],
+  ["Shape the folds", "Set their depth, overall or for each side, their number, and the personal lines.", "#tab-folds", "#panel-folds"],
+  ["Place patterns and tears", "Choose one and click the face. Drag its dot to move it, and its ring to resize it.", "#tab-patterns"],
+  ["Your own face", "Drop a mesh or an animation onto the page. Drag landmarks to correct them; the muscles follow.", "#tab-face"],
+  ["Animate it", "“Add key” turns the current expression into an event that comes and goes. Press Space to play.", "#timeline"],
+  ["Save it", "Save pictures, movies, meshes, rigs and the session, or copy a Python program that makes what you see. “Keep …” on the left saves an expression under a name. Ctrl+Z undoes anything.", "#tab-save"],
 ];
 
 export class Tour {

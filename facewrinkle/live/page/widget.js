@@ -13,7 +13,7 @@ class Channel {
 
 function render({ model, el }) {
   const connection = new Channel(model);
-  const canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The face. Drag to turn, Shift and drag to move, wheel to zoom; drag an eye." });
+  const canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The face. Drag to rotate, Shift-drag to pan, scroll to zoom; drag an eye to move both." });
   const box = element("div", { class: "sliders" });
   const search = element("input", { type: "search", placeholder: "Search", "aria-label": "Search sliders", oninput: () => sliders.search(search.value) });
   const lock = element("input", { type: "checkbox", checked: true, onchange: () => sliders.lock(lock.checked) });
