@@ -34,8 +34,7 @@ def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
     array([0.25, 0.25, 0.5 , 0.  ])
     """
     x, y = _plane(x, y)
-    turned = np.where((x < 0.0) | ((x == 0.0) & np.signbit(x) & (y != 0.0)), -1.0, 1.0)
-    return np.asarray(np.arctan2(turned * y, np.abs(x)))
+    return np.asarray(np.arctan2(np.copysign(1.0, x) * y, np.abs(x)))
 
 
 def forehead(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: float) -> Array:

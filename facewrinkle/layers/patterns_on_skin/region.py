@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 
 from ...anatomy.face import Face
 from ...array_types import Array, BoolArray, IntArray
-from ...checks import vector
-from ...errors import MeshError, ParameterError, check_positive, check_range, check_whole, unknown_name
+from ...checks import finite, vector
+from ...errors import MeshError, ParameterError, check_range, check_whole, unknown_name
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.equations import attenuation, band
@@ -89,15 +89,15 @@ def selection_weights(select: npt.ArrayLike | str, face: Face, border: float) ->
     if isinstance(select, str):
         if select not in face.mesh.point_data:
             raise unknown_name("point data", select, face.mesh.point_data)
-        values = np.asarray(face.mesh.point_data[select])
-    else:
-        values = _on_face(np.asarray(select), face)
-    if values.shape != (len(face.points),):
+        select = face.mesh.point_data[select]
+    values = np.asarray(select)
+    if values.shape != (len(face.points),) or values.dtype.kind not in "biuf":
         raise MeshError(
-            f"a selection must have one value for each of the {len(face.points)} points, received {values.shape}."
+            f"a selection must have a bool or a weight for each of the {len(face.points)} points of the mesh, received "
+            f"{values.dtype} of {values.shape}. Or store it as point data of the mesh, and give the name."
         )
-    if not np.isfinite(values).all() or values.min() < 0.0 or values.max() > 1.0:
-        raise MeshError("a selection must be vertices, bools, or weights in [0, 1]; others, or NaN, were received.")
+    if not ((values >= 0) & (values <= 1)).all():
+        raise MeshError("a selection must be bools, or weights in [0, 1]; others, or NaN, were received.")
     if not (values > 0).any():
         raise MeshError("the selection holds no vertex.")
     if values.dtype.kind == "f":
@@ -109,21 +109,6 @@ def selection_weights(select: npt.ArrayLike | str, face: Face, border: float) ->
     offsets, ring = vertex_rings(face.triangles, len(chosen))
     step = np.linalg.norm(face.points[ring] - np.repeat(face.points, np.diff(offsets), axis=0), axis=1)
     return np.clip(inward / max(border * inward.max(), float(np.median(step))), 0.0, 1.0)
-
-
-def _on_face(values: np.ndarray, face: Face) -> np.ndarray:
-    """A selection of the original mesh's vertices, as one of the face's."""
-    if values.size == 0:
-        raise MeshError("the selection holds no vertex.")
-    numbers = face.source_points
-    given = len(face.points) if numbers is None else int(numbers.max()) + 1
-    if values.dtype.kind in "iu" and values.ndim == 1:
-        if len(values) and (values.min() < 0 or (numbers is None and values.max() >= given)):
-            raise MeshError(f"selected vertices must be 0 to {given - 1}, received {values.min()} to {values.max()}.")
-        return np.isin(np.arange(given) if numbers is None else numbers, values)
-    if values.dtype.kind not in "bf" or values.ndim != 1:
-        raise MeshError(f"a selection must be vertices, bools or weights, received {values.dtype} of {values.shape}.")
-    return values[numbers] if numbers is not None and len(values) >= given else values
 
 
 Outline = Literal["ellipse", "box"]
@@ -152,9 +137,9 @@ class Region:
     size : float or tuple of float, optional
         Width and height on the surface, in the unit of the mesh. Default: those of `select`, or a tenth of the
         mesh from corner to corner.
-    select : array_like or str, optional
-        Vertices of the original mesh: their numbers, bools, painted weights in [0, 1], or the name of point data that
-        holds one of these. Without it the region is the ellipse or box of `size`.
+    select : array_like, shape (n0,), or str, optional
+        Bools or painted weights in [0, 1] at the vertices of the mesh, or the name of point data that holds them.
+        Without it the region is the ellipse or box of `size`.
     outline : {"ellipse", "box"}
         The box has round corners.
     border : float
@@ -381,14 +366,9 @@ def outline_norm(uv: Array, outline: Outline) -> Array:
 
 def check_size(size: npt.ArrayLike) -> Array:
     """Return width and height (2,) of one length or two, or raise an error."""
-    try:
-        lengths = np.empty(0) if isinstance(size, str) else np.asarray(size, dtype=np.float64)
-    except (TypeError, ValueError):
-        lengths = np.empty(0)
-    if lengths.shape not in ((), (2,)):
-        raise ParameterError(f"size must be a length, or width and height, received {size!r}.")
-    for length in lengths.ravel().tolist():
-        check_positive("size", length, "It is the width and height of the region.")
+    lengths = finite("size", size)
+    if lengths.shape not in ((), (2,)) or not (lengths > 0.0).all():
+        raise ParameterError(f"size must be a length, or width and height, greater than 0, received {size!r}.")
     return np.broadcast_to(lengths, 2)
 
 

@@ -193,10 +193,6 @@ class WaveField:
         self._length = wavelengths(face) / density
 
     @cached_property
-    def _metric(self) -> Array:
-        return StrainField.of(self._face).metric
-
-    @cached_property
     def _of_families(self) -> list[Array]:
         """Window, firmness, wavelength and depth at rest (n0, 4) of each family, at the base vertices."""
         firm = firmness(self._face) if self._amounts is None else firmness(self._face) * self._amounts
@@ -236,7 +232,7 @@ class WaveField:
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
             longest = np.minimum(2.0 * np.pi / size, LONGEST * length)
             family = np.full(len(near), number, np.int32)
-            tangents = directed(wave, vertices, near, self._metric)
+            tangents = directed(wave, vertices, near, StrainField.of(self._face).metric)
             window, old = np.ascontiguousarray(window), old * strength**2
             parts.append((near, family, theta, strength, window, longest, old, wave, tangents))
         n = len(vertices.points)

@@ -14,7 +14,7 @@ import pyvista as pv
 import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle.cli import main
-from facewrinkle.errors import FaceWrinkleError, LandmarkError, MeshError, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleError, LandmarkError, ParameterError, UnknownNameError
 from facewrinkle.layers.patterns_on_skin.kinds import Cheek, pattern_of
 
 TOP = (0.0, 0.0, 40.0)
@@ -50,13 +50,13 @@ EVERYWHERE = {
         {"centre": TOP, "size": 900.0},
         "larger than the mesh: 900 wide and 900 high.*smaller",
     ),
-    "endless": ("dimple", {"centre": TOP, "size": np.inf}, "size must be a finite number greater than 0, received inf"),
+    "endless": ("dimple", {"centre": TOP, "size": np.inf}, "size must be finite"),
     "no place": ("dimple", {"size": 9.0}, "needs a centre"),
-    "size 0": ("dimple", {"centre": TOP, "size": 0.0}, "size must be a finite number greater than 0, received 0"),
+    "size 0": ("dimple", {"centre": TOP, "size": 0.0}, "size must be a length.* greater than 0, received 0"),
     "size in words": (
         "dimple",
         {"centre": TOP, "size": "9"},
-        "size must be a length, or width .* received '9'",
+        "size must be numbers.* received a str",
     ),
     "no centre": ("dimple", {"centre": "top", "size": 9.0}, "centre must be three finite numbers, received 'top'"),
     "up out of it": (
@@ -114,11 +114,11 @@ def test_errors_in_python_and_of_the_accessor(ball, way, case):
 @pytest.mark.parametrize(
     ("call", "error", "says"),
     [
-        (lambda f, b: fw.PatternLayer.preset("frown", f, size="big"), ParameterError, "size must be a length"),
+        (lambda f, b: fw.PatternLayer.preset("frown", f, size="big"), ParameterError, "size must be numbers"),
         (
             lambda f, b: fw.PatternLayer.preset("frown", f, size=(1.0, -1.0)),
             ParameterError,
-            "greater than 0, received -1",
+            "greater than 0, received .1.0, -1.0.",
         ),
         (
             lambda f, b: fw.PatternLayer.preset("frown", f, strength="skn"),
@@ -154,7 +154,6 @@ def test_errors_in_python_and_of_the_accessor(ball, way, case):
         (lambda f, b: b.facewrinkle.pattern("dimple_l"), ParameterError, "placed by landmarks: give those"),
         (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, strength="skin"), ParameterError, "keeps still"),
         (lambda f, b: fw.PatternLayer("cheek", select="paint").laid(fw.surface(b)), UnknownNameError, "none here"),
-        (lambda f, b: fw.PatternLayer("cheek", select=[10**6]).laid(fw.surface(b)), MeshError, "holds no vertex"),
     ],
 )
 def test_errors_of_one_way(face, ball, call, error, says):
