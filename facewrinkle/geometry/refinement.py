@@ -324,16 +324,14 @@ class RedGreenForest:
         array, m = np.asarray(marked), len(self._leaf)
         if array.dtype == bool and array.shape == (m,):
             return array
-        mask = np.zeros(m, bool)
-        if array.size == 0 and array.ndim == 1 and array.dtype != bool:
-            return mask
-        if array.dtype.kind not in "iu" or array.ndim != 1:
+        if array.shape == (0,) and array.dtype != bool:  # an empty list
+            array = array.astype(int)
+        if array.dtype.kind not in "iu" or array.ndim != 1 or (array.size and not 0 <= array.min() <= array.max() < m):
             raise MeshError(
-                f"marks must be {m} bools, one per triangle, or a list of triangle indices, "
+                f"marks must be {m} bools, one per triangle, or a list of triangles from 0 to {m - 1}, "
                 f"received {array.dtype} of shape {array.shape}."
             )
-        if array.min() < 0 or array.max() >= m:
-            raise MeshError(f"marked triangles must be 0 to {m - 1}, received {array.min()} to {array.max()}.")
+        mask = np.zeros(m, bool)
         mask[array] = True
         return mask
 

@@ -19,7 +19,8 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
-from ..geometry.depth_buffer import rasterise_texels
+from ..geometry.depth_buffer import rasterise
+from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
 from ..mesh.arrays import corner_texture
@@ -211,17 +212,26 @@ class Texels:
     """
 
     def __init__(self, corners: Array, size: int) -> None:
-        self.triangle = np.full((size, size), -1, np.int64)
-        self.shares, self.hits = np.zeros((size, size, 3)), np.zeros((size, size), np.int64)
-        rasterise_texels(np.ascontiguousarray(corners * size), self.triangle, self.shares, self.hits)
-        for values in (self.triangle, self.shares, self.hits):
-            values[:] = values[::-1].copy()  # the first row of a picture is the uppermost
+        # The first row of a picture is the uppermost. Where several triangles lie, the last one is seen.
+        places = corners.reshape(-1, 2) * [size, -size] + [-0.5, size - 0.5]
+        (x, y), rows = np.ascontiguousarray(places.T), np.arange(len(places), dtype=np.int32).reshape(-1, 3)
+        self.triangle, first = np.full((2, size, size), -1, np.int32)
+        for order, numbers in ((rows // 3, self.triangle), (-(rows // 3), first)):
+            depth = np.full((size, size), -np.inf)
+            rasterise(x, y, order.ravel().astype(np.float64), rows, -np.inf, np.inf, 0, numbers, depth)
         self.covered = self.triangle >= 0
+        self.several = self.covered & (self.triangle != first)
+        row, column = np.nonzero(self.covered)
+        corners_here = places.reshape(-1, 3, 2)[self.triangle[self.covered]]
+        self.shares = np.zeros((size, size, 3))
+        self.shares[self.covered] = barycentric(
+            np.stack([column, row, np.zeros_like(row)], axis=1), np.pad(corners_here, ((0, 0), (0, 0), (0, 1)))
+        )
 
     @property
     def shared(self) -> float:
         """Share of the covered texels on which several triangles lie."""
-        return float((self.hits[self.covered] > 1).mean()) if self.covered.any() else 0.0
+        return float(self.several[self.covered].mean()) if self.covered.any() else 0.0
 
     def of(self, triangles: IntArray, values: Array) -> Array:
         """Return values (n, ...) of vertices, interpolated at the texels, 0 where there is no triangle."""
