@@ -20,7 +20,6 @@ from ..geometry.normals import vertex_normals
 from ..geometry.topology import ring_triangles
 from ..mesh import to_polydata
 from ..mesh.arrays import reshaped
-from .own_parts import PART_COLOURS
 
 PARTED = 0.012
 """Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""
@@ -29,6 +28,8 @@ FARTHEST, FADING = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
 """Shares of red, green and blue light that are left far back in a mouth, and the depths over which light fades to a
 third, in distances between the pupils: the flesh around reflects red.
 """
+
+TONGUE_COLOUR = (176, 92, 88)
 
 POCKET_COLOURS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
 """Colours of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
@@ -99,7 +100,7 @@ class Mouth:
             self._parts[f"{arch.jaw}_teeth"] = self._part(arch.points, arch.triangles, paint)
         ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
         tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
-        self._parts["tongue"] = self._part(tongue, np.asarray(ball.regular_faces, np.int32), PART_COLOURS["tongue"])
+        self._parts["tongue"] = self._part(tongue, np.asarray(ball.regular_faces, np.int32), TONGUE_COLOUR)
 
     def _middles(self, face: Face) -> tuple[int, int]:
         """The two vertices of the loop in the middle of the lips: nearest to the midline on either side of it."""

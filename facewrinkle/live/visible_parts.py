@@ -18,10 +18,9 @@ from PIL import Image
 
 from ..anatomy.face import Face
 from ..appearance.eye import COLOURS, PaintedEye
-from ..appearance.furrows import cavity_shading, furrow_shade
 from ..appearance.hair import Brows, Lashes
-from ..appearance.own_parts import has_colours, own_parts
-from ..appearance.seen import Appearance
+from ..appearance.seen import Appearance, has_colours, own_parts
+from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals

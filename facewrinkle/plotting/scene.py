@@ -12,8 +12,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.own_parts import has_colours
-from ..appearance.seen import Appearance, Seen
+from ..appearance.seen import Appearance, Seen, has_colours
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError

@@ -10,8 +10,17 @@ from synthetic_faces import head_with, ring
 import facewrinkle as fw
 from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of, lips_middle
-from facewrinkle.appearance.furrows import cavity_shading
-from facewrinkle.appearance.skin_paint import DEEP_FLESH, FLESH, LID, SkinPainter, beard, complexion, flesh, lips
+from facewrinkle.appearance.skin_paint import (
+    DEEP_FLESH,
+    FLESH,
+    LID,
+    SkinPainter,
+    beard,
+    cavity_shading,
+    complexion,
+    flesh,
+    lips,
+)
 
 MIRROR = np.array([-1.0, 1.0, 1.0])
 

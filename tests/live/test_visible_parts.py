@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.appearance.furrows import cavity_shading
 from facewrinkle.appearance.seen import Appearance
+from facewrinkle.appearance.skin_paint import cavity_shading
 from facewrinkle.live.visible_parts import VisibleParts
 
 
