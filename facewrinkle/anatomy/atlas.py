@@ -33,11 +33,8 @@ from .muscles import (
 BASE = "facewrinkle"
 """The base that an atlas names which only changes the package's own."""
 
-BULGE = 0.45
-"""Of tissue that is no pad of fat; see :class:`facewrinkle.anatomy.skull.Tissue`."""
 
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
-PRINTED_ATLAS = DEFAULT_ATLAS.with_name("printed.toml")
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "modiolus", "closing", "wrinkles", "folds"}
 KEYS = {
@@ -68,7 +65,7 @@ class Atlas:
         Contraction rates by full muscle name.
     tissue : list of dict
         Samples of soft tissue: `at` (weights of landmarks, offset), `depth` (mm), `stiffness`, and where they are not
-        those of most skin, `across` and `bulge`; see :class:`facewrinkle.anatomy.skull.Tissue`.
+        1.0 and 0.45, `across` and `bulge`; see :class:`facewrinkle.anatomy.skull.Tissue`.
     mixtures : dict of str to dict
         Expressions as written: weights of action units, muscles, and expressions before them.
 
@@ -205,7 +202,7 @@ class Atlas:
             rows = [
                 (
                     _point(t["at"], s, landmarks, frame),
-                    [t["depth"], t["stiffness"], t.get("across", 1.0), t.get("bulge", BULGE)],
+                    [t["depth"], t["stiffness"], t.get("across", 1.0), t.get("bulge", 0.45)],
                 )
                 for t in self.tissue
                 for s in "lr"
@@ -229,7 +226,7 @@ def printed_atlas() -> Atlas:
     >>> len(atlas.muscles), list(atlas.expressions)
     (23, ['surprise', 'frowning', 'closing_eye', 'stretching_mouth', 'fear'])
     """
-    return replace(read_atlas(PRINTED_ATLAS), tissue=load_atlas().tissue)
+    return replace(read_atlas(DEFAULT_ATLAS.with_name("printed.toml")), tissue=load_atlas().tissue)
 
 
 @lru_cache(maxsize=1)

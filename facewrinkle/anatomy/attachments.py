@@ -24,15 +24,6 @@ STILL = 0.01
 """Vertices farther than this off the motion of the head, in distances between the pupils, count little in finding it.
 """
 
-ROOTS = 0.3
-"""The roots of a piece are its points up to this share of the way from its lowest to its highest above the skin."""
-
-SUPPORTS = 6
-"""Vertices of the skin, the nearest ones, with which each root goes."""
-
-SUPPORT_RADIUS = 0.05
-"""Within about this distance of a root, in distances between the pupils, these vertices weigh alike."""
-
 
 class Attachments:
     """Moves the parts of a face with its skin, its mandible and its eyes.
@@ -157,7 +148,7 @@ class _OnSkin:
         for part in np.unique(label):
             mine = np.flatnonzero(label == part)
             low, high = height[mine].min(), height[mine].max()
-            roots = mine[height[mine] <= low + ROOTS * (high - low)]
+            roots = mine[height[mine] <= low + 0.3 * (high - low)]  # the lowest third of a piece, above the skin
             root[mine] = roots[cKDTree(points[roots]).query(points[mine])[1]]
         places = np.unique(below[root])
         start, ring = vertex_rings(triangles, len(skin))
@@ -166,9 +157,9 @@ class _OnSkin:
         self._mean = csr_array(two.multiply(1.0 / two.sum(axis=1)[:, None]))
         self._points, self._rest = points, self._mean @ skin
         self._skin = skin
-        count = min(SUPPORTS, len(places))
+        count = min(6, len(places))  # vertices of the skin that carry each root
         distance, nearest = cKDTree(skin[places]).query(points[root], k=list(range(1, count + 1)))
-        weights = 1.0 / (distance + SUPPORT_RADIUS * size) ** 2
+        weights = 1.0 / (distance + 0.05 * size) ** 2  # those very near count alike
         self._nearest, self._weights = nearest, weights / weights.sum(axis=1, keepdims=True)
 
     def at(self, points: Array) -> Array:

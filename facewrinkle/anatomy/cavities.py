@@ -52,24 +52,17 @@ is hollow from the front. The grooves behind the wings of the nose are deep only
 """
 
 BLEND = 4.0
-"""Height or width over which one of these regions blends into the next."""
+"""Height or width over which one of these regions blends into the next; half as much beside the nose."""
 
-BLEND_BESIDE = 2.0
-"""The same beside the nose."""
 
 # --- Skin in a cavity ---------------------------------------------------------------------------------------
 
 INSIDE_DEPTH = 3.0
 """Skin that lies deeper than this behind lips or the rims of nostrils is inside."""
 
-BACKWARD = -0.5
-"""Skin whose normal points forward less than this (a cosine) is not seen from the front, however thin the lips are."""
 
 IN_MOUTH = 14.0
 """Skin that lies deeper than this behind the lips lines a mouth: the furrow between closed lips is half as deep."""
-
-OUTER_LANDMARKS = ("glabella", "zygion_l", "zygion_r")
-"""Skin that is connected with these is the outer skin of the face."""
 
 
 class Cavities:
@@ -114,7 +107,7 @@ class Cavities:
         upper, across = self._above(y)[None, :], np.abs(x)[:, None]
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
-        within = smoothstep((wing + BESIDE_NOSE - across) / BLEND_BESIDE)  # beyond the wings, skin lies as deep
+        within = smoothstep((wing + BESIDE_NOSE - across) / (0.5 * BLEND))  # beyond the wings, skin lies as deep
         near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
         lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
         near = near * smoothstep((y - lower_lip) / (IN_LOWER_LIP * lip))[None, :]
@@ -183,15 +176,15 @@ class Lining:
         self, cavities: Cavities, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array]
     ) -> None:
         depth, forward = cavities.depth(points), vertex_normals(points, triangles) @ cavities.frame.axes[2]
-        free = ~cavities.outer(points) | (forward < BACKWARD)
+        free = ~cavities.outer(points) | (forward < -0.5)  # turned back, it is not seen, however thin the lips are
         edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         edges = edges[free[edges].all(axis=1)]
         n = len(points)
         graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n))
         label = connected_components(graph, directed=False)[1]
-        # Skin that is also connected with the outer skin belongs to the lining only where it lies deep.
+        # Skin that is also connected with forehead and cheeks belongs to the lining only where it lies deep.
         self._tree = cKDTree(points)
-        face = self._tree.query([landmarks[name] for name in OUTER_LANDMARKS])[1]
+        face = self._tree.query([landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]
         inner = np.isin(label, np.setdiff1d(label[depth >= INSIDE_DEPTH], label[face]))
         self.vertices = np.asarray(free & inner | (depth >= INSIDE_DEPTH))
         self._cavities = cavities

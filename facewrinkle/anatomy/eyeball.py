@@ -15,9 +15,6 @@ from .landmarks import MEAN_PUPIL_DISTANCE
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
 """Radius of an adult's eyeball, in distances between the pupils."""
 
-SAG = 0.14
-"""The lids of a shut eye meet this far below the line between its corners, in distances between the corners."""
-
 
 @dataclass(frozen=True, eq=False)
 class Eyeball:
@@ -79,7 +76,9 @@ class Eyeball:
         return replace(self, gaze=np.asarray(gaze), up=up / np.linalg.norm(up))
 
     def slit(self, inner: Array, outer: Array, along: npt.ArrayLike) -> Array:
-        """Places (k, 3) on the sagging line where shut lids meet, at shares of the way from corner to corner.
+        """Places (k, 3) on the line where shut lids meet, at shares of the way from corner to corner.
+
+        In the middle it sags by 0.14 of this way.
 
         Examples
         --------
@@ -88,7 +87,7 @@ class Eyeball:
         array([[ 0. , -2.8, 12. ]])
         """
         share = np.reshape(along, (-1, 1))
-        sag = SAG * np.linalg.norm(outer - inner) * np.sin(np.pi * share)
+        sag = 0.14 * np.linalg.norm(outer - inner) * np.sin(np.pi * share)
         return np.asarray(inner + share * (outer - inner) - sag * self.up)
 
 

@@ -53,8 +53,6 @@ SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
 
 # --- The mesh ends at the margins, or goes on behind them: then the lids have a thickness -------------------
 
-RIM_REACH = 1.8
-"""The rim of the hole before an eye lies within this many radii of its centre; of several, it is the longest."""
 
 RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
 """The rim is the margin that is seen if, between these places, the two are nowhere farther apart than this."""
@@ -69,8 +67,6 @@ SLOPES = np.linspace(0.4, 1.5, 12)
 the smoothest edge is taken.
 """
 
-DETOUR = 0.01
-"""In the search for a path along the margin, an edge of the mesh this far from it counts twice its length."""
 
 # --- The opening as it is seen ------------------------------------------------------------------------------
 
@@ -100,9 +96,6 @@ HOLD = np.array([0.5, 0.2, 0.1, 0.25])
 """Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
 is that of its depth, which the landmarks show least.
 """
-
-CLOSED_REACH = 0.8
-"""Skin within this many radii of the axis of a closed eye is in front of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,8 +229,11 @@ def eyelid_opening(
 
 
 def lid_rim(eye: Eyeball, points: Array, loops: Sequence[IntArray]) -> IntArray | None:
-    """Vertices around the hole before an eye, of the boundary loops of a mesh; None if it goes on behind the lids."""
-    near = [loop for loop in loops if np.linalg.norm(points[loop] - eye.centre, axis=1).max() < RIM_REACH * eye.radius]
+    """Vertices around the hole before an eye, of the boundary loops of a mesh; None if it goes on behind the lids.
+
+    Of several holes within 1.8 radii of the eye's centre, it is the longest.
+    """
+    near = [loop for loop in loops if np.linalg.norm(points[loop] - eye.centre, axis=1).max() < 1.8 * eye.radius]
     return np.asarray(max(near, key=len), np.int32) if near else None
 
 
@@ -346,7 +342,7 @@ def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
     curve = np.stack([np.interp(steps, np.arange(len(beyond)), column) for column in beyond.T], axis=1)
     away = cKDTree(curve).query(local)[0]
     length = np.linalg.norm(local[edges[:, 0]] - local[edges[:, 1]], axis=1)
-    cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / DETOUR**2) + 1e-12
+    cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / 0.01**2) + 1e-12  # so far off, edges count twice
     n, used = len(local), np.unique(edges)
     graph = csr_array((cost, tuple(edges.T)), shape=(n, n))
     first, last = (used[np.argmin(np.abs(local[used, 0] - end) + 2.0 * away[used])] for end in beyond[[0, -1], 0])
@@ -428,7 +424,7 @@ def _behind(eye: Eyeball, points: Array) -> Eyeball:
     offset = points - eye.centre
     ahead = offset @ eye.gaze
     aside = np.linalg.norm(offset - np.outer(ahead, eye.gaze), axis=1)
-    before = (aside < CLOSED_REACH * eye.radius) & (ahead > -eye.radius)
+    before = (aside < 0.8 * eye.radius) & (ahead > -eye.radius)
     if not before.any():
         return eye
     reach = np.sqrt((eye.radius / LID_ROOM) ** 2 - aside[before] ** 2)

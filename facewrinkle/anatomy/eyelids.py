@@ -39,8 +39,6 @@ LOWER_FADE, INNER_FADE = 0.6, 2.5
 margin; only skin far back in the socket stays.
 """
 
-EDGE = 0.1
-"""Thickness, in radii, over which skin beyond the margin passes from the outside of a lid to its inside."""
 
 CORNER = 0.08
 """Beyond the canthi, the motion fades to nothing over this length, in distances between the canthi."""
@@ -63,18 +61,12 @@ TIGHTENS = 0.24
 TOWARDS_NOSE = 0.45
 """Its motion towards the inner canthus, where the muscle rises, relative to that upwards (0.4 to 0.5 there)."""
 
-TIGHTENS_WITH = np.deg2rad(45.0)
-"""Angle below the margin within which that motion fades to nothing: the lid goes in one piece."""
 
 # --- Following the eye --------------------------------------------------------------------------------------
 
 FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
 """Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
 
-FOLLOWS_FULLY = 0.6
-"""Margins follow in full where the opening is at least this high relative to its highest place, and not at all at its
-corners.
-"""
 
 LARGEST_TURN = np.deg2rad(40.0)
 """Largest turn of an eye from straight ahead; people turn their heads well before."""
@@ -86,8 +78,6 @@ KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 following) of their distance along the lids.
 """
 
-LEVEL = 0.2
-"""Skin still counts as above a neighbour that is higher by less than this share of their distance along the lids."""
 
 JOINED, LEAST_AREA = 0.2, 0.1
 """Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle
@@ -167,14 +157,14 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     if not len(vertices):
         return None
     close = JointWeights(vertices, angles[vertices], hold[vertices], eye.centre, axis)
-    full = FOLLOWS_FULLY * height[vertices].max()
+    full = 0.6 * height[vertices].max()  # margins follow less where the opening is lower, not at all at its corners
     follow = np.where(near, fade * between, 0.0) * np.clip(height / full, 0.0, 1.0)
     following = []
     for share, sign in ((FOLLOWS_UP, -1.0), (FOLLOWS_DOWN, 1.0)):
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
         bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
         following.append(replace(close, angles=bounded[vertices]))
-    below = 1.0 - smoothstep(np.maximum(bottom - elevation, 0.0) / TIGHTENS_WITH)
+    below = 1.0 - smoothstep(np.maximum(bottom - elevation, 0.0) / np.deg2rad(45.0))  # the lid goes in one piece
     tightened = np.where(is_upper, 0.0, -TIGHTENS * height * below * between)[vertices]
     tilted = axis + TOWARDS_NOSE * np.cross(eye.gaze, opening.axes[0])
     tighten = replace(close, angles=tightened, axis=tilted / np.linalg.norm(tilted))
@@ -183,7 +173,8 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
 
 def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:
     """Share (n,) of the margin's motion that skin takes, by its angle `beyond` the margin."""
-    outside = smoothstep((distance - opening.rim(along, is_upper)) / (EDGE * opening.eye.radius) + 0.5)
+    # Over a tenth of a radius, skin beyond the margin passes from the outside of a lid to its inside.
+    outside = smoothstep((distance - opening.rim(along, is_upper)) / (0.1 * opening.eye.radius) + 0.5)
     to_brow = np.interp(along, *opening.brow[:2]) - opening.lines(along)[0]
     upper = np.clip(BELOW_BROW * to_brow, LEAST_FADE * MARGIN_FADE, MARGIN_FADE)
     reach = np.where(is_upper, upper, LOWER_FADE * MARGIN_FADE)
@@ -200,7 +191,7 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     edges, _ = unique_edges(triangles)
     i, j = np.concatenate([edges, edges[:, ::-1]]).T
     rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
-    up = rise > -LEVEL * aside
+    up = rise > -0.2 * aside  # or about level with it
     length = KEPT * np.maximum(rise, 0.0) + shear * aside
     n, base = len(angles), float(-angles.min()) + 1.0
     # The paths begin at one more node; its distance from each vertex is that vertex's angle, made positive.

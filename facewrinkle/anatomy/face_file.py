@@ -183,14 +183,6 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     if int(data["version"]) > VERSION:
         raise MeshError(f"{file} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
     mesh = _restored(data)
-    for name in ("landmark_names", "estimated", "report"):
-        if data[name].dtype.kind != "U" and data[name].size:
-            raise MeshError(f"{name} must be text, received {data[name].dtype}. The file is damaged: make it anew.")
-    for name in ("points", "landmarks"):
-        if data[name].dtype.kind != "f" or not np.isfinite(data[name]).all():
-            raise MeshError(f"{name} must be finite numbers. The file is damaged: make it anew.")
-    if not 0.0 < float(data["unit"]) < np.inf:
-        raise MeshError(f"unit must be a finite number greater than 0, received {data['unit']}. Make the file anew.")
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}

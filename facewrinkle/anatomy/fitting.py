@@ -59,8 +59,6 @@ ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
 unit is off by a factor of ten or more.
 """
 
-SMALLEST = 50.0
-"""A mesh that is no face is in mm or cm only if it is at least so large from corner to corner, mm."""
 
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
 
@@ -468,7 +466,7 @@ def unit_by_size(size: float) -> str:
     >>> unit_by_size(139.0), unit_by_size(30.0), unit_by_size(2.1)
     ('mm', 'cm', 'm')
     """
-    return next((unit for unit in ("mm", "cm") if size * UNITS[unit] >= SMALLEST), "m")
+    return next((unit for unit in ("mm", "cm") if size * UNITS[unit] >= 50.0), "m")
 
 
 def unit_of_face(units: str | float | None, pupil_distance: float) -> float:

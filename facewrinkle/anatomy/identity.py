@@ -43,8 +43,6 @@ HAIRLINE_FADE = (-12.0, 6.0)
 TEXELS = 4
 """The texture's distances from the hairline are computed once for a square of this many texels on a side."""
 
-THINNEST = 70.0
-"""Brightness of the mean head's hair at most: brighter texels at the hairline are skin between thin hair."""
 
 GREYEST, BROWN, BRIGHTEST = 0.85, 40.0, 200.0
 """Share of hair that is grey at age 1; the brightness of the mean head's hair, whose strands keep their contrast; and
@@ -81,9 +79,6 @@ HEAD_RADIUS = 80.0
 
 FOREHEAD, TEMPLE = 30.0, 60.0
 """The line follows the trichion up to the first of these azimuths, the zygion from the second one on."""
-
-EAR_HEIGHT = 16.0
-"""The zygion lies this far below the eyes on the built-in head; a line over a higher zygion is higher by as much."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +225,7 @@ def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArr
     strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
     brightness, share = colour.mean(axis=-1, keepdims=True), hair[..., None]
-    strands = strands * np.minimum(THINNEST / np.maximum(brightness, 1.0), 1.0)
+    strands = strands * np.minimum(70.0 / np.maximum(brightness, 1.0), 1.0)  # brighter is skin between thin hair
     shown = colour * (skin + share * (strands - skin))
     shown += grey * share * (np.minimum(GREY * (0.5 + 0.5 * brightness / BROWN), BRIGHTEST) - shown)
     return np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
@@ -303,7 +298,9 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + AXIS_BEHIND_ZYGION))
     line = HAIRLINE.copy()
     share = smoothstep((line[:, 0] - FOREHEAD) / (TEMPLE - FOREHEAD))
-    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + EAR_HEIGHT)
+    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (
+        ear[1] + 16.0
+    )  # 16 mm below the eyes on the built-in head
     flat = np.radians(azimuth) * HEAD_RADIUS
     line[:, 0] = np.radians(line[:, 0]) * HEAD_RADIUS
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))

@@ -44,8 +44,6 @@ cards, which show a picture of some.
 
 # --- It is the ball of an eye, and gives it its place and size ---------------------------------------------
 
-BALL_POINTS = 9
-"""A sphere is fitted to this many points or more."""
 
 BALL_RADII = (0.7, 2.6)
 """Range of its radius relative to an adult's; the largest are of children and cartoons, whose two balls touch."""
@@ -64,8 +62,6 @@ MOUTH_BOX = np.array([[-0.55, -0.5, -1.2], [0.55, 0.5, 0.05]])
 MOUTH_FOREMOST = 0.25
 """No point of it lies farther in front of the mouth, as glasses and a fringe do (-0.05)."""
 
-MOUTH_EXTENT = 1.4
-"""Its largest extent is smaller than this (0.96: the upper gum)."""
 
 INSIDE, MOUTH_ASIDE = 0.6, 0.2
 """So does a piece of any size of which more than this share lies inside the head, its middle below the nasion and no
@@ -84,8 +80,6 @@ differ by more than this (0.39).
 
 # --- Something else ----------------------------------------------------------------------------------------
 
-SPECK = 0.02
-"""Smaller pieces are dropped."""
 
 ON_SKIN = 0.12
 """Pieces that are nowhere farther from the skin than this are fuzz, such as brows or stubble, and follow it."""
@@ -248,8 +242,8 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[
     within = np.mean(away < 0.0) > INSIDE and 0.5 * (low + high)[1] < bridge[1] and abs(low[0] + high[0]) < MOUTH_ASIDE
     if _is_in_mouth(low, high, mouth) or (within and high[2] < mouth[2] + MOUTH_FOREMOST):
         return "tongue" if _is_tongue(low, high, mouth) else "teeth"
-    if (high - low).max() < SPECK:
-        return "speck"
+    if (high - low).max() < 0.02:
+        return "speck"  # which is dropped
     if np.abs(away).max() < ON_SKIN:
         return "fuzz"
     if _is_glasses(low, high, bridge):
@@ -275,9 +269,10 @@ def _is_strand(points: Array) -> bool:
 
 
 def _is_in_mouth(low: Array, high: Array, mouth: Array) -> bool:
+    """True for pieces within the box; gums, the largest, are 0.96 wide."""
     middle = 0.5 * (low + high) - mouth
     inside = (MOUTH_BOX[0] < middle).all() and (middle < MOUTH_BOX[1]).all()
-    return bool(inside and high[2] < mouth[2] + MOUTH_FOREMOST and (high - low).max() < MOUTH_EXTENT)
+    return bool(inside and high[2] < mouth[2] + MOUTH_FOREMOST and (high - low).max() < 1.4)
 
 
 def _is_tongue(low: Array, high: Array, mouth: Array) -> bool:
@@ -329,7 +324,7 @@ def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] 
 
     `adult` is the radius of an adult's eye.
     """
-    if len(points) < BALL_POINTS:
+    if len(points) < 9:  # too few to tell a sphere by
         return None
     middle, radius = ball_of(points)
     across = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]

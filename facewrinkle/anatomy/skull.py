@@ -23,8 +23,6 @@ from .muscles import JawMuscle, JointWeights
 
 # Lengths are in distances between the pupils.
 
-SAMPLE_RADIUS = 0.03
-"""Within about this distance from a sample of the tissue, its weight grows no further."""
 
 BORDER_STIFFNESS, BORDER_FADE = 12.0, 0.15
 """Additional stiffness of the tethers, as a factor, at the outer border of an open mesh, where the skin beyond it would
@@ -33,9 +31,6 @@ hold it; and the distance over which that falls to nothing.
 
 SMOOTHING = 0.12
 """The surface and its normals are smoothed over this, so that the skull does not follow lips, nostrils and lids."""
-
-LEAST_DEPTH = 1.0 / 3.0
-"""The bone stays below the skin by this share of the tissue: smoothing cuts corners where a face is concave."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +106,7 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     """
     where, values = samples
     square = cdist(points, where, "sqeuclidean") / size**2
-    weights = (square + SAMPLE_RADIUS**2) ** -1.5
+    weights = (square + 0.03**2) ** -1.5  # no more than finite at a sample
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
@@ -122,7 +117,8 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     anchors = smooth(points - depth[:, None] * normals)
     above = ((points - anchors) * normals).sum(axis=1)
-    anchors -= np.maximum(LEAST_DEPTH * depth - above, 0.0)[:, None] * normals
+    # Smoothing cuts corners where a face is concave: a third of the tissue is left over the bone.
+    anchors -= np.maximum(1.0 / 3.0 * depth - above, 0.0)[:, None] * normals
     return Tissue(depth, stiffness, normals, anchors, across, bulge)
 
 
@@ -171,9 +167,6 @@ NECK = 0.55
 
 AROUND_MOUTH = 1.2
 """The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth."""
-
-WHOLLY = 0.98
-"""Skin that takes this share of the mandible's turn goes wholly with it."""
 
 
 def jaw_weights(
@@ -289,7 +282,7 @@ class Mandible:
     @classmethod
     def of(cls, jaw: JawMuscle, weights: JointWeights, points: Array) -> Mandible | None:
         """Return the mandible of a face at rest; None if no skin goes wholly with it."""
-        vertices = weights.vertices[weights.angles > WHOLLY * jaw.angle]
+        vertices = weights.vertices[weights.angles > 0.98 * jaw.angle]
         return cls(vertices, points[vertices] - jaw.hinge, jaw.hinge, jaw.axis) if len(vertices) else None
 
     def rotation(self, points: Array, angle: float | None = None) -> Array:

@@ -45,11 +45,6 @@ END_RADIUS = 5.0
 BEHIND_TEETH = 3.0
 """Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
 
-BEFORE_LINING = 0.05
-"""Room between the lining of the lips at rest and where it meets the crowns, mm."""
-
-GUM_LEAN = -0.35
-"""Place of the lower gum's end towards the lip, in thicknesses of crowns: drawn back, for the fold of the chin."""
 
 ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
 """Colours of a crown at its edge and at the gum."""
@@ -126,7 +121,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
         before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]))
         before &= depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         left, up, forward = left[before], up[before], forward[before]
-        room = CROWN_BULGE + BEFORE_LINING - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
+        room = CROWN_BULGE + 0.05 - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
         reach = np.maximum(1.0 + room / depth, 0.0)
         wanted = depth * np.sqrt(np.maximum(reach**2 - (left / half) ** 2, 0.0))
         most = max(most, BEHIND_LIPS + float((wanted - forward).max(initial=0.0)))
@@ -226,7 +221,7 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
     # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
     profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0)]
-    profile.append((0.12, 12.0) if jaw == "upper" else (GUM_LEAN, 12.0))
+    profile.append((0.12, 12.0) if jaw == "upper" else (-0.35, 12.0))  # drawn back, for the fold of the chin
     rows = [
         border + (out * thick)[:, None] * outward + (height + up - papilla * (up < 1.0))[:, None] * [0.0, 1.0, 0.0]
         for out, up in profile

@@ -91,10 +91,6 @@ def test_other_files_are_refused(face, tmp_path):
     for change, message in (
         ({"version": 99}, "later facewrinkle"),
         ({"triangles": np.array([[0, 1, 99999]])}, "must use"),
-        ({"unit": np.nan}, "unit must be a finite number greater than 0"),
-        ({"unit": -1.0}, "unit must be a finite number greater than 0"),
-        ({"report": np.array([1.0, 2.0])}, "report must be text, received float64"),
-        ({"landmarks": np.full_like(arrays["landmarks"], np.nan)}, "landmarks must be finite numbers"),
         ({"landmarks": arrays["landmarks"][:, :2]}, "is no face"),
         ({"confidences": arrays["confidences"][:3]}, "is no face"),
         ({"points": np.array(["x"])}, "points must be an array of real numbers"),

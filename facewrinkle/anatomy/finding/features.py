@@ -30,15 +30,9 @@ FURROW_SIZE = 0.03
 """Size of a furrow: the standard deviation of the Gaussian that smooths the depth."""
 START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
-CLEAR_STRENGTH = 3.5
-"""Strength of the furrow over the roughness of the skin around it, at least."""
-ROUGHNESS_HEIGHT = 0.35
-"""Distance above and below within which the roughness is measured."""
 # --- The path along the furrow to its end: the one with the largest sum of strength, less these costs.
 FAINT, STRONGEST = 0.4, 1.2
 """Strength at which the furrow ends, and the largest that counts, relative to that in its middle."""
-LEAN_COST = 0.1
-"""Cost of a step upwards or downwards."""
 DISTANCE_COST = 50.0
 """Cost of an end far from its expected place, per square of the distance."""
 # --- The lower lip: a place below the furrow between the lips, by its concavity.
@@ -58,8 +52,6 @@ PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 JUMP = 0.15
 """Larger steps of the depth from one row to the next are rims, behind which something else is seen."""
 
-BEND_SIZE = 0.1
-"""Size of the bends that count: the standard deviation of the Gaussian that smooths the profile."""
 
 BENT = 1.8
 """Curvature of the bend, at least (2.4 to 5.0 on thirty-one labelled faces)."""
@@ -149,10 +141,10 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
     columns = np.abs(MOUTH_GRID.x - middle[0]) < START[0]
     below = np.abs(MOUTH_GRID.y - middle[1])
     profile = np.where(below < START[1], strength[:, columns].mean(axis=1), -np.inf)
-    roughness = float(np.median(np.abs(strength[below < ROUGHNESS_HEIGHT])))
+    clear = 3.5 * float(np.median(np.abs(strength[below < 0.35])))  # beyond the roughness of the skin around it
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
-        if profile[row] > max(profile[row - 1], profile[row + 1], CLEAR_STRENGTH * roughness):
+        if profile[row] > max(profile[row - 1], profile[row + 1], clear):
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
@@ -175,12 +167,14 @@ def furrows(depth: Array, grid: Grid) -> Array:
 
 
 def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -> tuple[float, Array]:
-    """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column."""
+    """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column,
+    which costs a tenth.
+    """
     grid = MOUTH_GRID
     total, best, end = np.where(rows, gain[:, start], -np.inf), -np.inf, expected
     for column in range(start + side, gain.shape[1] if side > 0 else -1, side):
         above, below = np.append(total[1:], -np.inf), np.append(-np.inf, total[:-1])
-        total = np.maximum(total, np.maximum(above, below) - LEAN_COST) + gain[:, column]
+        total = np.maximum(total, np.maximum(above, below) - 0.1) + gain[:, column]
         square = (grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2
         row = int(np.argmax(total - DISTANCE_COST * square))
         if total[row] - DISTANCE_COST * square[row] > best:
@@ -222,7 +216,7 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
         rows = np.arange(len(up))
         return np.asarray(tilt.T @ [x, np.interp(row, rows, up), np.interp(row, rows, profile)])
 
-    slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), BEND_SIZE / PROFILE.step, mode="nearest")
+    slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), 0.1 / PROFILE.step, mode="nearest")  # of large bends
     bend = -np.gradient(slope, PROFILE.step) / (1.0 + slope**2) ** 1.5
     along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
     near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)

@@ -21,8 +21,6 @@ from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
-Landmarks = Mapping[str, Array]
-
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
 """Landmarks that cannot be read off the front view: completed from the template and the others."""
 
@@ -36,8 +34,6 @@ LANDMARK_CORRELATION = (0.70, 0.95)
 """Correlation of curvature around a landmark: the confidence in it is 0 at the first and 1 at the second, which is that
 of faces that are like the template there.
 """
-CHOICE = 0.03
-"""A variant with a correlation lower by this around a landmark has a third of the weight there."""
 ESTIMATE = 0.3
 """Confidence of a landmark that cannot be measured, at most."""
 UNSEEN, SEEN = 0.5, 0.7
@@ -221,7 +217,7 @@ def _consensus(
         if name in WITH_MOUTH and mouth >= rest:
             places[name], certainty[name] = candidates[mouth], float(correlation[mouth])
         else:
-            weights = np.exp((correlation[:rest] - correlation[:rest].max()) / CHOICE)
+            weights = np.exp((correlation[:rest] - correlation[:rest].max()) / 0.03)  # the best has most of it
             places[name] = np.average(candidates[:rest], axis=0, weights=weights)
     return places, certainty
 
@@ -262,7 +258,7 @@ def _place_chin(points: Array, triangles: IntArray, match: Match, places: dict[s
     return CHIN
 
 
-def _placed(match: Match, landmarks: Landmarks, names: list[str]) -> Array:
+def _placed(match: Match, landmarks: Mapping[str, Array], names: list[str]) -> Array:
     """Places (k, 3) of a variant's landmarks on the surface."""
     flat = match.warp(_flat(landmarks, names))
     places = _raised(match, flat, match.surface.depth)
@@ -278,12 +274,12 @@ def _raised(match: Match, flat: Array, depth: Array) -> Array:
     return match.pose.world(np.column_stack([flat, height]))
 
 
-def _correlation_around(match: Match, landmarks: Landmarks) -> Array:
+def _correlation_around(match: Match, landmarks: Mapping[str, Array]) -> Array:
     """Correlation of curvature around a variant's landmarks, in the order of NAMES."""
     return np.asarray(map_coordinates(match.correlation, FINE.index(_flat(landmarks, NAMES)), order=1, mode="nearest"))
 
 
-def _flat(landmarks: Landmarks, names: Iterable[str]) -> Array:
+def _flat(landmarks: Mapping[str, Array], names: Iterable[str]) -> Array:
     return np.array([landmarks[name][:2] for name in names])
 
 

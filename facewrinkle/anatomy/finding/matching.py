@@ -27,8 +27,6 @@ SPACING = 0.24
 STIFFNESS, SYMMETRY = 0.02, 0.02
 """Resistance to bending, and to differences of left and right."""
 
-LARGEST_SHIFT = 0.1
-"""Shift of a control point in one step, at most, in distances between the pupils."""
 
 CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
 """Size of the surroundings by whose strength of curvature a place is normalised, and the least such strength."""
@@ -151,7 +149,7 @@ def fitted_warp(
             shift.shape
         )
         change = base.solved(metric, -right)
-        shift = shift + change * min(1.0, LARGEST_SHIFT / max(float(np.abs(change).max()), 1e-12))
+        shift = shift + change * min(1.0, 0.1 / max(float(np.abs(change).max()), 1e-12))  # in small steps
     return Warp(grid, shift)
 
 
@@ -193,8 +191,6 @@ COARSE, FINE = Grid(0.07), Grid(0.035)
 SCALES = (0.06, 0.11, 0.22)
 """Sizes of bulges and hollows that are compared, in distances between the pupils."""
 
-STRONG = 0.5
-"""Curvature beyond this is compressed: the rims of masks, hair and cloth must not outweigh a face."""
 
 BACKGROUND = 0.35
 """A surface that lies farther than this from the template is not the face, in distances between the pupils."""
@@ -205,8 +201,6 @@ RIGID_STEPS = 4
 """Steps in which proportions hardly change: size and place come first."""
 STRETCH_STIFFNESS = 0.003
 """Resistance to stretch in the later steps."""
-LARGEST_CHANGE = 0.3
-"""Turn, shift and growth of one step, at most."""
 
 # How likely a pose is to be that of a face.
 DEPTH_PENALTY = 3.0
@@ -257,8 +251,9 @@ def _median_offset(depth: Array, base: SurfaceMap) -> float:
     return float(np.median((depth - base.depth)[inside])) if inside.any() else 0.0
 
 
-def _compressed(values: Array) -> Array:
-    return np.asarray(values / np.sqrt(1.0 + (values / STRONG) ** 2))
+def _compressed(curvature: Array) -> Array:
+    """Curvature below 0.5, in which the rims of masks, hair and cloth do not outweigh a face."""
+    return np.asarray(curvature / np.sqrt(1.0 + (curvature / 0.5) ** 2))
 
 
 def pose_score(found: SurfaceMap, base: SurfaceMap) -> float:
@@ -323,7 +318,7 @@ def _gauss_newton_step(depth: Array, base: SurfaceMap, pose: Pose, tolerance: fl
     stiff = max(weight, 1.0) * np.array([*[1e-3] * 7, *[stiffness] * 2])
     stretch = np.array([*[0.0] * 7, *np.log(pose.stretch[1:])])
     change = -np.linalg.solve(square + np.diag(stiff), right - stiff * stretch)
-    return np.asarray(change * min(1.0, LARGEST_CHANGE / max(float(np.abs(change).max()), 1e-12)))
+    return np.asarray(change * min(1.0, 0.3 / max(float(np.abs(change).max()), 1e-12)))  # in steps that are not large
 
 
 def _moved(pose: Pose, change: Array) -> Pose:

@@ -29,11 +29,6 @@ from .template import VARIANTS, Pose, template
 SIZES = np.geomspace(1 / 45.0, 1 / 2.9, 15)
 """Distance between the pupils over the diagonal of the bounding box: from a whole body on a floor to a narrow mask."""
 
-NOSES = 40
-"""Protruding points that are tried at every size."""
-
-BEST_DIRECTIONS = 4
-"""Directions of each nose that are kept."""
 
 SAMPLES = 40_000
 """Points spread over a mesh, among which noses are looked for, and over the template, of which its polar map is made.
@@ -48,9 +43,6 @@ TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
 
 LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
 """Largest difference of height that counts, and the difference that a place without surface has, over the radius."""
-
-SAME = 0.4
-"""Two poses are the same if neither origin nor ends of axes are farther apart than this share of the larger size."""
 
 
 @cache
@@ -104,12 +96,13 @@ def distinct(found: list[tuple[float, Pose]], n: int) -> list[tuple[float, Pose]
 
 
 def _same(a: Pose, b: Pose) -> bool:
+    """True if neither origins nor ends of axes are far apart for the size of the face."""
     apart = [a.origin - b.origin, *(a.origin + a.size * a.axes - b.origin - b.size * b.axes)]
-    return bool(np.linalg.norm(apart, axis=1).max() < SAME * max(a.size, b.size))
+    return bool(np.linalg.norm(apart, axis=1).max() < 0.4 * max(a.size, b.size))
 
 
 def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
-    """The best poses of every nose at one size, with their mismatches."""
+    """The best four poses of every nose at one size, with their mismatches."""
     points = thinned(points, 0.06 * size)
     noses = _noses(points, size)
     axes = np.array([_directions(nose, _within(points, nose, 0.8 * size)) for nose in noses])
@@ -120,7 +113,7 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     tip = template().landmarks["nose_tip"]
     found = []
     for k, nose in enumerate(noses):
-        for a in np.argsort(cost[k], kind="stable")[:BEST_DIRECTIONS]:
+        for a in np.argsort(cost[k], kind="stable")[:4]:
             angle = 2.0 * np.pi * roll[k, a] / SECTORS
             across, over, ahead = axes[k, a]
             left = np.cos(angle) * across + np.sin(angle) * over
@@ -130,7 +123,7 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
 
 
 def _noses(points: Array, size: float) -> Array:
-    """The points (k, 3) that protrude most, none within the width of a nose of another."""
+    """The 40 points (k, 3) that protrude most, none within the width of a nose of another."""
     coarse = thinned(points, 0.12 * size)
     tree = cKDTree(coarse)
     pairs = tree.query_pairs(0.55 * size, output_type="ndarray")
@@ -144,7 +137,7 @@ def _noses(points: Array, size: float) -> Array:
             free[tree.query_ball_point(coarse[p], 0.25 * size)] = False
             close = _within(points, coarse[p], 0.12 * size)
             chosen.append(close[np.argmax(close @ protrusion[p])])
-            if len(chosen) == NOSES:
+            if len(chosen) == 40:
                 break
     return np.array(chosen)
 

@@ -6,7 +6,7 @@ The template has variants, with the mouth closed, open or drawn aside; poses pla
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
@@ -157,10 +157,6 @@ UNMEASURED = (
 is seen to turn under.
 """
 
-MEAN = Identity()
-
-MOUTH_RADIUS = 0.5
-"""Distance from the middle of the mouth at which the skin goes with it by 1 / e, in distances between the pupils."""
 
 # Given landmarks tell no pose if either holds. Lengths are in distances between the pupils.
 COLLINEAR = 0.2
@@ -182,7 +178,7 @@ class TemplateVariant:
         Shift of the mouth to the left, in distances between the pupils.
     """
 
-    identity: Identity = MEAN
+    identity: Identity = field(default_factory=Identity)
     jaw: float = 0.0
     mouth_shift: float = 0.0
 
@@ -265,7 +261,7 @@ def _deformed(
         moved[weights.vertices] += weights.turned(points, variant.jaw)
     if variant.mouth_shift:
         offset = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance
-        share = np.exp(-(offset**2).sum(axis=1) / MOUTH_RADIUS**2)
+        share = np.exp(-(offset**2).sum(axis=1) / 0.5**2)  # cheeks and chin go along
         moved += variant.mouth_shift * frame.pupil_distance * share[:, None] * frame.axes[0]
     return moved
 

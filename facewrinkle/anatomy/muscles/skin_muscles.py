@@ -436,10 +436,8 @@ class SphincterMuscle(Muscle):
         self._set(centre=centre, normal=normal, lateral=lateral, vertical=vertical, thickness=thickness)
         if not np.min([self.semi_major, self.semi_minor, self.thickness]) > 0.0:  # also for NaN
             raise ParameterError("semi_major, semi_minor and thickness must be positive.")
-        check_range("inner", self.inner, 0.0, 1.0 - 1e-9)
-        check_range("dead_zone", self.dead_zone, 0.0, 1.0 - 1e-9)
-        check_range("beta1", self.beta1, 0.0, np.pi)
-        check_range("beta2", self.beta2, 0.0, np.pi)
+        for name, most in (("inner", 1.0 - 1e-9), ("dead_zone", 1.0 - 1e-9), ("beta1", np.pi), ("beta2", np.pi)):
+            check_range(name, getattr(self, name), 0.0, most)
         if self.beta1 + self.beta2 == 0.0:
             raise ParameterError("beta1 + beta2 must be positive: the wrinkling region has no angle.")
 
