@@ -219,17 +219,6 @@ def test_parameters_out_of_range_are_refused(call):
     assert "received" in str(caught.value)
 
 
-@pytest.mark.parametrize("value", ["x", "1", None, [1], 1j, 10**400, 2000.0, np.nan])
-def test_what_is_no_number_of_use_is_refused(value):
-    with pytest.raises(ParameterError, match="alpha must"):
-        equations.phase(0.0, 0.0, 1.0, value)
-    with pytest.raises(ParameterError, match="lambda_w must"):
-        equations.half_cycle(1.0, value, 3)
-    if value != 2000.0:
-        with pytest.raises(ParameterError, match="number of wrinkles must"):
-            equations.half_cycle(1.0, 0.2, value)
-
-
 @pytest.mark.parametrize(("wavelength", "epsilon"), [(10.0, 0.01), (4.0, 0.04), (63.0, 0.002)])
 def test_the_deepest_wave_is_as_long_as_the_skin(wavelength, epsilon):
     """The arc of a sine of that depth over the compressed wavelength, by quadrature."""
