@@ -97,6 +97,19 @@ def tangent_axes(normals: Array) -> tuple[Array, Array]:
     return first, np.cross(normals, first)
 
 
+def triangle_normals(points: Array, triangles: npt.NDArray[np.integer]) -> Array:
+    """Return the unit normals (m, 3) of triangles; zero for those without area.
+
+    Examples
+    --------
+    >>> triangle_normals(np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2], [0, 1, 1]])).tolist()
+    [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]
+    """
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))
+
+
 def vertex_areas(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
     """A third of the area of the adjacent triangles, per vertex (n,).
 

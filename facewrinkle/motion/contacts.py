@@ -17,11 +17,12 @@ import numpy.typing as npt
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
+from ..geometry.normals import triangle_normals
+from ..geometry.topology import side_lengths
 from ..mesh.repair import areas_doubled
 from . import _contact_kernels as kernels
 from ._skin_kernels import shares_of_area
-from .lid_surfaces import facing_lids
-from .lip_surfaces import behind_lips, facing_lips
+from .self_contact import behind_lips, facing_lids, facing_lips
 from .solids import SLACK, Samples, Solids, met_solids
 
 FLAT = {0.2: 100.0, 0.1: 1000.0}
@@ -64,16 +65,11 @@ def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
     True
     """
     points, triangles = face.points * face.unit, face.triangles.astype(np.int64)
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
-    double = np.linalg.norm(cross, axis=1)
-    longest = np.sqrt(np.max([((p - q) ** 2).sum(axis=1) for p, q in ((a, b), (b, c), (c, a))], axis=0))
-    return FlatTriangles(
-        triangles, cross / double[:, None], double, double / longest, resistance[triangles].mean(axis=1)
-    )
+    double, longest = areas_doubled(points, triangles), side_lengths(points[triangles]).max(axis=1)
+    stiffness = resistance[triangles].mean(axis=1)
+    return FlatTriangles(triangles, triangle_normals(points, triangles), double, double / longest, stiffness)
 
 
-Responses = npt.NDArray[np.float32]
 Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 

@@ -8,32 +8,30 @@ any time step: the positions minimise the sum of inertia and energy.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
-from ..anatomy.muscles.base import unit
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
-from ..geometry.normals import vertex_areas
+from ..geometry.normals import triangle_normals, vertex_areas
 from ..geometry.topology import unique_edges
+from ..mesh.repair import areas_doubled
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
-from .lip_surfaces import closing_forces
-from .material import SkinMaterial
 from .minimiser import Factors, Minimiser
+from .self_contact import closing_forces
 from .skin_mesh import SKIN_VERTICES, SkinMesh
-
-__all__ = ["Skin", "SkinMaterial"]
-
 
 INVERSION_STIFFNESS = 20.0
 """Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""
@@ -49,6 +47,63 @@ MOST_HALVINGS = 2
 
 THIN_LIDS = 0.97
 """Share of its bending stiffness that the skin of the lids, the thinnest of the body, lacks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkinMaterial:
+    """Mechanics of the skin, relative to its membrane stiffness of 1. Lengths in mm, times in s.
+
+    Attributes
+    ----------
+    decay : float
+        Distance over which a local pull dies out on the forehead: sqrt(membrane stiffness / stiffness of the tethers).
+    normal_ratio : float
+        Stiffness of the tethers along the normal, relative to that along the surface, for tissue as on the forehead.
+    bending : float
+        Biharmonic bending stiffness, mm^2.
+    threshold, stiffening : float
+        Strain beyond which a spring gets stiffer, and the stiffness that is added then, relative to its own.
+    pull : float
+        Distance by which a muscle of strength 1 would move wide, free skin of the forehead, mm.
+    rate : float
+        Natural frequency of the skin on its tethers, rad/s.
+    damping : float
+        Relative to critical damping.
+    smallest_area : float
+        Triangles are kept from falling below this share of their area.
+    lid_stiffness : float
+        Stiffness of the tethers of the lids' plates, relative to those of the forehead.
+    lip_firmness : float
+        Stiffness that is added to the tethers of the lips along the surface, relative to their own: flesh does not
+        glide as skin on bone does.
+    cartilage : float
+        Stiffness that is added to the springs at the tip of the nose, relative to their own: the tip goes along, and
+        stays whole, when the wings of the nose rise.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> soft = fw.SkinMaterial(decay=20.0, damping=0.3)  # pulls reach further, and the skin swings
+    >>> sim = fw.Simulation(fw.default_face(), material=soft)
+    """
+
+    decay: float = 14.0
+    normal_ratio: float = 2.5
+    bending: float = 20.0
+    threshold: float = 0.3
+    stiffening: float = 2.0
+    pull: float = 18.0
+    rate: float = 30.0
+    damping: float = 1.0
+    smallest_area: float = 0.3
+    lid_stiffness: float = 5000.0
+    lip_firmness: float = 1.3
+    cartilage: float = 13.0
+
+    def __post_init__(self) -> None:
+        for name, value in dataclasses.asdict(self).items():
+            smallest = 1e-6 if name in ("decay", "rate", "normal_ratio", "bending") else 0.0
+            check_range(name, value, smallest, 1e9)
 
 
 class Skin:
@@ -70,8 +125,8 @@ class Skin:
     ----------
     points : ndarray, shape (n, 3)
         Rest positions, mm.
-    displacement, velocity : ndarray, shape (n, 3)
-        mm and mm/s.
+    displacement : ndarray, shape (n, 3)
+        mm
     mesh : SkinMesh
         The mesh on which the skin is simulated.
     names : tuple of str
@@ -141,8 +196,7 @@ class Skin:
         self._edges, self._corners = edges.astype(np.uint32), self._triangles.astype(np.uint32)
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
-        a, b, c = (points[self._triangles[:, k]] for k in range(3))
-        areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        areas = 0.5 * areas_doubled(points, self._triangles)
         area_of_edge = np.bincount(sides.ravel(), np.repeat(areas, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
@@ -191,7 +245,7 @@ class Skin:
         """
         n, corners = len(self._rest_points), self._triangles
         a, b, c = (self._rest_points[corners[:, k]] for k in range(3))
-        facing = unit(np.cross(b - a, c - a))
+        facing = triangle_normals(self._rest_points, corners)
         growth = 0.5 * np.stack([np.cross(facing, side) for side in (c - b, a - c, b - a)], axis=1)
         ends = 3 * np.arange(len(corners) + 1)
         at = csr_array((np.ones(corners.size), corners.ravel(), ends), shape=(len(corners), n))
@@ -280,11 +334,6 @@ class Skin:
     @displacement.setter
     def displacement(self, displacement: Array) -> None:
         self._displacement = displacement[self.mesh.vertices]
-
-    @property
-    def velocity(self) -> Array:
-        """Velocity (n, 3) of the face's vertices, mm/s."""
-        return self.mesh.follow(self._velocity)
 
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""

@@ -18,7 +18,7 @@ from ..geometry.normals import vertex_areas
 from ..geometry.topology import unique_edges
 from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
-from .lid_surfaces import lid_ridges
+from .self_contact import lid_ridges
 
 SKIN_VERTICES = 4400
 """Vertices of the skin's mesh on a fine face."""

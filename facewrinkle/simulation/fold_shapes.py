@@ -21,8 +21,7 @@ from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
 from ..layers.wave_folds.stripes import Style
 from ..motion.base import Motion
-from ..motion.material import SkinMaterial
-from ..motion.skin import Skin
+from ..motion.skin import Skin, SkinMaterial
 
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""

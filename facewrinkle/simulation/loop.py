@@ -31,8 +31,7 @@ from ..layers.compression import StrainField
 from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped
-from ..motion.material import SkinMaterial
-from ..motion.skin import Skin
+from ..motion.skin import Skin, SkinMaterial
 from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscles
 from .fold_shapes import fold_shapes
 from .frames import FrameMaker

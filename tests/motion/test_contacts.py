@@ -28,7 +28,7 @@ from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
-from facewrinkle.motion.lip_surfaces import CLOSE_BY, LIP_DISTANCE, reached
+from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, reached
 from facewrinkle.motion.skin import Skin
 from facewrinkle.motion.solids import SLACK, met_solids, samples_of
 from tools.trials.oracle import DEEPEST, Oracle

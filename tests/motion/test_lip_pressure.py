@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from facewrinkle.motion.lip_surfaces import CLOSE_BY, around_mouth, closing_forces, reached
+from facewrinkle.motion.self_contact import CLOSE_BY, around_mouth, closing_forces, reached
 
 
 def hits(triangles, place, direction):

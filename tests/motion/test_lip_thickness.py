@@ -16,7 +16,7 @@ from skins import held
 
 import facewrinkle as fw
 from facewrinkle.motion._contact_kernels import gaps_of
-from facewrinkle.motion.lip_surfaces import THINNEST, behind_lips
+from facewrinkle.motion.self_contact import THINNEST, behind_lips
 from facewrinkle.motion.solids import met_solids
 from tools.trials.oracle import DEEPEST, Oracle
 from tools.trials.sequences import sequence

@@ -164,10 +164,9 @@ def test_rest_is_rest(fine):
     for _ in range(3):
         assert np.array_equal(skin.step(), skin.points)
     assert skin.points.shape == fine.points.shape
-    assert not skin.velocity.any()
     skin.contract({"frontalis_inner_l": 1.0})
     skin.step()
-    assert skin.displacement.shape == skin.velocity.shape == fine.points.shape
+    assert skin.displacement.shape == fine.points.shape
     assert skin.displacement.any()
     skin.reset()
     assert np.array_equal(skin.step(), skin.points)

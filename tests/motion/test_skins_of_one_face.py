@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
-from facewrinkle.motion.material import SkinMaterial
-from facewrinkle.motion.skin import Skin
+from facewrinkle.motion.skin import Skin, SkinMaterial
 
 
 def moved(skin):

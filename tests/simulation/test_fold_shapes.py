@@ -22,7 +22,7 @@ from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.motion.material import SkinMaterial
+from facewrinkle.motion.skin import SkinMaterial
 from facewrinkle.simulation.fold_layers import fold_layers
 from facewrinkle.simulation.fold_shapes import find_folds, fold_shapes, relaxed_shapes
 
