@@ -107,5 +107,6 @@ class FrameMaker:
         frame.SetFieldData(self._common.GetFieldData())
         use_texture(frame, source.active_texture_coordinates_name)
         frame.point_data.active_normals_name = "Normals"
+        frame.point_data.active_scalars_name = "W"  # what `frame.plot()` colors
         refine_seams(self._face.mesh, frame, forest)
         return frame
