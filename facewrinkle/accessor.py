@@ -44,7 +44,7 @@ class FaceWrinkleAccessor:
     >>> import facewrinkle.accessor
     >>> import pyvista as pv
     >>> ball = pv.Icosphere(radius=40.0, nsub=5)
-    >>> dented = ball.facewrinkle.pattern("dimple", centre=(0, 0, 40), size=30.0, depth=3.0)
+    >>> dented = ball.facewrinkle.pattern("dimple", center=(0, 0, 40), size=30.0, depth=3.0)
     >>> round(float(dented["W"].min()), 1)
     -3.0
     """
@@ -58,10 +58,10 @@ class FaceWrinkleAccessor:
     def pattern(
         self,
         pattern: Any,
-        centre: npt.ArrayLike | None = None,
+        center: npt.ArrayLike | None = None,
+        *,
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         size: float | tuple[float, float] | None = None,
-        *,
         landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None,
         time: float = 0.0,
         units: str | float | None = None,
@@ -75,9 +75,9 @@ class FaceWrinkleAccessor:
         pattern : str, Pattern, callable f(x, y, t), or sequence of these
             See :class:`facewrinkle.PatternLayer`. With `landmarks`, the name of a preset
             (:func:`facewrinkle.layers.patterns_on_skin.presets.names`), on both sides if the name has no side.
-        centre, up, size :
-            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. (Or `center`.) If the
-            mesh has several connected parts, the pattern is laid on the one nearest to the centre.
+        center, up, size :
+            See :class:`facewrinkle.Region`; in the coordinates and unit of the mesh. If the mesh has
+            several connected parts, the pattern is laid on the one nearest to the center.
         landmarks : mapping or path, optional
             Landmarks of a face; see :func:`facewrinkle.fit_face`.
         time : float
@@ -104,7 +104,7 @@ class FaceWrinkleAccessor:
         Warns
         -----
         FaceWrinkleWarning
-            If the mesh is refined, or too coarse with `max_level`; and if by its size it is taken to be in cm or m.
+            If the mesh is too coarse with `max_level`, or by its size taken to be in cm or m.
         """
         check_range("time", time, -1e9, 1e9)
         check_whole("max_level", max_level, 0, FINEST, "Each level has four times as many triangles.")
@@ -118,21 +118,21 @@ class FaceWrinkleAccessor:
         if landmarks is not None:
             face, rest = fit_face(self._mesh, landmarks, units=units), None
             chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
-            chosen |= {name: value for name, value in (("centre", centre), ("size", size)) if value is not None}
+            chosen |= {name: value for name, value in (("center", center), ("size", size)) if value is not None}
             layers = PatternLayer.presets(pattern, face, **chosen, **words)
         else:
             if isinstance(pattern, str) and pattern in names() and pattern not in table():
                 raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
-            face, rest = _nearest_part(self._mesh, centre, _units(self._mesh, units))
-            layers = [PatternLayer(pattern, centre, up=up, size=size, **words)]
+            face, rest = _nearest_part(self._mesh, center, _units(self._mesh, units))
+            layers = [PatternLayer(pattern, center, up=up, size=size, **words)]
         return _combined(patterned(face, layers, max_level), rest)
 
     def tear(
         self,
         path: npt.ArrayLike | None = None,
+        *,
         start: npt.ArrayLike | None = None,
         t: float | None = None,
-        *,
         units: str | float | None = None,
         **options: Any,
     ) -> pv.PolyData:
@@ -175,11 +175,6 @@ def patterned(face: Face, layers: list[PatternLayer], max_level: int) -> pv.Poly
     frame, cells = simulation.step(), -1
     while frame.n_cells != cells:
         frame, cells = simulation.step(), frame.n_cells
-    if len(face.triangles) < cells and needed <= max_level:
-        warn(
-            f"the mesh was too coarse to carry the pattern {layers[0].name}: it was refined from {len(face.triangles)} "
-            f"to {cells} triangles."
-        )
     return frame
 
 
@@ -200,15 +195,15 @@ def _units(mesh: pv.DataSet | pv.MultiBlock, units: str | float | None) -> str |
 
 
 def _nearest_part(
-    mesh: pv.DataSet | pv.MultiBlock, centre: npt.ArrayLike | None, units: str | float
+    mesh: pv.DataSet | pv.MultiBlock, center: npt.ArrayLike | None, units: str | float
 ) -> tuple[Face, pv.PolyData | None]:
     """Return the connected part nearest to a point as a face, and the other parts."""
     source = read_surface(mesh)
     triangles = np.asarray(source.regular_faces, dtype=np.int32)
     label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
-    if centre is None or np.shape(centre) != (3,) or len(triangles) == 0 or label.max() == 0:
+    if center is None or np.shape(center) != (3,) or len(triangles) == 0 or label.max() == 0:
         return surface(source, units), None
-    own = label == label[closest_point(np.asarray(source.points), triangles, centre).triangle]
+    own = label == label[closest_point(np.asarray(source.points), triangles, center).triangle]
     others, numbers = np.unique(triangles[~own], return_inverse=True)
     rest = with_data(source, numbers.reshape(-1, 3), others, ~own)
     return surface(with_data(source, triangles[own], np.arange(source.n_points), own), units), rest

@@ -36,7 +36,7 @@ def vector(name: str, value: object) -> npt.NDArray[np.float64]:
 
     Examples
     --------
-    >>> vector("centre", (0, 1, 2))
+    >>> vector("center", (0, 1, 2))
     array([0., 1., 2.])
     """
     try:

@@ -53,9 +53,9 @@ places = {
     "eye_pouch": ((68, 4, 46), (0, 1, 0), (48, 26), {"number": (0.7, 0.55), "crease": 0.3, "bow": 0.5, "depth": 5}),
 }
 layers = []
-for name, (centre, up, size, looks) in places.items():
-    for side in (1, -1) if centre[0] else (1,):
-        where = {"centre": np.multiply(centre, [side, 1, 1]), "up": np.multiply(up, [side, 1, 1]), "mirrored": side < 0}
+for name, (center, up, size, looks) in places.items():
+    for side in (1, -1) if center[0] else (1,):
+        where = {"center": np.multiply(center, [side, 1, 1]), "up": np.multiply(up, [side, 1, 1]), "mirrored": side < 0}
         looks = {"variation": 0.5, "seed": side + 1, **looks} if name not in ("dimple", "eye_pouch") else looks
         layers.append(fw.PatternLayer(name, **where, size=size, name=f"{name} {side}", **looks))
 simulation = fw.Simulation(pig, fw.Refinement(max_level=3), layers=layers, motion=fw.Still(pig))
@@ -77,9 +77,7 @@ with TearScene(pig, Style((1124, 1000), View((0.55, 0.1, 1.0), None, (0.1, 0.15,
 # %%
 # The same for one pattern and one stream of water is a filter of any mesh of PyVista. ``facewrinkle pattern`` and
 # ``facewrinkle tear`` do it on the command line.
-with warnings.catch_warnings():
-    warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # it says that the mesh is refined
-    lined = skin.facewrinkle.pattern("forehead", centre=(0, 98, 46), up=(0, 1, -0.6), size=(130, 64), depth=5.0)
+lined = skin.facewrinkle.pattern("forehead", center=(0, 98, 46), up=(0, 1, -0.6), size=(130, 64), depth=5.0)
 stream = skin.facewrinkle.tear(start=(74, 16, 42), width=10.0)
 
 # %%

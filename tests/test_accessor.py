@@ -39,8 +39,7 @@ def test_it_is_registered_on_all_data_of_pyvista():
 
 def test_a_pattern_leaves_its_input_alone(ball, fingerprint):
     before = fingerprint(ball)
-    with pytest.warns(FaceWrinkleWarning, match=r"too coarse.*refined from \d+ to \d+ triangles"):
-        out = ball.facewrinkle.pattern("cheek", (0, 0, 40), size=30.0, depth=1.5, number=3)
+    out = ball.facewrinkle.pattern("cheek", (0, 0, 40), size=30.0, depth=1.5, number=3)
     assert fingerprint(ball) == before
     assert out is not ball
     assert out.n_cells > ball.n_cells
@@ -49,8 +48,7 @@ def test_a_pattern_leaves_its_input_alone(ball, fingerprint):
 
 
 def test_it_is_what_a_simulation_gives(ball):
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        out = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
+    out = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
     face = fw.surface(ball)
     layer = fw.PatternLayer("dimple", (0, 0, 40), size=15.0, depth=2.0)
     sim = fw.Simulation(face, layers=[layer], motion=fw.Still(face))
@@ -70,8 +68,7 @@ def test_other_parts_come_along(ball):
     ear = pv.Sphere(radius=8.0, center=(0, 0, 60), theta_resolution=30, phi_resolution=30)
     ear["height"] = ear.points[:, 1].astype(np.float64)
     both = pv.merge([ball, ear])
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        out = both.facewrinkle.pattern("dimple", (0, 0, 68), size=6.0, depth=1.0)
+    out = both.facewrinkle.pattern("dimple", (0, 0, 68), size=6.0, depth=1.0)
     assert out.split_bodies().n_blocks == 2
     moved = out["W"] != 0.0
     assert out["W"].min() == pytest.approx(-1.0, abs=0.02)
@@ -93,18 +90,15 @@ def test_time_moves_functions_of_time(ball):
 
 def test_presets_by_landmarks(face):
     given = {name: face.landmarks[name].tolist() for name in face.landmarks}
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        out = face.mesh.facewrinkle.pattern("frown", landmarks=given, depth=1.0)
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        expected = facewrinkle.accessor.patterned(face, fw.PatternLayer.presets("frown", face, depth=1.0), 6)
+    out = face.mesh.facewrinkle.pattern("frown", landmarks=given, depth=1.0)
+    expected = facewrinkle.accessor.patterned(face, fw.PatternLayer.presets("frown", face, depth=1.0), 6)
     assert out.n_cells == expected.n_cells
     np.testing.assert_allclose(out["W"], expected["W"], atol=1e-9)
 
 
 def test_texture_coordinates_stay(ball):
     scan = ball.texture_map_to_sphere(inplace=False)
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        out = scan.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0)
+    out = scan.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0)
     assert out.active_texture_coordinates.shape == (out.n_points, 2)
     base = out["level"] == 0
     np.testing.assert_allclose(out.active_texture_coordinates[base], scan.active_texture_coordinates, atol=1e-6)
@@ -113,15 +107,15 @@ def test_texture_coordinates_stay(ball):
 @pytest.mark.parametrize(
     ("arguments", "error", "says"),
     [
-        ({"pattern": "dimple", "centre": (40, 0, 0), "size": 2.0, "max_level": 2}, ParameterError, "too coarse.*split"),
+        ({"pattern": "dimple", "center": (40, 0, 0), "size": 2.0, "max_level": 2}, ParameterError, "too coarse.*split"),
         ({"pattern": "dimple_l"}, ParameterError, "placed by landmarks"),
-        ({"pattern": "dimpel", "centre": (0, 0, 40), "size": 9.0}, UnknownNameError, "'dimple'"),
-        ({"pattern": "dimple", "centre": (0, 0, np.nan), "size": 9.0}, ParameterError, "finite"),
-        ({"pattern": "dimple", "centre": (0, 0, 40), "size": 9.0, "time": np.nan}, ParameterError, "time"),
-        ({"pattern": "dimple", "centre": (0, 0, 90), "size": 9.0}, ParameterError, "off the mesh"),
-        ({"pattern": "dimple", "centre": (0, 0, 40), "size": 900.0}, ParameterError, "larger than the mesh"),
+        ({"pattern": "dimpel", "center": (0, 0, 40), "size": 9.0}, UnknownNameError, "'dimple'"),
+        ({"pattern": "dimple", "center": (0, 0, np.nan), "size": 9.0}, ParameterError, "finite"),
+        ({"pattern": "dimple", "center": (0, 0, 40), "size": 9.0, "time": np.nan}, ParameterError, "time"),
+        ({"pattern": "dimple", "center": (0, 0, 90), "size": 9.0}, ParameterError, "off the mesh"),
+        ({"pattern": "dimple", "center": (0, 0, 40), "size": 900.0}, ParameterError, "larger than the mesh"),
         (
-            {"pattern": "dimple", "centre": (0, 0, 40), "size": 9.0, "strength": fw.Compression()},
+            {"pattern": "dimple", "center": (0, 0, 40), "size": 9.0, "strength": fw.Compression()},
             ParameterError,
             "keeps still",
         ),
@@ -189,9 +183,8 @@ def test_units_scale_a_tear(round_ball):
 def test_without_units_the_size_of_the_mesh_says_them(ball, round_ball):
     """A ball of 40 is one in mm, one of 0.04 in metres: patterns and tears are the same."""
     small = ball.scale(0.001)
-    with pytest.warns(FaceWrinkleWarning, match="refined"):
-        usual = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
-    with pytest.warns(FaceWrinkleWarning, match="refined"), pytest.warns(FaceWrinkleWarning, match="taken to be m"):
+    usual = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
+    with pytest.warns(FaceWrinkleWarning, match="taken to be m"):
         other = small.facewrinkle.pattern("dimple", (0, 0, 0.04), size=0.015, depth=2.0)
     np.testing.assert_allclose(other["W"], usual["W"], atol=1e-4)
     np.testing.assert_allclose(other.points * 1000.0, usual.points, atol=1e-3)

@@ -56,9 +56,9 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
         ("pattern forehead --size=-5", "must lie in [16, 8192], received -5"),
         ("pattern forehead --expression nope", "unknown expression, action unit or muscle 'nope'"),
         ("pattern forehead --out empty.glb/folder", "a file stands there"),
-        ("pattern forehead --centre 0,0,0", "--centre belongs to a mesh"),
-        ("pattern forehead --centre 0,0,0 --face nan.obj", "1 of 3 points are NaN"),
-        ("pattern forehead --centre 0,0,0 --face folder.glb", "'folder.glb' cannot be opened: it is a folder"),
+        ("pattern forehead --center 0,0,0", "--center belongs to a mesh"),
+        ("pattern forehead --center 0,0,0 --face nan.obj", "1 of 3 points are NaN"),
+        ("pattern forehead --center 0,0,0 --face folder.glb", "'folder.glb' cannot be opened: it is a folder"),
         ("tear joy --expression nope", "unknown expression, action unit or muscle 'nope'"),
         ("tear joy --fps nan", "fps must lie in [1, 100], received nan"),
         ("tear joy --seconds=-1", "seconds must lie in"),
@@ -90,8 +90,8 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
         ("tear shedding --landmarks x.json", "--landmarks belongs to a mesh"),
         ("tear shedding --seed -1", "seed must lie in"),
         ("pattern dimpel", "'dimple'"),
-        ("pattern dimple --centre 0,0", "--centre must be 3 numbers"),
-        ("pattern dimple --centre 0,0,0", "name it with --face"),
+        ("pattern dimple --center 0,0", "--center must be 3 numbers"),
+        ("pattern dimple --center 0,0,0", "name it with --face"),
         ("pattern dimple --cycle 2", "t of dimple_l follows from its strength"),
         ("pattern frown --cycle 2 --t 3", "exclude each other"),
         ("pattern frown --valid-share 2", "valid_share must lie"),
@@ -255,14 +255,14 @@ def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, ca
     assert main(["fit", "head.face"]) == 1
     assert "has been fitted" in capsys.readouterr().err
     pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
-    assert main(["pattern", "dimple", "--face", "ball.ply", "--centre", "0,0,90", "--out", "."]) == 1
+    assert main(["pattern", "dimple", "--face", "ball.ply", "--center", "0,0,90", "--out", "."]) == 1
     assert "the region lies off the mesh" in capsys.readouterr().err
     assert not (tmp_path / "output").exists()
 
 
 def test_vectors_may_begin_with_a_minus(tmp_path, capsys):
     pv.Icosphere(radius=40.0, nsub=4).save(tmp_path / "ball.ply")
-    arguments = ["--centre", "-10,0,38.7", "--extent", "20", "--frames", "2", "--size", "60", "--no-movie", "--quiet"]
+    arguments = ["--center", "-10,0,38.7", "--extent", "20", "--frames", "2", "--size", "60", "--no-movie", "--quiet"]
     arguments += ["--face", str(tmp_path / "ball.ply"), "--out", str(tmp_path / "out")]
     assert main(["pattern", "dimple", *arguments]) == 0, capsys.readouterr().err
     assert (tmp_path / "out" / "pattern_dimple.png").is_file()

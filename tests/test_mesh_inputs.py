@@ -99,9 +99,8 @@ def test_all_functions_take_a_file_and_another_form(face, bare, function, tmp_pa
 def test_the_accessor_is_on_all_data_of_pyvista(face, bare, form):
     water = FORMS[form](bare, None).facewrinkle.tear(start=face.landmarks["zygion_l"], t=1.0)
     np.testing.assert_array_equal(water.points, _shed(bare, face, None))
-    place = {"centre": face.landmarks["glabella"], "size": 20.0, "max_level": 2}
-    with pytest.warns(fw.FaceWrinkleWarning, match="too coarse"):
-        dented = FORMS[form](bare, None).facewrinkle.pattern("dimple", **place)
+    place = {"center": face.landmarks["glabella"], "size": 20.0, "max_level": 2}
+    dented = FORMS[form](bare, None).facewrinkle.pattern("dimple", **place)
     assert dented["W"].min() < 0.0
 
 

@@ -226,7 +226,7 @@ def record(
             if fields:
                 with Scene(face, replace(styles[0], scalars=FIELDS[0])) as coloured:
                     for name in FIELDS:
-                        coloured.colour_by(name)
+                        coloured.color_by(name)
                         recorder.save_picture(coloured.picture(peak), f"_{name}")
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     milliseconds = 1000.0 * seconds / performance.steps

@@ -165,7 +165,7 @@ def parse_numbers(name: str, text: str | None, counts: tuple[int, ...]) -> tuple
 
     Examples
     --------
-    >>> parse_numbers("centre", "10,0,45", (3,)), parse_numbers("extent", "60", (1, 2))
+    >>> parse_numbers("center", "10,0,45", (3,)), parse_numbers("extent", "60", (1, 2))
     ((10.0, 0.0, 45.0), (60.0, 60.0))
     """
     if text is None:

@@ -26,7 +26,7 @@ def pattern(
     /,
     *,
     source: FaceOptions | None = None,
-    centre: Vector = None,
+    center: Vector = None,
     up: Vector = None,
     extent: str | None = None,
     depth: float | None = None,
@@ -51,13 +51,13 @@ def pattern(
     ----------
     name
         forehead, eye_corner, cheek, frown, dimple or eye_pouch; on a face also one side, such as dimple_l.
-    centre
+    center
         Center of the pattern on a mesh that is not a face, such as 10,0,45, in mesh units; name the mesh with --face.
     up
         Up direction of the pattern. Default: 0,1,0.
     extent
-        Width and height of the pattern, such as 60,30: with --centre in mesh units, otherwise in distances between the
-        pupils. Default: typical for faces, or with --centre a tenth of the mesh from corner to corner.
+        Width and height of the pattern, such as 60,30: with --center in mesh units, otherwise in distances between the
+        pupils. Default: typical for faces, or with --center a tenth of the mesh from corner to corner.
     depth
         Depth from bulge to furrow, mm. Default: typical for faces, in proportion to the extent.
     number
@@ -113,9 +113,9 @@ def pattern(
             raise ParameterError("--t and --cycle exclude each other: leave one of them out.")
     if expression is None:
         options["strength"] = _swelling(strength, frames, fps)
-    elif centre is None:
+    elif center is None:
         options["strength"] = "skin"
-    face, layers = _placed(name, source, parse_numbers("centre", centre, (3,)), options, report)
+    face, layers = _placed(name, source, parse_numbers("center", center, (3,)), options, report)
     if cycle is not None:
         _run(layers, cycle)
     rates = {} if expression is None else face.atlas.contractions(parse_mixture(expression, face.atlas), strength)
@@ -151,13 +151,13 @@ def _there_and_back(simulation: Simulation, rates: dict[str, float], frames: int
 
 
 def _placed(
-    name: str, source: FaceOptions, centre: tuple[float, ...] | None, options: dict[str, Any], report: Report
+    name: str, source: FaceOptions, center: tuple[float, ...] | None, options: dict[str, Any], report: Report
 ) -> tuple[Face, list[PatternLayer]]:
-    """Return the face, and the layers: by landmarks, or about a centre on any surface."""
-    if centre is None:
-        face = source.load(report, "name the middle of the pattern: --centre X,Y,Z.")
+    """Return the face, and the layers: by landmarks, or about a center on any surface."""
+    if center is None:
+        face = source.load(report, "name the middle of the pattern: --center X,Y,Z.")
         return face, PatternLayer.presets(name, face, **options)
-    return source.load_surface("centre"), [PatternLayer(name, centre, **options)]
+    return source.load_surface("center"), [PatternLayer(name, center, **options)]
 
 
 def _run(layers: list[PatternLayer], seconds: float) -> None:
@@ -203,4 +203,4 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
 def _close(face: Face, layers: list[Any]) -> View:
     """Return a view of a pattern on a surface that is no face."""
     laid = layers[0].laid(face)
-    return surface_view(face, laid.centre.point, laid.centre.normal, 2.0 * float(laid.half.max()))
+    return surface_view(face, laid.center.point, laid.center.normal, 2.0 * float(laid.half.max()))

@@ -103,7 +103,7 @@ class Answers:
         data = self._document.data
         handles = {  # where patterns and tears are
             table: {name: _attached(np.array(entry[key]), self._stage.face) for name, entry in data[table].items()}
-            for table, key in (("patterns", "centre"), ("tears", "start"))
+            for table, key in (("patterns", "center"), ("tears", "start"))
         }
         return {"data": data, "history": self._document.history, "handles": handles}
 

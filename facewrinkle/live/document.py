@@ -69,7 +69,7 @@ class Pattern(Struct, frozen=True, forbid_unknown_fields=True):
     """A pattern; sizes and depths are in mm."""
 
     kind: Name
-    centre: Place
+    center: Place
     size: Annotated[float, Meta(ge=2.0, le=120.0)]
     depth: Annotated[float, Meta(ge=-6.0, le=6.0)]
     strength: Share = 1.0

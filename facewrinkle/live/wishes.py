@@ -50,7 +50,7 @@ def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     amount = amount_of(face, **uneven) if uneven else None
     layers = fold_layers(face, "wave", **fold_words(data, face), amount=amount)
     for name, entry in data["patterns"].items():
-        layers.append(PatternLayer(entry["kind"], entry["centre"], name=name, **pattern_words(entry, face)))
+        layers.append(PatternLayer(entry["kind"], entry["center"], name=name, **pattern_words(entry, face)))
     return layers
 
 
@@ -97,7 +97,7 @@ def pattern_words(entry: Mapping[str, Any], face: Face) -> dict[str, Any]:
     The size of the entry is its width, mm; on the subject's right a pattern is mirrored.
     """
     preset, axes = table()[entry["kind"]], face.frame.axes
-    right = bool((np.array(entry["centre"]) - face.frame.origin) @ axes[0] < 0.0)
+    right = bool((np.array(entry["center"]) - face.frame.origin) @ axes[0] < 0.0)
     width, height = check_size(preset["size"])
     up = np.array(preset.get("up", [0.0, 1.0, 0.0])) * [-1.0 if right else 1.0, 1.0, 1.0] @ axes
     size = entry["size"] / face.unit
@@ -275,7 +275,7 @@ def _written_layers(data: Mapping[str, Any], face: Face) -> list[str]:
     lines = [f"layers = fw.simulation.fold_layers.fold_layers(face, 'wave'{words})"]
     for name, entry in data["patterns"].items():
         given = _written({"name": name, **pattern_words(entry, face)})
-        lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['centre']!r}{given}))")
+        lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['center']!r}{given}))")
     return lines if words or data["patterns"] else []
 
 

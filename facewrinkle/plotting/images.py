@@ -91,8 +91,8 @@ def figure(image: Image) -> Any:
     return shown
 
 
-def save_picture(image: Image, path: str | Path, *, colours: int | None = None) -> Path:
-    """Write a picture as PNG. With a palette of `colours` (at most 256) it takes a third of the space.
+def save_picture(image: Image, path: str | Path, *, colors: int | None = None) -> Path:
+    """Write a picture as PNG. With a palette of `colors` (at most 256) it takes a third of the space.
 
     Raises
     ------
@@ -105,17 +105,17 @@ def save_picture(image: Image, path: str | Path, *, colours: int | None = None) 
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = save_picture(np.full((60, 80, 3), 128, np.uint8), f"{folder}/grey.png", colours=16)
+    ...     path = save_picture(np.full((60, 80, 3), 128, np.uint8), f"{folder}/gray.png", colors=16)
     ...     path.name, path.stat().st_size < 200
-    ('grey.png', True)
+    ('gray.png', True)
     """
     path = output_file(path, (".png",))
     pixels = Pillow.fromarray(np.ascontiguousarray(picture(image)))
-    if colours is not None:
-        pixels = pixels.quantize(check_whole("colours", colours, 1, 256))
+    if colors is not None:
+        pixels = pixels.quantize(check_whole("colors", colors, 1, 256))
     with written(path) as whole:
         # At level 6, files are 4 % smaller and take twice as long; palettes get the best.
-        pixels.save(whole, format="PNG", optimize=colours is not None, compress_level=3)
+        pixels.save(whole, format="PNG", optimize=colors is not None, compress_level=3)
     return path
 
 

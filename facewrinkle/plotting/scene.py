@@ -117,7 +117,7 @@ class Scene:
         self._aim(pixel)
         self._shown = None
 
-    def colour_by(self, scalars: str) -> None:
+    def color_by(self, scalars: str) -> None:
         """Colour the skin by another field from now on, in a scene whose style has one.
 
         Examples
@@ -127,7 +127,7 @@ class Scene:
         >>> frame = fw.Simulation(face).step()
         >>> with Scene(face, Style(size=(60, 80), scalars="W")) as scene:
         ...     by_height = scene.picture(frame)
-        ...     scene.colour_by("level")
+        ...     scene.color_by("level")
         ...     by_level = scene.picture(frame)
         >>> bool((by_height == by_level).all())
         False

@@ -41,7 +41,7 @@ def test_a_preset_comes_and_goes(tmp_path, capsys):
 def test_on_any_surface_about_a_centre(tmp_path):
     mesh = tmp_path / "ball.ply"
     pv.Sphere(radius=4.0, theta_resolution=40, phi_resolution=40).save(mesh)
-    place = ["--face", str(mesh), "--units", "cm", "--centre", "0,0,4", "--extent", "2,1.5", "--up", "0,1,0.2"]
+    place = ["--face", str(mesh), "--units", "cm", "--center", "0,0,4", "--extent", "2,1.5", "--up", "0,1,0.2"]
     out = ["--save-mesh", "ply", "--out", str(tmp_path / "out")]
     assert main(["pattern", "dimple", *place, *FEW, "--series", "--depth", "3", "--quiet", *out]) == 0
     w = heights(tmp_path / "out" / "pattern_dimple.vtkhdf")
@@ -55,7 +55,7 @@ def test_on_any_surface_about_a_centre(tmp_path):
 def test_a_small_mesh_is_in_metres(tmp_path, capsys):
     mesh, out = tmp_path / "ball.ply", tmp_path / "out"
     pv.Sphere(radius=0.9, theta_resolution=40, phi_resolution=40).save(mesh)
-    place = ["--face", str(mesh), "--centre", "0,0.2,0.88", "--extent", "0.4,0.3", "--depth", "30"]
+    place = ["--face", str(mesh), "--center", "0,0.2,0.88", "--extent", "0.4,0.3", "--depth", "30"]
     assert main(["pattern", "dimple", *place, *FEW, "--series", "--out", str(out)]) == 0
     w = heights(out / "pattern_dimple.vtkhdf")
     assert w[4, 0] == pytest.approx(-30.0, abs=1.0)
@@ -68,7 +68,7 @@ def test_a_cycle_runs_through_t(tmp_path):
     """Cheek lines of one period later are the same; half a period later, where bulges were, furrows are."""
     mesh = tmp_path / "sheet.ply"
     pv.Plane(i_size=100, j_size=100, i_resolution=60, j_resolution=60).triangulate().save(mesh)
-    options = ["--face", str(mesh), "--units", "mm", "--centre", "0,0,0", "--extent", "60", "--sharpness", "0"]
+    options = ["--face", str(mesh), "--units", "mm", "--center", "0,0,0", "--extent", "60", "--sharpness", "0"]
     options += [
         "--max-level",
         "0",

@@ -20,7 +20,7 @@ from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.live.document import START, Document
 
-DIMPLE = {"kind": "dimple", "centre": [40.0, -20.0, 60.0], "size": 9, "depth": 1.6}
+DIMPLE = {"kind": "dimple", "center": [40.0, -20.0, 60.0], "size": 9, "depth": 1.6}
 KEY = {"unit": "AU12", "weight": 1.0, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
 WORDS = st.one_of(
     st.tuples(
@@ -89,9 +89,9 @@ def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
         (("identity", "jaws"), 0.1, "unknown parameter of an identity 'jaws'"),
         (("gaze",), [0.0], "gaze: expected `array` of length 2, got 1"),
         (("patterns", "a"), {**DIMPLE, "kind": "beard"}, "unknown pattern 'beard'"),
-        (("patterns", "a"), {**DIMPLE, "centre": [0, 0]}, "patterns.a.centre: expected `array` of length 3, got 2"),
-        (("patterns", "a"), {**DIMPLE, "centre": [0, 0, float("inf")]}, r"patterns.a.centre\[2\]: expected `float` <="),
-        (("patterns", "a"), {"kind": "dimple"}, "patterns.a: object missing required field `centre`"),
+        (("patterns", "a"), {**DIMPLE, "center": [0, 0]}, "patterns.a.center: expected `array` of length 3, got 2"),
+        (("patterns", "a"), {**DIMPLE, "center": [0, 0, float("inf")]}, r"patterns.a.center\[2\]: expected `float` <="),
+        (("patterns", "a"), {"kind": "dimple"}, "patterns.a: object missing required field `center`"),
         (("patterns", "a"), {**DIMPLE, "colour": 1}, "unknown entry of patterns.a 'colour'"),
         (("tears", "a"), {"start": [0, 0, 0], "width": 99}, "tears.a.width: expected `float` <= 6.0, received 99"),
         (("timeline", "keys", "k"), {**KEY, "apex": 5.0}, "must follow each other"),

@@ -250,7 +250,7 @@ def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
     page.get_by_role("button", name="Dimple", exact=True).click()
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.63 * box["height"])
     until(lambda: len(studio.document["patterns"]) == 2)
-    one, two = (np.array(entry["centre"]) for entry in studio.document["patterns"].values())
+    one, two = (np.array(entry["center"]) for entry in studio.document["patterns"].values())
     assert np.allclose(one * [-1.0, 1.0, 1.0], two)
     until(lambda: studio.frame()["W"].min() < -0.8)
     page.locator("#tab-tears").click()
@@ -523,7 +523,7 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
     page.get_by_role("button", name="Reset landmarks").click()
     until(lambda: not studio.document["landmarks"])
-    dimple = {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
+    dimple = {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
     studio.change(patterns={"d": dimple})
     page.locator("#tab-patterns").click()
     page.wait_for_selector("#overlay .ring")
@@ -535,7 +535,7 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     until(lambda: abs(studio.document["patterns"]["d"]["size"] - 30.0 - 20 * pixel) < 2.0)
     page.locator("#overlay .placed").focus()
     page.keyboard.press("ArrowDown")
-    until(lambda: studio.document["patterns"]["d"]["centre"][1] < -31.0)
+    until(lambda: studio.document["patterns"]["d"]["center"][1] < -31.0)
 
 
 def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):

@@ -87,7 +87,7 @@ def test_copied_python_gives_what_is_shown_and_its_picture(studio, tmp_path, mon
     studio.change(
         mixture={"AU1": 1.0, "AU2": 0.5},
         gaze=[12.0, -5.0],
-        patterns={"d": {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
+        patterns={"d": {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}},
         regions={"forehead": 0.5},
         tears={"t": {"start": studio.face.points[np.linalg.norm(studio.face.points - tear, axis=1).argmin()].tolist()}},
         timeline={"length": 2.0, "loop": True, "keys": {"k": key}},

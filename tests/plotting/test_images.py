@@ -27,7 +27,7 @@ def test_pictures_side_by_side_and_stacked():
 def test_saved_pictures_are_read_back(tmp_path):
     image = np.random.default_rng(3).integers(0, 256, (20, 30, 3)).astype(np.uint8)
     np.testing.assert_array_equal(pv.read_texture(save_picture(image, tmp_path / "a.png")).to_array(), image)
-    few = save_picture(np.where(image > 127, 255, 0).astype(np.uint8), tmp_path / "b.png", colours=256)
+    few = save_picture(np.where(image > 127, 255, 0).astype(np.uint8), tmp_path / "b.png", colors=256)
     np.testing.assert_array_equal(pv.read_texture(few).to_array()[..., :3] > 127, image > 127)
 
 
@@ -39,8 +39,8 @@ def test_pictures_that_cannot_be_written(tmp_path):
             save_picture(image, tmp_path / name)
     with pytest.raises(OutputError, match=r"must end in \.png, received 'x\.jpg'"):
         save_picture(image, tmp_path / "x.jpg")
-    with pytest.raises(ParameterError, match="colours must lie in"):
-        save_picture(image, tmp_path / "x.png", colours=257)
+    with pytest.raises(ParameterError, match="colors must lie in"):
+        save_picture(image, tmp_path / "x.png", colors=257)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 

@@ -149,7 +149,7 @@ def test_fields_have_colour(face):
             assert name == other or (difference(image, another) > 10).mean() > 0.001
     with Scene(face, Style(SMALL, scalars="level")) as scene:
         for name, image in images.items():
-            scene.colour_by(name)
+            scene.color_by(name)
             np.testing.assert_array_equal(scene.picture(wrinkled), image)
     colourful = np.ptp(images["W"].astype(int), axis=2)
     furrows = np.asarray(wrinkled["W"]) < -0.3
@@ -166,4 +166,4 @@ def test_fields_that_cannot_be_drawn(face):
     with pytest.raises(ParameterError, match="one number per vertex; 'rest' has 3"):
         picture(wrinkled, face, Style((40, 40), scalars="rest"))
     with Scene(face, Style((40, 40))) as scene, pytest.raises(ParameterError, match="make it of a Style with scalars"):
-        scene.colour_by("W")
+        scene.color_by("W")

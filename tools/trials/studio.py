@@ -101,7 +101,7 @@ def _changes(seen: int) -> list[Any]:
     if seen % 100 == 50:
         patches.append([["folds", "seed"], seen // 100 % 7])
     if seen % 300 == 120:
-        dimple = {"kind": "dimple", "centre": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}
+        dimple = {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0}
         patches += [[["patterns", "d"], dimple], [["tears", "t"], {"start": [30.0, 20.0, 100.0]}]]
     if seen % 300 == 240:
         patches += [[["patterns", "d"], None], [["tears", "t"], None]]

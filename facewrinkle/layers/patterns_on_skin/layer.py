@@ -57,7 +57,7 @@ class PatternLayer(Layer):
         "forehead", "eye_corner", "cheek", "frown", "dimple" or "eye_pouch" (see
         :mod:`facewrinkle.layers.patterns_on_skin.kinds`), a pattern or function of one's own, or several of these,
         which add up: the paper's primary function.
-    centre, up, size :
+    center, up, size :
         See :class:`facewrinkle.Region`, which may be given in their place as `region`.
     depth : float, optional
         From bulge to furrow, mm; of a dimple its depth, of a pouch its height. Negative: upside down. Default: in
@@ -101,7 +101,7 @@ class PatternLayer(Layer):
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],
-        centre: npt.ArrayLike | None = None,
+        center: npt.ArrayLike | None = None,
         *,
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         size: float | tuple[float, float] | None = None,
@@ -121,11 +121,11 @@ class PatternLayer(Layer):
         where = {key: parameters.pop(key) for key in list(parameters) if key in Region.__dataclass_fields__}
         self.patterns = tuple(pattern_of(part, parameters, where.get("seed")) for part in parts)
         self.name = name or " + ".join(part if isinstance(part, str) else type(part).__name__ for part in parts)
-        if region is not None and (where or centre is not None or size is not None):
-            raise ParameterError("a region is given, so centre, size and the parameters of a region must be left out.")
+        if region is not None and (where or center is not None or size is not None):
+            raise ParameterError("a region is given, so center, size and the parameters of a region must be left out.")
         if not isinstance(region, Region | None):
-            raise ParameterError(f"region must be a Region, received {region!r}. Or give centre, up and size.")
-        self.region = region or Region(centre, up, size, **where)
+            raise ParameterError(f"region must be a Region, received {region!r}. Or give center, up and size.")
+        self.region = region or Region(center, up, size, **where)
         self.depth = None if depth is None else check_range("depth", depth, -1e6, 1e6)
         self._proportion = presets.proportion(parts[0])
         if isinstance(strength, str):
@@ -267,7 +267,7 @@ class PatternLayer(Layer):
     def _ask(self, points: Array, spacing: Array, across: Array, active: BoolArray) -> None:
         """Ask for triangles around a region that may lie between the vertices: the closer to it, the finer."""
         laid = self._laid
-        towards = laid.centre.point - points
+        towards = laid.center.point - points
         away = np.linalg.norm(towards, axis=1)
         near = away <= 1.001 * away[laid.corners].max()
         spacing[near] = np.maximum(3.0 * away[near], 2.0 * laid.half.min())

@@ -91,7 +91,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
     if not face.landmarks:
         raise LandmarkError(
             f"the preset {name!r} is placed by landmarks, and this surface has none. Use fit_face(mesh, landmarks), or "
-            "a PatternLayer with a centre, an up direction and a size."
+            "a PatternLayer with a center, an up direction and a size."
         )
     stem, side = (name, "") if name in table() else (name[:-2], name[-1])
     entry, frame = table()[stem], face.frame
@@ -99,7 +99,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
     to_place = frame.axes.T * frame.pupil_distance
     size = check_size(changes.pop("size", entry["size"])) * frame.pupil_distance
     given: dict[str, Any] = {
-        "centre": _outside(
+        "center": _outside(
             face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"])
         ),
         "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),

@@ -129,7 +129,7 @@ class Region:
 
     Attributes
     ----------
-    centre : array_like, shape (3,), optional
+    center : array_like, shape (3,), optional
         Its middle, in the coordinates of the mesh; the closest point of the surface is taken. Default: the middle of
         `select`.
     up : array_like, shape (3,)
@@ -163,7 +163,7 @@ class Region:
     True
     """
 
-    centre: npt.ArrayLike | None = None
+    center: npt.ArrayLike | None = None
     up: npt.ArrayLike = (0.0, 1.0, 0.0)
     size: float | tuple[float, float] | None = None
     select: npt.ArrayLike | str | None = None
@@ -181,12 +181,12 @@ class Region:
         check_range("bow", self.bow, -10.0, 10.0)
         check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
         check_whole("seed", self.seed, 0, 2**63)
-        if self.centre is not None:
-            vector("centre", self.centre)
+        if self.center is not None:
+            vector("center", self.center)
         if not np.any(vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
-        if self.select is None and self.centre is None:
-            raise ParameterError("a region needs a centre, or a selection of vertices (select).")
+        if self.select is None and self.center is None:
+            raise ParameterError("a region needs a center, or a selection of vertices (select).")
         if self.size is not None:
             check_size(self.size)
 
@@ -202,13 +202,13 @@ class Region:
         """
         points, triangles = face.points, face.triangles
         weight = None if self.select is None else selection_weights(self.select, face, self.border)
-        centre = closest_point(points, triangles, self._middle(points, weight))
+        center = closest_point(points, triangles, self._middle(points, weight))
         size: float | tuple[float, float] | None = self.size
         if size is None and weight is None:
             size = 0.1 * float(np.linalg.norm(np.ptp(points, axis=0)))
         half = None if size is None else 0.5 * np.broadcast_to(np.asarray(size, dtype=np.float64), 2)
-        self._check_place(centre, half)
-        chart = self._chart(points, triangles, centre, half)
+        self._check_place(center, half)
+        chart = self._chart(points, triangles, center, half)
         if half is None:
             inside = np.isfinite(chart).all(axis=1) & self._inside(chart, weight)
             half = np.abs(chart[inside]).max(axis=0)
@@ -216,7 +216,7 @@ class Region:
             reach = 2.0 * np.nanmax(np.abs(chart), axis=0)
             raise ParameterError(
                 f"the region is larger than the mesh: {2.0 * half[0]:.3g} wide and {2.0 * half[1]:.3g} high, and the "
-                f"surface about its centre is {reach[0]:.3g} wide and {reach[1]:.3g} high. Is the size in the unit of "
+                f"surface about its center is {reach[0]:.3g} wide and {reach[1]:.3g} high. Is the size in the unit of "
                 "the mesh? Use a smaller one."
             )
         chart = chart / half * [-1.0 if self.mirrored else 1.0, 1.0]
@@ -225,36 +225,36 @@ class Region:
         slopes = gradients(points, triangles, chart)
         valid = valid_vertices(chart, self._inside(chart, weight), self.valid_share, self.seed)
         chart = np.where(known[:, None], chart, 0.0)
-        corners = triangles[centre.triangle]
-        return LaidRegion(self, centre, corners, half, points, chart, slopes, known, weight, valid)
+        corners = triangles[center.triangle]
+        return LaidRegion(self, center, corners, half, points, chart, slopes, known, weight, valid)
 
     def _middle(self, points: Array, weight: Array | None) -> Array:
-        if self.centre is not None:
-            return vector("centre", self.centre)
+        if self.center is not None:
+            return vector("center", self.center)
         return np.asarray(np.average(points, axis=0, weights=weight))
 
-    def _check_place(self, centre: ClosestPoint, half: Array | None) -> None:
-        if not np.any(tangents(centre.normal, vector("up", self.up))[1]):
+    def _check_place(self, center: ClosestPoint, half: Array | None) -> None:
+        if not np.any(tangents(center.normal, vector("up", self.up))[1]):
             raise ParameterError(
                 f"up must not point straight out of the surface; it is {np.asarray(self.up).tolist()}, and the normal "
-                f"in the centre is {centre.normal.round(3).tolist()}. Choose another up."
+                f"in the center is {center.normal.round(3).tolist()}. Choose another up."
             )
-        if half is not None and centre.distance > half.max():
+        if half is not None and center.distance > half.max():
             raise ParameterError(
-                f"the region lies off the mesh: its centre {np.asarray(self.centre).tolist()} is {centre.distance:.3g} "
+                f"the region lies off the mesh: its center {np.asarray(self.center).tolist()} is {center.distance:.3g} "
                 f"away from the surface, and it is {2.0 * half.max():.3g} in size. The closest point of the surface is "
-                f"{centre.point.round(3).tolist()}."
+                f"{center.point.round(3).tolist()}."
             )
 
-    def _chart(self, points: Array, triangles: IntArray, centre: ClosestPoint, half: Array | None) -> Array:
-        """Coordinates (n0, 2) about the centre, in the unit of the mesh; NaN beyond the region."""
+    def _chart(self, points: Array, triangles: IntArray, center: ClosestPoint, half: Array | None) -> Array:
+        """Coordinates (n0, 2) about the center, in the unit of the mesh; NaN beyond the region."""
         size = np.inf if half is None else float(np.hypot(*half))
-        near = np.linalg.norm(points[triangles].mean(axis=1) - centre.point, axis=1) <= 1.2 * size
-        near[centre.triangle] = True
+        near = np.linalg.norm(points[triangles].mean(axis=1) - center.point, axis=1) <= 1.2 * size
+        near[center.triangle] = True
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
-        laid = geodesic_chart(points, triangles, centre, self.up, size + float(edges.max()))
+        laid = geodesic_chart(points, triangles, center, self.up, size + float(edges.max()))
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
-        straight = SHORTCUT * np.linalg.norm(points - centre.point, axis=1)
+        straight = SHORTCUT * np.linalg.norm(points - center.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan
         laid = smoothed(points, triangles, laid, length)
         laid[np.hypot(*laid.T) < straight] = np.nan
@@ -274,15 +274,15 @@ class LaidRegion:
     Attributes
     ----------
     region : Region
-    centre : ClosestPoint
+    center : ClosestPoint
     corners : ndarray of int32, shape (3,)
-        Vertices of the base triangle that the centre lies in.
+        Vertices of the base triangle that the center lies in.
     half : ndarray, shape (2,)
         Half its width and height, in the unit of the mesh.
     points : ndarray, shape (n0, 3)
         Base vertices.
     chart : ndarray, shape (n0, 2)
-        Their local coordinates (u, v): 0 in the centre, +-1 where the border crosses the axes.
+        Their local coordinates (u, v): 0 in the center, +-1 where the border crosses the axes.
     slopes : ndarray, shape (n0, 3, 2)
         Gradients of u and v.
     known : ndarray of bool, shape (n0,)
@@ -306,7 +306,7 @@ class LaidRegion:
     """
 
     region: Region
-    centre: ClosestPoint
+    center: ClosestPoint
     corners: IntArray
     half: Array
     points: Array

@@ -139,7 +139,7 @@ class Frown(Waves):
     Attributes
     ----------
     spread : float
-        Change in the distance of the lines from the centre to the upper border, as a share; in [0, 1).
+        Change in the distance of the lines from the center to the upper border, as a share; in [0, 1).
     variant : {"fan", "paper"}
         "fan" spreads upwards, with a bulge in the middle; "paper" draws together, and is as printed.
     number, spacing, sharpness, furrows, variation, seed :
@@ -171,7 +171,7 @@ class Frown(Waves):
 
     @property
     def beta(self) -> float:
-        """The paper's parameter of distance, where y + t is 1 / spread in the centre."""
+        """The paper's parameter of distance, where y + t is 1 / spread in the center."""
         t = 1.0 / self.spread
         return (t if self.variant == "paper" else 1.0 / t) / (np.pi * self.number)
 

@@ -37,7 +37,7 @@ export class Overlay {
           (place) => this.landmarks(name, place)));
       }
     } else if ((this.kind === "patterns" || this.kind === "tears") && data) {
-      const key = this.kind === "patterns" ? "centre" : "start";
+      const key = this.kind === "patterns" ? "center" : "start";
       for (const [name, where] of Object.entries(places)) {
         const handle = this.handle(name, where, "placed", `Position of ${name}`, (place) => [[[this.kind, name], { ...this.app.data[this.kind][name], [key]: place }]]);
         if (this.kind === "patterns") this.sized(handle, name);

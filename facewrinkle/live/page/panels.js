@@ -112,7 +112,7 @@ export class Panels {
       `Click the face to place the ${titled(kind).toLowerCase()}. Esc cancels.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
         const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
-        this.app.add("patterns", ...places.map((centre) => ({ kind, centre, size: usual[0], depth: usual[1], strength: 1 })));
+        this.app.add("patterns", ...places.map((center) => ({ kind, center, size: usual[0], depth: usual[1], strength: 1 })));
       }) }));
     const list = element("div");
     this.updates.push((data) => this.list(list, "patterns", data.patterns, (entry) => titled(entry.kind), numbers,

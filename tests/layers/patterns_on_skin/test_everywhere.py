@@ -93,9 +93,9 @@ def test_all_kinds_on_a_torus():
     layers = []
     for k, name in enumerate(kinds):
         angle = k * np.pi / 3.0
-        centre = np.array([np.cos(angle), np.sin(angle), 0.0]) * 55.0
+        center = np.array([np.cos(angle), np.sin(angle), 0.0]) * 55.0
         words = {"variation": 0.6} if name in kinds[:4] else {}
-        layers.append(fw.PatternLayer(name, centre, up=(0, 0, 1), size=(24.0, 18.0), depth=1.5, strength=0.8, **words))
+        layers.append(fw.PatternLayer(name, center, up=(0, 0, 1), size=(24.0, 18.0), depth=1.5, strength=0.8, **words))
     frame = check(face, layers, 0.8)
     for k, layer in enumerate(layers):
         touched = frame["rest"][frame[f"pattern_{layer.name}"] != 0.0]

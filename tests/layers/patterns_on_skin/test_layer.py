@@ -63,7 +63,7 @@ def test_number_is_the_number_of_furrows(slab, name, number):
 )
 def test_spacing_is_the_number_in_mm(name, across, unit):
     face = fw.surface(pv.Plane(i_size=100 / unit, j_size=100 / unit, i_resolution=25, j_resolution=25), unit)
-    place = {"centre": (0, 0, 0), "size": (60.0 / unit, 30.0 / unit), "border": 0.3}
+    place = {"center": (0, 0, 0), "size": (60.0 / unit, 30.0 / unit), "border": 0.3}
     layers = [fw.PatternLayer(name, **place, **words) for words in ({"spacing": 12.0}, {"number": across / 12.0})]
     by_spacing, by_number = (played(face, [layer])[1] for layer in layers)
     np.testing.assert_array_equal(by_spacing["W"], by_number["W"])
@@ -76,10 +76,10 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
 
 
 def test_depth_is_in_mm_whatever_the_unit(slab):
-    centre = (2.0, 2.0, 0.0)  # a vertex
+    center = (2.0, 2.0, 0.0)  # a vertex
     for unit in (1.0, 10.0):
         face = fw.surface(pv.Plane(i_size=100 / unit, j_size=100 / unit, i_resolution=50, j_resolution=50), unit)
-        layer = fw.PatternLayer("dimple", np.array(centre) / unit, size=20.0 / unit, depth=3.0)
+        layer = fw.PatternLayer("dimple", np.array(center) / unit, size=20.0 / unit, depth=3.0)
         frame = played(face, [layer])[1]
         assert frame["W"].min() == pytest.approx(-3.0, abs=1e-6)
         assert frame.points[:, 2].min() * unit == pytest.approx(-3.0, abs=1e-6)
@@ -106,8 +106,8 @@ def test_rigid_motions_do_not_change_the_heights():
     heights = []
     for matrix, offset in ((np.eye(3), np.zeros(3)), (turn, shift)):
         face = fw.surface(pv.PolyData.from_regular_faces(points @ matrix.T + offset, plane.regular_faces))
-        centre, up = matrix @ [5.0, 3.0, 20.0] + offset, matrix @ [0.0, 1.0, 0.0]
-        layer = fw.PatternLayer("forehead", centre, up=up, size=(50.0, 40.0), number=3)
+        center, up = matrix @ [5.0, 3.0, 20.0] + offset, matrix @ [0.0, 1.0, 0.0]
+        layer = fw.PatternLayer("forehead", center, up=up, size=(50.0, 40.0), number=3)
         heights.append(np.array(played(face, [layer])[1]["W"]))
     assert heights[0].shape == heights[1].shape
     np.testing.assert_allclose(*heights, atol=1e-6)
@@ -126,8 +126,8 @@ def test_triangles_only_where_they_are_needed(slab):
 
 
 def test_a_region_between_the_vertices_is_found(slab):
-    centre = slab.points[slab.triangles[100]].mean(axis=0)
-    layer = fw.PatternLayer("dimple", centre, size=1.0, depth=0.3)
+    center = slab.points[slab.triangles[100]].mean(axis=0)
+    layer = fw.PatternLayer("dimple", center, size=1.0, depth=0.3)
     frame = played(slab, [layer], 12)[1]
     assert frame["W"].min() < -0.25
 

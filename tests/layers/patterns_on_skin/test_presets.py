@@ -16,8 +16,8 @@ def test_all_presets_on_all_faces(request, stem):
     for name in presets.names():
         layer = fw.PatternLayer.preset(name, face)
         laid = layer.laid(face)
-        at = (laid.centre.point - face.frame.origin) @ axes.T / size
-        assert laid.centre.distance < 0.2 * size
+        at = (laid.center.point - face.frame.origin) @ axes.T / size
+        assert laid.center.distance < 0.2 * size
         window = laid.base_window
         assert 5 < (window > 0).sum() < 0.2 * len(window)
         side = ((face.points - face.frame.origin) @ axes[0])[window > 0.3]
@@ -29,7 +29,7 @@ def test_all_presets_on_all_faces(request, stem):
             assert (side < 0).all()
         else:
             assert abs(at[0]) < 0.05
-        assert laid.chart[window > 0][:, 1] @ ((face.points - laid.centre.point) @ axes[1])[window > 0] > 0  # upright
+        assert laid.chart[window > 0][:, 1] @ ((face.points - laid.center.point) @ axes[1])[window > 0] > 0  # upright
         assert 0 <= layer.level_needed(face) <= 5
 
 

@@ -150,9 +150,9 @@ def test_valid_vertices_stay_under_refinement(ball):
 @pytest.mark.parametrize(
     ("make", "error", "says"),
     [
-        (lambda: Region(size=1.0), ParameterError, "needs a centre, or a selection"),
-        (lambda: Region((0, 0, np.nan), size=1.0), ParameterError, "centre must be three finite"),
-        (lambda: Region((0, 0), size=1.0), ParameterError, "centre must be three finite"),
+        (lambda: Region(size=1.0), ParameterError, "needs a center, or a selection"),
+        (lambda: Region((0, 0, np.nan), size=1.0), ParameterError, "center must be three finite"),
+        (lambda: Region((0, 0), size=1.0), ParameterError, "center must be three finite"),
         (lambda: Region((0, 0, 0), size=-1.0), ParameterError, "size"),
         (lambda: Region((0, 0, 0), size=np.nan), ParameterError, "size"),
         (lambda: Region((0, 0, 0), size=(1, 2, 3)), ParameterError, "width and height"),
