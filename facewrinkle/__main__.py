@@ -47,7 +47,7 @@ def _ended(number: int, frame: FrameType | None = None) -> None:
     if threading.current_thread() is threading.main_thread():
         for other in SIGNALS:
             signal.signal(other, signal.SIG_IGN)
-    for act in getattr(sys.modules.get("facewrinkle.processes"), "before_the_end", ()):
+    for act in getattr(sys.modules.get("facewrinkle.commands.studio"), "before_the_end", ()):
         with suppress(Exception):  # the process must end all the same
             act()
     _end_children()

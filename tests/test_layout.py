@@ -21,7 +21,7 @@ PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
     ("array_types", "errors"),
-    ("checks", "files", "processes", "progress", "schemas"),
+    ("checks", "files", "progress", "schemas"),
     ("geometry",),
     ("mesh",),
     ("anatomy",),

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from ..errors import check_whole
-from ..processes import before_the_end
 from .options import FaceOptions, Report, Whole
+
+before_the_end: list[Callable[[], None]] = []
+"""What must be done, quickly, when a signal ends the command line: to save what was made, to end other processes."""
 
 
 def studio(

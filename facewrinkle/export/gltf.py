@@ -89,7 +89,6 @@ class _File:
     def __init__(self) -> None:
         self.content: dict[str, Any] = {"asset": {"version": "2.0", "generator": "facewrinkle"}}
         self.buffer = bytearray()
-        self._zeros: dict[int, int] = {}  # accessors of zeros, by their counts
         self._zero_view = -1
         self._textures: dict[bytes, int] = {}
 
@@ -176,22 +175,16 @@ class _File:
             return targets
         count = shapes.deltas.shape[1]
         kind = np.dtype("<u2" if count <= 0xFFFF else "<u4")
-        entries = [
-            (target, name, values, np.flatnonzero(values.any(axis=1)))
-            for name, array in arrays.items()
-            for target, values in zip(targets, array, strict=True)
-        ]
-        some = [(values, rows) for _, _, values, rows in entries if len(rows)]
-        index = vectors = -1
-        if some:
-            padded = [np.append(rows, np.zeros(len(rows) % 2, np.int64)).astype(kind) for _, rows in some]
-            index = self.view(np.concatenate(padded).tobytes())
-            vectors = self.view(np.concatenate([values[rows] for values, rows in some]).astype("<f4").tobytes())
+        entries = []
+        for name, array in arrays.items():
+            for target, values in zip(targets, array, strict=True):
+                rows = np.flatnonzero(values.any(axis=1))  # the format asks for one at least
+                entries.append((target, name, values, rows if len(rows) else np.zeros(1, np.int64)))
+        padded = [np.append(rows, np.zeros(len(rows) % 2, np.int64)).astype(kind) for *_, rows in entries]
+        index = self.view(np.concatenate(padded).tobytes())
+        vectors = self.view(np.concatenate([values[rows] for *_, values, rows in entries]).astype("<f4").tobytes())
         at_index = at_vector = 0
         for target, name, values, rows in entries:
-            if not len(rows):
-                target[name] = self._zero(count)
-                continue
             sparse = {
                 "count": len(rows),
                 "indices": {"bufferView": index, "byteOffset": at_index, "componentType": CODES[kind]},
@@ -204,13 +197,6 @@ class _File:
             at_index += kind.itemsize * (len(rows) + len(rows) % 2)
             at_vector += 12 * len(rows)
         return targets
-
-    def _zero(self, count: int) -> int:
-        """Return the accessor of so many zero vectors, which all shapes share that leave a mesh as it is."""
-        if count not in self._zeros:
-            bounds = {"min": [0.0] * 3, "max": [0.0] * 3}
-            self._zeros[count] = self.add("accessors", self._blank(count) | bounds)
-        return self._zeros[count]
 
     def _blank(self, count: int) -> dict[str, Any]:
         """Return an accessor of so many zero vectors; all of them share the longest view.

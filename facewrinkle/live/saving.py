@@ -29,7 +29,6 @@ from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
 from ..files import output_folder, write_whole
 from ..plotting import Style, TearScene
-from ..processes import environment
 from .document import Document
 from .library import Tell, telling
 from .stage import Stage
@@ -43,6 +42,18 @@ SESSION = "session.json"
 
 SOON = 0.5
 """Seconds after a change until the session is saved."""
+
+
+def environment() -> dict[str, str]:
+    """Return the environment of a process that imports this very package, wherever it is started.
+
+    Examples
+    --------
+    >>> environment()["PYTHONPATH"].split(os.pathsep)[0] == str(Path(__file__).parents[2])
+    True
+    """
+    paths = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    return {**os.environ, "PYTHONPATH": paths.rstrip(os.pathsep)}
 
 
 class Folder:

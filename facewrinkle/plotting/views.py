@@ -6,14 +6,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.depth_buffer import depth_buffer
 from ..geometry.normals import vertex_areas
 
 
@@ -107,12 +105,6 @@ VIEWS: dict[str, View] = {
     **CLOSE,
 }
 """All views that have a name."""
-
-SEEN_THROUGH = ("eye_", "lashes_", "glasses", "fuzz")
-"""Parts that do not hide the skin behind them."""
-
-COVER_STEP = 0.02
-"""Size of what hair hides at once, in distances between the pupils."""
 
 OBLIQUE, CLOSE_MARGIN = 0.45, 1.3
 """Tangent of the angle at which a view of a place on a surface looks at it; its height in sizes of what is there."""
@@ -263,23 +255,8 @@ def add_lamps(plotter: pv.Plotter, focus: Array, axes: Array, lamps: Iterable[La
         plotter.add_light(pv.Light(position=where, focal_point=focus, color=colour, intensity=intensity))
 
 
-def _covered(points: Array, part: pv.PolyData, axes: Array, step: float) -> npt.NDArray[np.bool_]:
-    """True (n,) for points behind a part, as seen along the last of the axes."""
-    local, own = points @ axes.T, np.asarray(part.points, dtype=np.float64) @ axes.T
-    low = own[:, :2].min(axis=0)
-    columns, rows = np.ceil(np.ptp(own[:, :2], axis=0) / step).astype(int) + 1
-    front = depth_buffer(own, np.asarray(part.regular_faces), (float(low[0]), float(low[1])), step, (rows, columns))
-    column, row = np.rint((local[:, :2] - low) / step).astype(int).T
-    within = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-    covered = np.zeros(len(points), bool)
-    covered[within] = front[row[within], column[within]] > local[within, 2] + step
-    return covered
-
-
 def closeup(frame: pv.PolyData, face: Face) -> str:
     """Return the name of the view in :data:`CLOSE` that shows most of a frame's wrinkles; "front" if it has none.
-
-    Wrinkles under hair do not count.
 
     Examples
     --------
@@ -298,7 +275,6 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
     if not weight.any():
         return "front"
     normals = np.asarray(frame.point_data["Normals"])
-    hair = [part for name, part in face.parts_at(frame).items() if not name.startswith(SEEN_THROUGH)]
 
     def shown(name: str) -> float:
         view = CLOSE[name]
@@ -306,8 +282,6 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
         away = np.maximum(np.abs((points - focus) @ right), np.abs((points - focus) @ up)) / (view.height * size)
         inside = np.clip((0.5 - away) / 0.15, 0.0, 1.0)  # less and less towards the border of the picture
         seen = inside * np.clip(normals @ towards, 0.0, 1.0)
-        for part in hair:
-            seen = seen * ~_covered(points, part, np.stack([right, up, towards]), COVER_STEP * size)
         return float((weight * seen).sum() / np.sqrt(view.height))  # folds are large in small views
 
     weights = {name: shown(name) for name in CLOSE}

@@ -21,7 +21,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
-from facewrinkle.processes import environment
+from facewrinkle.live.saving import environment
 
 BLENDER = os.environ.get("FACEWRINKLE_BLENDER", "")
 FACES = Path(__file__).parents[3] / "shared" / "faces"

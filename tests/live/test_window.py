@@ -34,9 +34,8 @@ from facewrinkle.errors import (
 )
 from facewrinkle.live.answers import mixture_of_live
 from facewrinkle.live.document import Document
-from facewrinkle.live.saving import atlas_with
+from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
-from facewrinkle.processes import environment
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 

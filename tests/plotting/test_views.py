@@ -6,11 +6,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-import pyvista as pv
 from drawing import SMALL, difference, held, on_screen
 
 import facewrinkle as fw
-from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.plotting import CLOSE, VIEWS, Scene, Style, View, closeup, picture
 
@@ -94,19 +92,3 @@ def test_unknown_views_and_sizes():
     for size in ((8, 100), (100, 10**5), (100.5, 100), (100,), 100, (np.nan, 100), ("a", "b")):
         with pytest.raises(ParameterError, match="width and height in pixels"):
             Style(size=size)
-
-
-def test_wrinkles_under_a_fringe_are_not_looked_at(face):
-    """Those of surprise are on the forehead, which a fringe hides; other wrinkles are seen."""
-    wrinkled = held("surprise")
-    bald = closeup(wrinkled, face)
-    assert bald == "forehead"
-    size, marks = face.frame.pupil_distance, face.landmarks
-    fringe = pv.Sphere(radius=1.4 * size, center=marks["nasion"] - [0.0, 0.15 * size, 0.95 * size]).clip(
-        "y", origin=marks["glabella"] + [0.0, 0.2 * size, 0.0], invert=False
-    )
-    cap = fringe.extract_surface(algorithm="dataset_surface").triangulate()
-    haired = dataclasses.replace(face, parts={"hair": Part(cap, follows="skull")})
-    assert closeup(wrinkled, haired) != "forehead"
-    angry = held("frowning")
-    assert closeup(angry, haired) == closeup(angry, face) == "glabella"
