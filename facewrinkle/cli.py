@@ -47,7 +47,7 @@ COMMANDS = {
     "compile": ("compile:compile_all", "Compile ahead of time, so that no first run has to wait."),
     "atlas": ("info:atlas", "Print the atlas of muscles, action units and expressions as TOML, to edit."),
     "dataset": ("dataset:dataset", "Generate labeled pictures of faces for training."),
-    "demo": ("demo:demo", "Write pictures and movies of the paper's five expressions."),
+    "demo": ("express:demo", "Write pictures and movies of the paper's five expressions."),
 }
 """Where each command is, in :mod:`facewrinkle.commands`, and what it does."""
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+import pyvista as pv
 from command_files import movie_frames, picture_shape, series_meshes
+from PIL import Image
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.landmarks import write_landmarks
 from facewrinkle.cli import main
+from facewrinkle.commands import express as command
 from facewrinkle.commands.express import FIELDS, Performance
-from facewrinkle.commands.options import OutputOptions
+from facewrinkle.commands.options import FoldOptions, OutputOptions, Report
+from facewrinkle.commands.recorder import Scenes
 
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SIZE, FRAMES = 96, 6
 STEPS = FRAMES + FRAMES // 2
 FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
@@ -59,14 +66,6 @@ def test_express_reports_what_it_did(tmp_path, capsys):
     for path in tmp_path.iterdir():
         assert path.name in out
     assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
-
-
-@pytest.mark.slow
-def test_express_quiet_prints_nothing(tmp_path, capfd):
-    name = "AU1=0.5,corrugator_l"
-    assert main(["express", name, *FEW, "--quiet", "--out", str(tmp_path)]) == 0
-    assert capfd.readouterr() == ("", "")
-    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".mp4"}
 
 
 def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
@@ -145,3 +144,44 @@ def test_maps_of_an_expression(tmp_path, capsys):
     assert main(["express", "AU1", "--maps", "100", *quick, "--out", str(tmp_path / "no")]) == 1
     assert "power of two from 64 to 8192, received 100" in capsys.readouterr().err
     assert not (tmp_path / "no").exists()
+
+
+# --- the expressions of the paper, which the README shows ------------------------------------------
+
+
+@pytest.mark.slow
+def test_demo(tmp_path, monkeypatch, capsys):
+    for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("SHEET", 32)):
+        monkeypatch.setattr(command, name, value)
+    assert main(["demo", "--out", str(tmp_path), "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    sheets = {"printed.png", "wave.png", "contact_sheet.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"printed", "wave"} | sheets
+    for folds in ("printed", "wave"):
+        for name in command.EXPRESSIONS:
+            files = {path.name for path in (tmp_path / folds / name).iterdir()}
+            assert files == {f"{name}.png", f"{name}_closeup.png", f"{name}.mp4"}
+        assert picture_shape(tmp_path / f"{folds}.png") == (3 * 32 + 2 * 4, 5 * 32 + 4 * 4)
+    assert picture_shape(tmp_path / "contact_sheet.png") == (6 * 32 + 5 * 4, 3 * 32 + 2 * 4)
+
+
+@pytest.mark.pictures
+@pytest.mark.parametrize("folds", ["printed", pytest.param("wave", marks=pytest.mark.slow)])
+def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
+    """One column of its picture, whose palette costs one step of brightness in the mean; wrinkles change more."""
+    renderer = pv.GPUInfo().renderer
+    if "llvmpipe" not in renderer:
+        pytest.skip(f"the picture is one of Mesa's llvmpipe; {renderer} draws other pixels")
+    options = FoldOptions(folds)
+    with Scenes(options.face(face)) as scenes:
+        peak = command.perform("closing_eye", options, scenes, tmp_path, Report(quiet=True), movie=False)
+    plain = replace(peak, closeup=[peak.closeup[1]] * 4)
+    drawn, bare = (command.column(each).astype(float) for each in (peak, plain))
+    with Image.open(IMAGES / f"expressions_{folds}.png") as image:
+        sheet = np.asarray(image.convert("RGB"), float)
+    side = command.TILE
+    start = command.EXPRESSIONS.index("closing_eye") * (side + 4)
+    shown = sheet[:, start : start + side]
+    for tile in (slice(0, side), slice(side + 4, 2 * side + 4), slice(2 * side + 8, None)):
+        assert abs(shown[tile] - drawn[tile]).mean() < 1.5
+    assert abs(shown - bare)[side + 4 : 2 * side + 4].mean() > 1.5

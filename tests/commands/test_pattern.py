@@ -117,11 +117,3 @@ def test_an_expression_brings_it_out(tmp_path):
     assert deepest[0] == 0.0
     assert deepest.max() > 1.0
     assert deepest[-1] < 0.5 * deepest.max()
-
-
-def test_a_movie(tmp_path):
-    pytest.importorskip("imageio_ffmpeg")
-    arguments = ["pattern", "eye_pouch", "--frames", "2", "--size", "64", "--out", str(tmp_path)]
-    assert main([*arguments, "--quiet"]) == 0
-    assert (tmp_path / "pattern_eye_pouch.mp4").stat().st_size > 0
-    assert not (tmp_path / "pattern_eye_pouch.vtkhdf").exists()

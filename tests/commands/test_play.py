@@ -131,12 +131,6 @@ def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tm
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_without_animation_is_refused(tmp_path, capsys):
-    (tmp_path / "a.obj").write_text("v 0 0 0\n")
-    assert main(["play", str(tmp_path / "a.obj")]) == 1
-    assert "animations are read from .glb, .gltf, .vtkhdf, .usd" in capsys.readouterr().err
-
-
 def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):
     file, landmarks = map(str, clip)
     play = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL, "--fps", "4"]

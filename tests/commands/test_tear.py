@@ -102,14 +102,3 @@ def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
     assert both == {True, False}
     assert -0.9 < water.bounds[2] < 0.3  # they have run down
     assert np.linalg.norm(water.points, axis=1).min() > 0.88
-
-
-def test_an_unwritable_folder_is_refused_before_the_face_is_made(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("facewrinkle.commands.options.FaceOptions.load", lambda self: pytest.fail("it was made"))
-    (tmp_path / "file").write_text("")
-    for folder in (tmp_path / "file", tmp_path / "file" / "deeper"):
-        assert main(["tear", "weeping", "--out", str(folder)]) == 1
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert "cannot be an output folder" in err
-        assert err.count("\n") == 1

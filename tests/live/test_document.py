@@ -153,16 +153,3 @@ def test_other_files_are_refused(text, message):
     with pytest.raises(FaceWrinkleError, match=message):
         document.load(text)
     assert document.data == START
-
-
-def test_a_long_drag_is_one_step():
-    document = Document(load_atlas())
-    document.change([(("mixture", "AU4"), 0.2)], "drag")
-    for k in range(100):
-        document.change([(("mixture", "AU12"), k / 100), (("intensity",), k / 100)], "drag")
-    assert document.history == (1, 0)
-    document.undo()
-    assert document.data == START
-    document.redo()
-    assert document.data["mixture"] == {"AU4": 0.2, "AU12": 0.99}
-    assert document.data["intensity"] == 0.99

@@ -5,19 +5,20 @@ folds of one side           | none, against a simulation without waves; the othe
 copied Python               | run, it gives the frame that is shown
 saved files                 | in one folder, never over another file
 live weights                | units of ARKit's shapes
+sliders that do nothing     | their reasons, on faces without eyes, mouth or muscles
+handles of muscles          | every muscle that pulls has one on the skin, apart from others; sides are mirrored
 what cannot be done         | a sentence, and the document as it was
 """
 
 from __future__ import annotations
 
-import contextlib
 import json
 import subprocess
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,10 +33,11 @@ from facewrinkle.errors import (
     ParameterError,
     UnknownNameError,
 )
-from facewrinkle.live.answers import mixture_of_live
-from facewrinkle.live.document import Document
+from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_effect
+from facewrinkle.live.document import START, Document
 from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
+from facewrinkle.live.wishes import as_python, layers_of
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
@@ -253,42 +255,6 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
 
 
 @pytest.mark.slow
-def test_the_session_is_saved_while_the_timeline_plays_and_at_the_end(face, tmp_path):
-    key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.4, "offset": 1.0, "end": 2.0}
-    path = tmp_path / "session.json"
-    with Studio(face, browser=False, save_to=tmp_path) as window:
-        window.stage.play(True)
-        window.change(timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
-        end = time.monotonic() + 20.0
-        while not path.exists():
-            assert time.monotonic() < end
-            time.sleep(0.02)
-        assert json.loads(path.read_text())["timeline"]["keys"] == {"k": key}
-        window.rates = {"AU12": 0.5}
-    assert json.loads(path.read_text())["mixture"] == {"AU12": 0.5}
-
-
-@pytest.mark.slow
-def test_all_that_was_acknowledged_before_the_end_is_saved(face, tmp_path):
-    acknowledged = []
-
-    def visit(studio):
-        with page(studio) as seen, contextlib.suppress(AssertionError, ConnectionResetError):  # until it is closed
-            for k in range(10_000):
-                seen.change("intensity", k / 10_000, gesture="drag")
-                acknowledged.append(k / 10_000)
-
-    with ThreadPoolExecutor() as pool:
-        with Studio(face, browser=False, save_to=tmp_path) as window:
-            visitor = pool.submit(visit, window)
-            while len(acknowledged) < 100:
-                assert not visitor.done()
-                time.sleep(0.01)
-        visitor.result(20.0)
-    assert json.loads((tmp_path / "session.json").read_text())["intensity"] >= acknowledged[-1]
-
-
-@pytest.mark.slow
 def test_a_program_that_ends_without_closing_the_studio_has_saved(tmp_path):
     program = "import facewrinkle as fw; fw.studio(browser=False, save_to='.').rates = {'AU12': 0.5}"
     subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env=environment(), check=True, timeout=120)
@@ -299,3 +265,41 @@ def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
     with pytest.raises(MissingPackageError, match=r"pip install \"\.\[studio\]\""):
         Studio(face, browser=False)
+
+
+# --- what a page is told of a face ----------------------------------------------------------------
+
+
+def test_sliders_that_do_nothing_say_why(face):
+    shut = SimpleNamespace(atlas=face.atlas, muscles=face.muscles, mouth_opens=False, eyelid_openings={})
+    off = without_effect(shut)
+    assert "mouth" in off["AU26"]
+    assert "lids" in off["AU43"]
+    assert "AU12" not in off
+    assert without_effect(face) == {}
+    bare = SimpleNamespace(atlas=face.atlas, muscles={})
+    assert set(without_effect(bare).values()) == {"this surface has no muscles"}
+
+
+def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):
+    pulls = pulls_of(face)
+    pulling = {name for name, muscle in face.muscles.items() if np.abs(muscle.force(face.points)).max() > 0.0}
+    assert set(pulls) == pulling | {"jaw"}
+    places = np.array([face.points[each["vertex"]] + each["offset"] for each in pulls.values()])
+    seen = places @ face.frame.axes[:2].T
+    apart = np.linalg.norm(seen[:, None] - seen, axis=2) + 1e9 * np.eye(len(seen))
+    assert apart.min() > 0.5 * ROOM * face.frame.pupil_distance
+    assert max(np.linalg.norm(each["offset"]) for each in pulls.values()) < 0.25 * face.frame.pupil_distance
+    for name in pulls:
+        if name.endswith("_l"):
+            left, right = (np.array(pulls[each]["pull"]) for each in (name, f"{name[:-2]}_r"))
+            assert np.abs(left * [-1.0, 1.0, 1.0] - right).max() < 0.02
+
+
+def test_a_depth_goes_to_all_layers_and_into_what_is_written_down(face):
+    data = {**START, "mixture": {"AU12": 1.0}, "folds": {**START["folds"], "depth": 0.8}}
+    assert {layer.depth for layer in layers_of(data, face)} == {0.8}
+    assert (
+        "layers = fw.simulation.fold_layers.fold_layers(face, 'wave', depth=0.8)" in as_python(data, face).splitlines()
+    )
+    assert "depth" not in as_python(START, face)

@@ -6,7 +6,7 @@ import { Overlay } from "./overlay.js";
 import { Palette } from "./palette.js";
 import { Panels } from "./panels.js";
 import { pointers } from "./pointer.js";
-import { Sliders, element, slider } from "./sliders.js";
+import { Sliders, element, slider, titled } from "./sliders.js";
 import { Connection } from "./socket.js";
 import { Timeline } from "./timeline.js";
 import { Tour } from "./tour.js";
@@ -14,9 +14,9 @@ import { View } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
 const KEYS = [
-  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "move both sides together, or each by itself"],
+  ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "both sides, or each"],
   ["F", "front view"], ["1 to 9", "camera views"], ["H", "muscle handles"], ["W", "wireframe"], ["C", "color by the next field"], ["Space", "play or stop"],
-  ["K", "add a key"], ["← →", "rotate (in the view), or go to the next frame"], ["/", "search"], ["?", "this help"],
+  ["K", "add a key"], ["← →", "rotate, or step a frame"], ["/", "search"], ["?", "this help"],
 ];
 
 const SYMBOLS = { W: "height W (mm)", epsilon: "compression ε", lambda: "along λ", gamma: "across γ", theta: "phase θ", split_gamma: "split criterion" };
@@ -48,8 +48,8 @@ class App {
       this.sliders.build(welcome);
       this.panels.build(welcome);
       this.takeFace(welcome);
-      $("view").replaceChildren(element("option", { value: "", text: "custom", disabled: true, hidden: true }),
-        ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: name.replaceAll("_", " ") })));
+      $("view").replaceChildren(element("option", { value: "", text: "Custom", disabled: true, hidden: true }),
+        ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: titled(name) })));
       $("view").value = "front";
       $("state").textContent = "";
       if (this.view.field) this.showField(this.view.field);
