@@ -71,7 +71,7 @@ def rig(
     page
         Also write a page with sliders, one file, that shows the rig in any browser.
     errors
-        Measure how far the shapes and common mixtures are from the simulation, print the worst, and write all to
+        Measure how far the shapes are from the simulation, half and full, print the worst, and write all to
         NAME.rig.json.
     out
         Folder to write to. Default: output/rig, or output/FACE/rig.

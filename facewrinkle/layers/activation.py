@@ -12,8 +12,6 @@ from ..geometry.interpolation import interpolated, smoothstep
 from ..geometry.normals import vertex_normals
 from .compression import StrainField, orthonormal_tangents, per_length, principal, shortening, tangents_of
 
-Entries = tuple[npt.NDArray[np.int64], Array, Array, Array]
-
 SLACK, FULL = 0.015, 0.05
 """Mean compression of a muscle's region below which its wrinkles are absent, and from which they are as deep as the
 local compression makes them.
@@ -111,7 +109,7 @@ def _lost(compression: Array) -> Array:
 
 def _entries(
     muscle: Muscle, near: npt.NDArray[np.int64], where: Array, normals: Array, metric: Array, area: Array
-) -> Entries:
+) -> tuple[npt.NDArray[np.int64], Array, Array, Array]:
     """Points in a muscle's region: their numbers, their shares in its mean, the products of the direction across the
     folds over its squared length in the rest metric, and that direction.
     """
@@ -122,7 +120,7 @@ def _entries(
     return inside, share / max(share.sum(), 1e-300), per_length(metric[inside], direction), direction
 
 
-def _doubled(entries: list[Entries], depths: list[float]) -> BoolArray:
+def _doubled(entries: list[tuple[npt.NDArray[np.int64], Array, Array, Array]], depths: list[float]) -> BoolArray:
     """True (k,) for muscles whose folds are those of another with deeper wrinkles."""
     doubled = np.zeros(len(entries), bool)
     order = sorted(range(len(entries)), key=lambda k: -depths[k])

@@ -33,17 +33,6 @@ from .shapes import Shape, shapes_of
 
 Wrinkling = Literal["baked", "separate", "maps", "none"]
 
-MIXTURES: tuple[Mapping[str, float], ...] = (
-    {"mouthSmileLeft": 1.0, "mouthSmileRight": 1.0, "cheekSquintLeft": 1.0, "cheekSquintRight": 1.0},
-    {"browInnerUp": 1.0, "browOuterUpLeft": 1.0, "browOuterUpRight": 1.0},
-    {"browDownLeft": 1.0, "browDownRight": 1.0, "noseSneerLeft": 1.0, "noseSneerRight": 1.0},
-    {"jawOpen": 0.6, "mouthSmileLeft": 1.0, "mouthSmileRight": 1.0},
-    {"jawOpen": 0.6, "mouthFunnel": 1.0},
-    {"jawOpen": 1.0, "mouthClose": 1.0},
-    {"eyeBlinkLeft": 1.0, "eyeBlinkRight": 1.0, "mouthSmileLeft": 0.5, "mouthSmileRight": 0.5},
-)
-"""Common mixtures, of which the report tells the error."""
-
 
 @dataclass(frozen=True)
 class RigError:
@@ -228,9 +217,9 @@ class Rig:
 
     @property
     def mixtures(self) -> list[Mapping[str, float]]:
-        """Weights of which :attr:`report` tells the error: each shape, half and full, and common mixtures.
+        """Weights of which :attr:`report` tells the error: each shape, and each pair with a corrective, half and full.
 
-        Shapes of a pair are taken together, as they were made, and that of the left also alone.
+        Shapes of the two sides are taken together, as they were made.
         """
         alone = [(name,) for name, shape in self.shapes.items() if not shape.beyond]
         pairs = [names for names in self.drivers.values() if len(set(names)) > 1]
@@ -238,10 +227,7 @@ class Rig:
         for names in [*alone, *pairs]:
             both = tuple(self._of_both_sides(name) for name in names)
             together.setdefault(both, {}).update(dict.fromkeys(names))
-        asked = [dict.fromkeys(names, weight) for names in together.values() for weight in (0.5, 1.0)]
-        left = [{name: 1.0} for name, shape in self.shapes.items() if shape.side == "l"]
-        common = [mixture for mixture in MIXTURES if set(mixture) <= set(self.names)]
-        return list({frozenset(mixture.items()): mixture for mixture in [*asked, *left, *common]}.values())
+        return [dict.fromkeys(names, weight) for names in together.values() for weight in (0.5, 1.0)]
 
     def _of_both_sides(self, name: str) -> object:
         """Return what the shapes of a pair have in common; jawLeft and jawRight, which have no sides, are no pair."""
@@ -249,14 +235,14 @@ class Rig:
 
     @cached_property
     def report(self) -> list[tuple[Mapping[str, float], RigError]]:
-        """Errors of each shape and pair at half and at full weight, and of common mixtures, with what was mixed."""
+        """Errors of each shape and pair at half and at full weight, with what was mixed."""
         return [(weights, self.error(weights)) for weights in self.mixtures]
 
 
 def facts_text(rig: Rig, errors: bool = False) -> str:
     """Return as JSON which targets a rig has, which were left out, and which are driven by the product of others.
 
-    With `errors`, also those of each shape and common mixture, in mm, with the mean way of the skin.
+    With `errors`, also those of each shape and pair, in mm, with the mean way of the skin.
     """
     drivers = {target: list(names) for target, names in rig.drivers.items()}
     content: dict[str, object] = {"shapes": list(rig.names), "left_out": dict(rig.left_out), "drivers": drivers}

@@ -124,34 +124,6 @@ def test_what_are_no_fields_is_refused(face, fields, message):
         simulated(face, Dents(fields=fields)).step()
 
 
-def test_errors_of_the_layer_itself_pass(face):
-    def fails(found):
-        raise KeyError("its own")
-
-    with pytest.raises(KeyError, match="its own"):
-        simulated(face, Dents(fails)).step()
-    with pytest.raises(KeyError, match="its own"):
-        simulated(face, Dents(fields=fails)).step()
-
-
-def test_fields_may_change_from_frame_to_frame(face):
-    shown = [
-        {"a": np.arange(2321)},
-        {"a": np.linspace(0.0, 1.0, 2321), "b": [0.5] * 2321},
-        {"a": np.ones((2321, 2), np.float32)},
-        {},
-    ]
-    coming = iter(shown)
-    layer = Dents(lambda found: replace(found, active=np.zeros_like(found.active)), lambda n: next(coming))
-    simulation = simulated(face, layer)
-    for wanted in shown:
-        frame = simulation.step()
-        assert {"a", "b"} & set(frame.point_data) == wanted.keys()
-        for name, values in wanted.items():
-            np.testing.assert_array_equal(frame[name], values)
-            assert frame[name].dtype == np.asarray(values).dtype
-
-
 def test_fields_are_not_written_to(face):
     kept = {}
 

@@ -80,15 +80,6 @@ def test_an_odd_gamma_is_taken_on_one_side_and_refused_from_the_axis_on():
             p.eye_corner(x, [1.0, 1.0], 1.0, 1.0, -1.0, 3)
 
 
-@pytest.mark.parametrize("gamma", [3, 7, 2.5])
-def test_odd_gamma_is_refused_where_it_tears(gamma):
-    y = np.linspace(0.5, 2.0, 50)
-    right, left = (np.sin(p.eye_corner_phase(np.full(50, x), y, gamma)) for x in (1e-9, -1e-9))
-    assert np.abs(right - left).min() > 1.0  # what would happen
-    with pytest.raises(ParameterError, match="even number.*tear"):
-        p.eye_corner(np.array([-1.0, 1.0]), np.zeros(2), 0.5, 1.0, -1.0, gamma)
-
-
 @pytest.mark.parametrize("gamma", [2, 4, 8])
 def test_even_gamma_leaves_no_seam(gamma):
     y = np.concatenate([np.linspace(-2, -0.5, 50), np.linspace(0.5, 2, 50)])
@@ -114,28 +105,6 @@ def test_depth_of_a_dimple_is_its_strength():
     for strength in (0.1, 0.5, 1.0):
         t = p.dimple_time(strength, 0.03)
         assert p.dimple(1.0, 0.0, t) - p.dimple(0.0, 0.0, t) == pytest.approx(strength * full, abs=1e-13)
-
-
-@pytest.mark.parametrize(
-    "formula",
-    [
-        lambda x, y: p.forehead(x, y, 1.3, alpha=0.7, beta=5),
-        lambda x, y: p.eye_corner(x, y, 0.9, alpha=2, beta=-0.5, gamma=6),
-        lambda x, y: p.cheek(x, y, 0.25, alpha=3, beta=4),
-        lambda x, y: p.frown(x, y, 3, alpha=2, beta=0.5),
-        lambda x, y: p.dimple(x, y, 0.02),
-        lambda x, y: p.eye_pouch(x, y, 0.4, alpha=2, beta=3, gamma=4),
-    ],
-)
-def test_single_precision_is_reckoned_in_double(formula):
-    x, y = np.random.default_rng(6).uniform(-3, 3, (2, 50)).astype(np.float32)
-    for single, expected in (
-        (formula(x, y), formula(*np.float64([x, y]))),
-        (formula(x, 0.5), formula(np.float64(x), 0.5)),
-    ):
-        assert single.dtype == np.float64
-        assert np.array_equal(single, expected)
-    assert np.array_equal(formula(0.5, y), formula(0.5, np.float64(y)))
 
 
 @pytest.mark.parametrize(

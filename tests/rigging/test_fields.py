@@ -78,7 +78,7 @@ def corrected_pairs(monkeypatch, *pairs):
 
 
 def test_each_mixture_is_told_once(monkeypatch):
-    """Brows that rise are a common mixture and a pair that may be corrected."""
+    """Two pairs of brows that rise, of the left and of the right, are one mixture."""
     rig = corrected_pairs(monkeypatch, *(("browInnerUp", f"browOuterUp{side}") for side in ("Left", "Right")))
     told = [error["weights"] for error in json.loads(facts_text(rig, errors=True))["errors"]]
     for weight in (0.5, 1.0):

@@ -95,9 +95,6 @@ class PatternLayer(Layer):
     True
     """
 
-    def __repr__(self) -> str:
-        return f"PatternLayer({self.name!r}, depth={'default' if self.depth is None else f'{self.depth:g}'})"
-
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],
@@ -113,8 +110,6 @@ class PatternLayer(Layer):
         name: str | None = None,
         **parameters: Any,
     ) -> None:
-        if not isinstance(name, str | None):
-            raise ParameterError(f"name must be text, received a {type(name).__name__}.")
         parts: list[Any] = list(pattern) if isinstance(pattern, list | tuple) else [pattern]
         if not parts:
             raise ParameterError("a layer needs a pattern, received none.")

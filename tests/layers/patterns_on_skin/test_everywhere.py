@@ -1,4 +1,4 @@
-"""All patterns on the built-in head, on real faces that stand still and that move, and on what is no face.
+"""All patterns on the built-in head, on real faces that stand still and that move; and presets.
 
 what              checked against
 heights           at the vertices of the original mesh: window, depth and formula at their coordinates
@@ -13,11 +13,11 @@ import warnings
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.compression import StrainField
+from facewrinkle.layers.patterns_on_skin import presets
 from facewrinkle.layers.patterns_on_skin.presets import names
 from facewrinkle.layers.patterns_on_skin.region import RegionCompression
 
@@ -86,24 +86,6 @@ def test_all_presets_on_heads(request, stem, strength):
     assert dimple.depth == pytest.approx(2.2 * size * mm / 63.0)
 
 
-def test_all_kinds_on_a_torus():
-    ring = pv.ParametricTorus(ringradius=40.0, crosssectionradius=15.0, u_res=90, v_res=60).clean().triangulate()
-    face = fw.surface(ring)
-    kinds = ("forehead", "eye_corner", "cheek", "frown", "dimple", "eye_pouch")
-    layers = []
-    for k, name in enumerate(kinds):
-        angle = k * np.pi / 3.0
-        center = np.array([np.cos(angle), np.sin(angle), 0.0]) * 55.0
-        words = {"variation": 0.6} if name in kinds[:4] else {}
-        layers.append(fw.PatternLayer(name, center, up=(0, 0, 1), size=(24.0, 18.0), depth=1.5, strength=0.8, **words))
-    frame = check(face, layers, 0.8)
-    for k, layer in enumerate(layers):
-        touched = frame["rest"][frame[f"pattern_{layer.name}"] != 0.0]
-        angle = np.degrees(np.arctan2(touched[:, 1], touched[:, 0])) - 60.0 * k
-        assert np.abs((angle + 180.0) % 360.0 - 180.0).max() < 24.0 / 2 / 50.0 * 60.0 + 3.0  # each at its own place
-    assert frame.is_manifold
-
-
 def test_strengths_of_every_sort_on_a_captured_animation(clip):
     """Dimples at one place, with the strength as a number, a function of time, and set by the skin."""
     face, recorded = clip
@@ -145,3 +127,49 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
     assert by_skin.max() > 0.8 * -first["plain"].min()
     assert (by_skin[smile > 0.8 * smile.max()] > 0.7 * by_skin.max()).all()
     assert by_skin[-1] == 0.0
+
+
+# --- presets ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
+def test_all_presets_on_all_faces(request, stem):
+    face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
+    size, axes = face.frame.pupil_distance, face.frame.axes
+    for name in presets.names():
+        layer = fw.PatternLayer.preset(name, face)
+        laid = layer.laid(face)
+        at = (laid.center.point - face.frame.origin) @ axes.T / size
+        assert laid.center.distance < 0.2 * size
+        window = laid.base_window
+        assert 5 < (window > 0).sum() < 0.2 * len(window)
+        side = ((face.points - face.frame.origin) @ axes[0])[window > 0.3]
+        if name.endswith("_l"):
+            assert at[0] > 0.2
+            assert (side > 0).all()
+        elif name.endswith("_r"):
+            assert at[0] < -0.2
+            assert (side < 0).all()
+        else:
+            assert abs(at[0]) < 0.05
+        assert laid.chart[window > 0][:, 1] @ ((face.points - laid.center.point) @ axes[1])[window > 0] > 0  # upright
+        assert 0 <= layer.level_needed(face) <= 5
+
+
+@pytest.mark.filterwarnings("ignore:the mesh is too coarse to carry the pattern")
+def test_left_and_right_are_mirror_images(face):
+    level = fw.Refinement(max_level=0)
+    layers = fw.PatternLayer.presets("eye_corner", face, sharpness=0.0, variation=0.0)
+    frame = fw.Simulation(face, level, layers=layers, motion=fw.Still(face)).step()
+    left, right = frame["pattern_eye_corner_l"], frame["pattern_eye_corner_r"]
+    assert np.abs(left).max() > 0.1
+    np.testing.assert_allclose(np.sort(left), np.sort(right), atol=2e-3)
+
+
+def test_a_preset_takes_changes(face):
+    layer = fw.PatternLayer.preset("forehead", face, depth=2.5, number=6, size=(1.0, 0.4), border=0.3)
+    assert layer.depth == 2.5
+    assert layer.patterns[0].number == 6
+    assert layer.region.border == 0.3
+    np.testing.assert_allclose(layer.region.size, np.array([1.0, 0.4]) * face.frame.pupil_distance)
+    assert fw.PatternLayer.preset("frown", face).name == "frown"

@@ -84,19 +84,6 @@ def test_windows_are_smooth_to_the_border(ball, outline, border):
         assert abs(border_slope) < 0.05
 
 
-def test_pattern_is_smooth_at_the_border_of_a_mesh(ball):
-    """At the border W falls to 0 as the square of the distance to it."""
-    layer = fw.PatternLayer("cheek", (0, 0, RADIUS), size=40.0, number=2)
-    frame = fw.Simulation(ball, fw.Refinement(max_level=4), layers=[layer], motion=fw.Still(ball)).step()
-    laid = layer.region.laid(ball)
-    away = outline_norm(laid.chart, "ellipse")
-    w = np.abs(np.asarray(frame["W"])[: len(ball.points)])
-    rim = laid.known & (away > 0.85) & (away < 1.0)
-    assert rim.sum() > 20
-    assert (w[rim] <= 3.5 * ((1.0 - away[rim]) / 0.6) ** 2).all()
-    assert (w[~laid.known | (away >= 1.0)] == 0.0).all()
-
-
 def test_selections_in_every_form(ball):
     mask = ball.points[:, 1] > 10.0
     chosen = Region(select=mask, up=(0, 0, 1)).laid(ball)

@@ -97,10 +97,6 @@ def test_seeds(kind):
     assert np.abs(heights(3) - heights(4)).max() > 0.1
     even = kind()
     x, y = even.plane(uv, 0.7)
-    bound = np.abs(even.relief(*even.plane(np.stack([np.repeat(np.linspace(-1, 1, 400), 50),
-                                                     np.tile(np.linspace(-1, 1, 50), 400)], axis=1), 0.7),
-                               1.0, even.time(0.0), 0.7)).max()  # fmt: skip
-    assert np.abs(heights(3)).max() <= bound * 1.05
     assert np.abs(heights(3) - even.relief(x, y, 1.0, even.time(0.0), 0.7)).max() > 0.1
 
 
