@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 from ..array_types import Array
 from ..errors import MeshError, check_range, unknown_name, warn
 from ..mesh.formats.gltf import Document, rotations
-from ..mesh.formats.merging import merged_primitives, merged_surfaces
+from ..mesh.formats.merging import merged_primitives
 from ..mesh.formats.polygons import Primitive
 from .action_units import named_shapes
-from .recorded import Bones, Interpolation, Recorded, Track
+from .recorded import Bones, Interpolation, Recorded, Track, with_companions
 
 INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
@@ -52,15 +52,8 @@ def read_gltf(
             f"{path.name}: no animation ({', '.join(clips)}) moves {skin.label}: neither its shapes nor its node "
             "nor bones. Name another mesh with mesh=."
         )
-    surfaces, companions, start = [surface], {}, surface.n_points
-    for model in models:
-        if model is not skin:
-            other, own = _animated(scene, model, recorded)
-            surfaces.append(other)
-            if own is not None:
-                companions[start] = own
-            start += other.n_points
-    return merged_surfaces(surfaces), replace(recorded, companions=companions)
+    others = [_animated(scene, model, recorded) for model in models if model is not skin]
+    return with_companions(surface, recorded, others)
 
 
 # --- what is in the file --------------------------------------------------------------------------

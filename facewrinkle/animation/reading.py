@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +17,9 @@ from ..files import check_file, reading
 from ..geometry.normals import vertex_normals
 from ..mesh import ARRAYS, UNIT, read_surface
 from ..mesh.arrays import MOVED, PART, blended, with_data
-from ..mesh.formats.merging import merged_surfaces
 from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf
-from .recorded import Recorded
+from .recorded import Recorded, with_companions
 from .usd import read_usd
 
 ITERATIONS = 100
@@ -149,7 +147,7 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
     others = _part_of(frames[0], np.arange(_skin_size(frames[0]), frames[0].n_points))
     moved = [np.asarray(frame.points)[_skin_size(frame) :] for frame in frames]
     own = Recorded.of_positions(moved, times=written, rest=others.points)
-    return merged_surfaces([rest, others]), replace(recorded, companions={rest.n_points: own})
+    return with_companions(rest, recorded, [(others, own)])
 
 
 def _skin_size(frame: pv.PolyData) -> int:

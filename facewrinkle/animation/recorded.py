@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, Self, get_args
 
 import numpy as np
 import numpy.typing as npt
+import pyvista as pv
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
@@ -17,6 +18,7 @@ from ..anatomy.face import Face
 from ..array_types import Array, IntArray
 from ..checks import finite
 from ..errors import ParameterError, check_range, type_of, unknown_name, warn
+from ..mesh.formats.merging import merged_surfaces
 from .action_units import units_of
 
 Interpolation = Literal["linear", "step", "cubic"]
@@ -386,6 +388,19 @@ class Recorded:
             f"the recording has {n} points and was not made on this face, which has {len(points)}: at rest they must "
             "be at the same places. Fit the face to the mesh of the recording (the one that read_animation returns)."
         )
+
+
+def with_companions(
+    mesh: pv.PolyData, recorded: Recorded, others: Iterable[tuple[pv.PolyData, Recorded | None]]
+) -> tuple[pv.PolyData, Recorded]:
+    """Return a mesh with others after it, and its recording with theirs; those without one keep still."""
+    surfaces, companions, start = [mesh], {}, mesh.n_points
+    for other, own in others:
+        surfaces.append(other)
+        if own is not None:
+            companions[start] = own
+        start += other.n_points
+    return merged_surfaces(surfaces), replace(recorded, companions=companions)
 
 
 def same_places(ours: Array, theirs: Array) -> bool:

@@ -15,10 +15,10 @@ import pyvista as pv
 
 from ..array_types import Array
 from ..errors import MeshError, unknown_name, warn
-from ..mesh.formats.merging import merged_primitives, merged_surfaces
+from ..mesh.formats.merging import merged_primitives
 from ..mesh.formats.polygons import Primitive
 from ..mesh.formats.usd import opened, primitive_of, shown
-from .recorded import Recorded, Track
+from .recorded import Recorded, Track, with_companions
 
 BORDER_TIMES = 16
 """Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""
@@ -29,24 +29,14 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
     stage = _baked(opened(path))
     found = [_Mesh(prim, path) for prim in shown(stage)]
     chosen = _chosen([model for model in found if model.count], mesh, path.name)
-    if len(chosen.times) < 2:
+    surface, recorded = _animated(chosen, path)
+    if recorded is None:
         raise MeshError(
             f"{path.name}: {chosen.name} keeps still: it has no time samples of its points or its place, and no bones "
             "or blend shapes that move. Name another mesh with mesh=, or export the animation too."
         )
-    surface, recorded = _animated(chosen, path)
-    surfaces, companions, start = [surface], {}, surface.n_points
-    for model in found:
-        if model is chosen or model.primitive is None:
-            continue
-        other, own = (
-            _animated(model, path) if len(model.times) > 1 else (merged_primitives([model.primitive], path)[0], None)
-        )
-        surfaces.append(other)
-        if own is not None:
-            companions[start] = own
-        start += other.n_points
-    return merged_surfaces(surfaces), replace(recorded, companions=companions)
+    others = [_animated(model, path) for model in found if model is not chosen and model.primitive is not None]
+    return with_companions(surface, recorded, others)
 
 
 def _baked(stage: Any) -> Any:
@@ -59,11 +49,13 @@ def _baked(stage: Any) -> Any:
     return stage
 
 
-def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded]:
-    """Return a mesh at its first time, and the recording that moves it."""
+def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded | None]:
+    """Return a mesh at its first time, and the recording that moves it, if anything does."""
     primitive = model.primitive
     if primitive is None:
         raise MeshError(f"{path.name}: {model.name} has no faces. Export the face with its geometry.")
+    if len(model.times) < 2:
+        return merged_primitives([primitive], path)[0], None
     still = model.world(model.times[0])
     samples = [model.points(time) @ still[:3, :3].T + still[:3, 3] for time in model.times]
     if model.deforms:

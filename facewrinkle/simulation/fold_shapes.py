@@ -21,7 +21,7 @@ from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
 from ..layers.wave_folds.stripes import Style
 from ..motion.base import Motion
-from ..motion.skin import Skin, SkinMaterial
+from ..motion.skin import Skin
 
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
@@ -56,7 +56,7 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
     ['brows']
     """
     if families is not None:
-        return FoldShapes({name: _named(face, motion, name, motions) for name, motions in families.items()})
+        return FoldShapes({name: _named(face, name, motions) for name, motions in families.items()})
     if isinstance(motion, Playback):
         return _of_recording(motion.recorded, face)
     if not face.muscles:
@@ -64,18 +64,12 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
             "WaveFolds finds its lines from the motions of a face: from its muscles, or from a recording that moves "
             "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
         )
-    home, material = face.template or face, _material(motion)
-    return per_face(home, "fold shapes", material, lambda: _of_muscles(home, material))
+    home = face.template or face
+    return per_face(home, "fold shapes", None, lambda: _of_muscles(home))
 
 
-def _material(motion: Motion) -> SkinMaterial:
-    return motion.material if isinstance(motion, Skin) else SkinMaterial()
-
-
-def _of_muscles(face: Face, material: SkinMaterial) -> FoldShapes:
+def _of_muscles(face: Face) -> FoldShapes:
     """Shapes of the action units that the atlas of a face has, in their groups."""
-    if material != SkinMaterial():
-        return in_families(face, relaxed_shapes(face, material))
     known = find_folds(face)
     return in_families(face, known.shapes, known.lines)
 
@@ -93,7 +87,7 @@ def find_folds(face: Face) -> KnownFolds:
     """
     known = known_folds(face)
     if not known.shapes:
-        known.shapes = relaxed_shapes(face, SkinMaterial())
+        known.shapes = relaxed_shapes(face)
         known.lines = found_lines(face, in_families(face, known.shapes), 1.0, Style())
     return known
 
@@ -121,9 +115,12 @@ def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:
     return groups
 
 
-def relaxed_shapes(face: Face, material: SkinMaterial) -> dict[str, Array]:
-    """Return positions (n0, 3), mm, of skin that has come to rest, by action unit."""
-    skin, groups = Skin(face, STEP, material=material), unit_groups(face).values()
+def relaxed_shapes(face: Face) -> dict[str, Array]:
+    """Return positions (n0, 3), mm, of skin that has come to rest, by action unit.
+
+    It is skin of the usual material, whichever moves the face: a face has the same lines however it is moved.
+    """
+    skin, groups = Skin(face, STEP), unit_groups(face).values()
     return {unit: _at_rest(skin, rates) for units in groups for unit, rates in units.items()}
 
 
@@ -136,7 +133,7 @@ def _at_rest(skin: Skin, rates: Mapping[str, float]) -> Array:
     return skin.points + skin.displacement
 
 
-def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array]:
+def _named(face: Face, name: str, motions: object) -> list[Array]:
     """Shapes of a family that a user named."""
     if isinstance(motions, str | Mapping | np.ndarray) or not isinstance(motions, Iterable):
         raise ParameterError(f"the family {name!r} must be a list of motions, received {type(motions).__name__}.")
@@ -149,7 +146,7 @@ def _named(face: Face, motion: Motion, name: str, motions: object) -> list[Array
                     f"the family {name!r} names motions of muscles, and this face has none. Give positions of all "
                     f"{len(face.points)} vertices in their place."
                 )
-            skin = skin or Skin(face, STEP, material=_material(motion))
+            skin = skin or Skin(face, STEP)
             out.append(_at_rest(skin, face.atlas.contractions(each)))
         else:
             out.append(finite(f"a motion of the family {name!r}", each) * face.unit)
