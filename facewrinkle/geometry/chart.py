@@ -13,6 +13,7 @@ from ..array_types import Array, IntArray
 from .closest_point import ClosestPoint
 from .compilation import compiled
 from .laplacian import symmetric_factors
+from .normals import double_areas
 from .topology import incident_triangles, unique_edges
 
 
@@ -145,7 +146,7 @@ def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -
     used, local = np.unique(known, return_inverse=True)
     local, p = local.reshape(-1, 3).astype(np.int32), points[used]
     edges, sides = unique_edges(local)
-    area = 0.5 * np.linalg.norm(np.cross(p[local[:, 1]] - p[local[:, 0]], p[local[:, 2]] - p[local[:, 0]]), axis=1)
+    area = 0.5 * double_areas(p, local)
     area = np.maximum(area, 1e-12 * area.max())
     rows, columns, weights = [], [], []
     for s in range(3):  # |edge| times the slope out of the triangle, from the cotangents at both ends

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ..array_types import Array, IntArray
 from .compilation import compiled
-from .normals import tangent_axes
+from .normals import double_areas, tangent_axes
 from .refinement import RedGreenForest, frozen
 
 TOLERANCE = 0.02
@@ -163,7 +163,7 @@ def surface_samples(points: Array, triangles: npt.NDArray[np.integer], count: in
     array([0.5, 0.5, 0. ])
     """
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    area = np.cumsum(np.linalg.norm(np.cross(b - a, c - a), axis=1))
+    area = np.cumsum(double_areas(points, triangles))
     which = np.searchsorted(area, (np.arange(count) + 0.5) / count * area[-1])
     u, v = ((0.5 + np.arange(count)[:, None] * PLASTIC) % 1.0).T[..., None]
     over = u + v > 1.0

@@ -110,6 +110,29 @@ def triangle_normals(points: Array, triangles: npt.NDArray[np.integer]) -> Array
     return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))
 
 
+def area_vectors(points: Array, triangles: npt.NDArray[np.integer]) -> Array:
+    """Normals (m, 3) of triangles, as long as twice their areas.
+
+    Examples
+    --------
+    >>> area_vectors(np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2]])).tolist()
+    [[0.0, 0.0, 6.0]]
+    """
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)
+
+
+def double_areas(points: Array, triangles: npt.NDArray[np.integer]) -> Array:
+    """Twice the area (m,) of each triangle.
+
+    Examples
+    --------
+    >>> double_areas(np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2]])).tolist()
+    [6.0]
+    """
+    return np.asarray(np.linalg.norm(area_vectors(points, triangles), axis=1))
+
+
 def vertex_areas(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
     """A third of the area of the adjacent triangles, per vertex (n,).
 

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ..array_types import Array, BoolArray, IntArray
 from .compilation import compiled
-from .normals import area_vector
+from .normals import area_vector, area_vectors
 from .rigid_alignment import closest_rotations
 
 LEFT = 0.05
@@ -65,7 +65,7 @@ class Untangling:
     def __init__(self, points: Array, triangles: IntArray, offsets: IntArray, ring: IntArray) -> None:
         self._points = np.ascontiguousarray(points, dtype=np.float64)
         self._triangles, self._rings = np.ascontiguousarray(triangles, np.int32), (offsets, ring)
-        self._cross = _crosses(self._points, self._triangles)
+        self._cross = area_vectors(self._points, self._triangles)
 
     def untangled(self, points: Array) -> Array:
         """Return moved points (n, 3) with no triangle turned over; the given ones themselves if none is.
@@ -97,7 +97,7 @@ class Untangling:
             return np.empty(0, np.int64)
         chosen = _touching(triangles, marked)
         facing, double = self._facing(points, chosen)
-        shares = (_crosses(points, triangles[chosen]) * facing).sum(axis=1) / double
+        shares = (area_vectors(points, triangles[chosen]) * facing).sum(axis=1) / double
         return np.asarray(chosen[(shares < least) & facing.any(axis=1)])
 
     def _swept(self, points: Array, low: IntArray) -> Array:
@@ -126,12 +126,6 @@ class Untangling:
         double = np.maximum(np.linalg.norm(cross, axis=1), 1e-300)
         facing = np.einsum("ti,tij->tj", cross, closest_rotations(m))
         return facing / double[:, None], double
-
-
-def _crosses(points: Array, triangles: IntArray) -> Array:
-    """Area vectors (m, 3) of triangles, twice their areas long."""
-    first, second, third = (points[triangles[:, k]] for k in range(3))
-    return np.cross(second - first, third - first)
 
 
 def _touching(triangles: IntArray, marked: BoolArray) -> IntArray:

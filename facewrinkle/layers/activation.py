@@ -9,7 +9,7 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
 from ..geometry.interpolation import interpolated, smoothstep
-from ..geometry.normals import vertex_normals
+from ..geometry.normals import double_areas, vertex_normals
 from .compression import StrainField, orthonormal_tangents, per_length, principal, shortening, tangents_of
 
 SLACK, FULL = 0.015, 0.05
@@ -74,8 +74,7 @@ class Activation:
             interpolated(values, self._corners, self._weights) for values in (face.points[self._used], upright, rest)
         )
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        a, b, c = (face.points[face.triangles[hosts, k]] for k in range(3))
-        area = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1), 4)
+        area = np.repeat(double_areas(face.points, face.triangles[hosts]), 4)
         entries = [
             _entries(muscle, np.flatnonzero(np.repeat(zone[hosts], 4)), where, normals, metric, area)
             for muscle, zone in zip(muscles, zones, strict=True)

@@ -11,9 +11,10 @@ from scipy.spatial import cKDTree
 from ..checks import vector, vectors
 from ..errors import LARGEST, MeshError, ParameterError, warn
 from ..geometry import topology
+from ..geometry.normals import double_areas
 from .arrays import COLORS, CORNERS, MESH, MOVED, PART, SOURCE, corner_texture, with_data
 from .formats.reading import MeshLike, read_surface
-from .repair import ROUNDING, RepairedMesh, areas_doubled, mended, unfolded, votes_of
+from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
 
 IN_PIECES = 0.5
 """A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
@@ -172,7 +173,7 @@ def _chosen_sheet(
 def _votes(whole: RepairedMesh, label: np.ndarray, near: np.ndarray | None) -> tuple[np.ndarray, str]:
     """Votes for each sheet (the number of landmarks nearest to it, or its area), and the reason for the choice."""
     if near is None:
-        return np.bincount(label, areas_doubled(whole.points, whole.triangles)), "the one with the largest area"
+        return np.bincount(label, double_areas(whole.points, whole.triangles)), "the one with the largest area"
     votes = votes_of(whole.points, whole.triangles, label, near)
     return votes, f"nearest to {votes.max()} of {len(near)} landmarks"
 
@@ -234,7 +235,7 @@ def _enclosed_volume(points: np.ndarray, triangles: np.ndarray, forward: np.ndar
     one the volume grows with the part of the area vector that looks forward.
     """
     corners = points[triangles]
-    areas = 0.5 * areas_doubled(points, triangles)
+    areas = 0.5 * double_areas(points, triangles)
     apex = np.average(corners.mean(axis=1), axis=0, weights=areas)
     if forward is not None:
         apex = apex - np.asarray(forward) / np.linalg.norm(forward) * np.linalg.norm(np.ptp(corners, axis=(0, 1)))

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
 from ..geometry import topology
+from ..geometry.normals import area_vectors, double_areas
 
 SLIVER = 1e-10
 """Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
@@ -82,12 +83,6 @@ def mended(mesh: RepairedMesh, moved: Array | None = None, meshes: IntArray | No
     return without_non_manifold_edges(single if whole is single else without_duplicates(whole))
 
 
-def areas_doubled(points: Array, triangles: IntArray) -> Array:
-    """Twice the area of each triangle."""
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1))
-
-
 def votes_of(points: Array, triangles: IntArray, label: IntArray, places: Array) -> IntArray:
     """The number of places (n, 3) whose nearest points belong to the triangles of each label (m,)."""
     used, first = np.unique(triangles, return_index=True)
@@ -99,7 +94,7 @@ def degenerate(points: Array, triangles: IntArray) -> BoolArray:
     """True (m,) for triangles without area."""
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    return np.asarray(~(areas_doubled(points, triangles) > SLIVER * longest))
+    return np.asarray(~(double_areas(points, triangles) > SLIVER * longest))
 
 
 # --- duplicate and degenerate triangles -------------------------------------------------------------
@@ -324,7 +319,7 @@ def _in_excess(mesh: RepairedMesh) -> IntArray:
         return np.zeros(0, np.int64)
     offsets, around = topology.incident_triangles(sides)
     loose = (valence[sides] == 1).sum(axis=1)
-    size = areas_doubled(mesh.points, mesh.triangles)
+    size = double_areas(mesh.points, mesh.triangles)
     out: set[int] = set()
     for e in non_manifold:
         here = [t for t in around[offsets[e] : offsets[e + 1]].tolist() if t not in out]
@@ -337,9 +332,7 @@ def _in_excess(mesh: RepairedMesh) -> IntArray:
 
 def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     """True (m,) for triangles that lie back to back with at least two neighbours; the mesh must be oriented."""
-    normals = np.cross(
-        points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]]
-    )
+    normals = area_vectors(points, triangles)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     _, sides = topology.unique_edges(triangles)
     offsets, around = topology.incident_triangles(sides)

@@ -17,9 +17,8 @@ import numpy.typing as npt
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import JointWeights
 from ..array_types import Array, IntArray
-from ..geometry.normals import triangle_normals
+from ..geometry.normals import double_areas, triangle_normals
 from ..geometry.topology import side_lengths
-from ..mesh.repair import areas_doubled
 from . import _contact_kernels as kernels
 from ._skin_kernels import shares_of_area
 from .self_contact import behind_lips, facing_lids, facing_lips
@@ -65,7 +64,7 @@ def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
     True
     """
     points, triangles = face.points * face.unit, face.triangles.astype(np.int64)
-    double, longest = areas_doubled(points, triangles), side_lengths(points[triangles]).max(axis=1)
+    double, longest = double_areas(points, triangles), side_lengths(points[triangles]).max(axis=1)
     stiffness = resistance[triangles].mean(axis=1)
     return FlatTriangles(triangles, triangle_normals(points, triangles), double, double / longest, stiffness)
 
@@ -146,7 +145,7 @@ class Contacts:
         self.solids, self.samples, self.kinds = per_face(
             face, "surfaces", (area.tobytes(), angles.tobytes()), lambda: _surfaces(face, rest, area, angles)
         )
-        self._full = max(FLAT) * areas_doubled(rest, self.samples.partners)
+        self._full = max(FLAT) * double_areas(rest, self.samples.partners)
         self._meeting_solids = np.unique(self.samples.corners[self.kinds == "solids"])
         self.flats = flat_triangles(face, resistance)
         self._shares, self._ahead = np.empty(len(face.triangles)), np.empty(len(face.triangles))

@@ -21,9 +21,8 @@ from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..array_types import Array
 from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
-from ..geometry.normals import triangle_normals, vertex_areas
+from ..geometry.normals import double_areas, triangle_normals, vertex_areas
 from ..geometry.topology import unique_edges
-from ..mesh.repair import areas_doubled
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
@@ -196,7 +195,7 @@ class Skin:
         self._edges, self._corners = edges.astype(np.uint32), self._triangles.astype(np.uint32)
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
-        areas = 0.5 * areas_doubled(points, self._triangles)
+        areas = 0.5 * double_areas(points, self._triangles)
         area_of_edge = np.bincount(sides.ravel(), np.repeat(areas, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)

@@ -15,7 +15,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
-from facewrinkle.mesh.repair import areas_doubled
+from facewrinkle.geometry.normals import double_areas
 from tools.trials.corpus import clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
 
 COUNT, SEED = 18, 2
@@ -37,7 +37,7 @@ def test_the_corpus_is_dirty():
         proper = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
         kinds["not manifold"] += len(topology.non_manifold_edges(proper)) > 0
         kinds["badly oriented"] += not topology.is_oriented(proper)
-        kinds["degenerate"] += areas_doubled(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
+        kinds["degenerate"] += double_areas(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
     assert min(kinds.values()) >= 2, kinds
 
 

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
+from facewrinkle.geometry.normals import double_areas
 from facewrinkle.mesh import prepare
 from facewrinkle.mesh.repair import (
     RepairedMesh,
-    areas_doubled,
     mended,
     turned_over,
     unfolded,
@@ -41,7 +41,7 @@ def rim(triangles):
 def is_sound(mesh):
     return (
         len(topology.non_manifold_edges(mesh.triangles)) == 0
-        and (areas_doubled(mesh.points, mesh.triangles) > 0.0).all()
+        and (double_areas(mesh.points, mesh.triangles) > 0.0).all()
         and np.array_equal(mesh.points, mesh.points)
     )
 
@@ -69,7 +69,7 @@ def test_caps_are_flipped_and_nothing_tears(which, share):
     assert rim(mesh.triangles) == 0
     assert topology.euler_characteristic(mesh.triangles) == 2
     assert topology.is_oriented(mesh.triangles)
-    assert areas_doubled(mesh.points, mesh.triangles).sum() == pytest.approx(areas_doubled(points, triangles).sum())
+    assert double_areas(mesh.points, mesh.triangles).sum() == pytest.approx(double_areas(points, triangles).sum())
 
 
 @settings(max_examples=40)

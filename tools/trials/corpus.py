@@ -25,8 +25,8 @@ import facewrinkle as fw
 from analysis.subjects import FACES
 from facewrinkle.anatomy.landmarks import read_landmarks
 from facewrinkle.geometry import topology
+from facewrinkle.geometry.normals import double_areas
 from facewrinkle.mesh import to_polydata
-from facewrinkle.mesh.repair import areas_doubled
 from tools.self_intersections import self_intersections
 
 from .runner import DIED, OUTPUT, run
@@ -265,7 +265,7 @@ def flaws(face: fw.Face) -> list[str]:
         "not oriented alike": not topology.is_oriented(triangles),
         "in pieces": topology.sheets(triangles).max() > 0,
         "points not finite": not np.isfinite(points).all(),
-        "degenerate triangles": bool((areas_doubled(points, triangles) <= 1e-10 * sides**2).any()),
+        "degenerate triangles": bool((double_areas(points, triangles) <= 1e-10 * sides**2).any()),
         "loose points": len(np.unique(triangles)) != len(points),
     }
     return [flaw for flaw, is_there in found.items() if is_there]
