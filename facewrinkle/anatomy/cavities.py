@@ -43,8 +43,6 @@ NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
 BESIDE_NOSE, BESIDE_MOUTH = 1.0, 4.0
 """Cavities reach this far beside the wings of the nose and the corners of the mouth."""
 
-IN_LOWER_LIP = 0.5
-"""Below, the mouth fades out over this share of the lower lip: the fold under a full lip is as narrow and deep."""
 
 GROOVES, GROOVES_DEEP = 7.5, 12.75
 """Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
@@ -110,7 +108,8 @@ class Cavities:
         within = smoothstep((wing + BESIDE_NOSE - across) / (0.5 * BLEND))  # beyond the wings, skin lies as deep
         near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
         lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
-        near = near * smoothstep((y - lower_lip) / (IN_LOWER_LIP * lip))[None, :]
+        # In the lower half of the lower lip the mouth fades out: the fold under a full lip is as narrow and deep.
+        near = near * smoothstep((y - lower_lip) / (0.5 * lip))[None, :]
         nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
         self._cover = front + near * (upper * nostrils + (1.0 - upper) * mouth - front)
         self._within = 1.0 - upper * (1.0 - within)

@@ -62,11 +62,6 @@ RIM_MISS, RIM_MIDDLE = 0.035, (0.3, 0.7)
 LID_THICKNESS = 0.06
 """Skin farther beyond the gap than this is the front of a lid, and no longer its edge."""
 
-SLOPES = np.linspace(0.4, 1.5, 12)
-"""Slopes that are tried, between that of a lid's front and that of its thickness, which meet at the edge. The one with
-the smoothest edge is taken.
-"""
-
 
 # --- The opening as it is seen ------------------------------------------------------------------------------
 
@@ -319,10 +314,11 @@ def _gap(section: Array) -> tuple[float, float] | None:
 def _front_edge(lids: LidSections, away: float) -> Array:
     """Places (k, 3) where a lid turns from its front to its thickness; `away` from the opening is 1 (up) or -1.
 
-    On a rounded edge many places qualify; those on the smoothest line are taken.
+    On a rounded edge many places qualify, by the slope between that of the lid's front and that of its thickness; those
+    on the smoothest line are taken.
     """
     lines = []
-    for slope in SLOPES:
+    for slope in np.linspace(0.4, 1.5, 12):
         line = []
         for at, section, gap in lids:
             places = section.reshape(-1, 2)

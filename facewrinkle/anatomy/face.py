@@ -421,6 +421,25 @@ class Face:
             moved |= dict(zip(names, now + (places - on_skin) @ state.head[:3, :3].T, strict=True))
         return moved
 
+    def plot(self, **options: Any) -> Any:
+        """Show the face at rest, upright and from the front, in a window or a notebook.
+
+        Parameters
+        ----------
+        **options
+            Those of :func:`pyvista.plot`, such as ``screenshot="face.png"``.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> fw.default_face().plot(off_screen=True)
+        """
+        _, up, forward = self.frame.axes
+        middle = self.points.mean(axis=0)
+        front = middle + 4.0 * np.linalg.norm(self.points - middle, axis=1).max() * forward  # all of it is in view
+        texture = None if self.texture is None else pv.Texture(self.texture)
+        return self.mesh.copy(deep=False).plot(**{"cpos": [front, middle, up], "texture": texture, **options})
+
     @property
     def skull(self) -> pv.PolyData:
         """The bone under the skin, one vertex under each vertex of the skin."""

@@ -32,6 +32,7 @@ from .head import load_head
 from .identity import Identity, head_of
 from .known_folds import folds_of_head, restore
 from .landmarks import (
+    DOUBTED,
     MEAN_PUPIL_DISTANCE,
     NAMES,
     NOT_ON_SKIN,
@@ -78,8 +79,6 @@ vertices.
 
 # --- Found landmarks that are to be checked ------------------------------------------------------------------
 
-DOUBTED = 0.75
-"""All are, on a shape with a lower likeness to a face."""
 
 UNSURE = 0.5
 """Any that is not always estimated is, if it has a lower confidence."""
@@ -203,7 +202,7 @@ def fit_face(
     if any(name not in known for name in REQUIRED):
         search = _searched(source, given, progress)
         known = search.landmarks
-    found, _ = complete(known, load_head().landmarks, given)
+    found, _ = complete(known, load_head().landmarks)
     estimated = tuple(name for name in (NAMES if search is None else search.estimated) if name not in given)
     frame = frame_of(found)
     used = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]

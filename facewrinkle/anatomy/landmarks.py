@@ -6,7 +6,7 @@ Landmarks of a pair are named ``NAME_l_PART`` or ``NAME_l`` and ``..._r...`` aft
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -59,6 +59,9 @@ REQUIRED = (
 
 REFUSED = 0.60
 """A face counts as found if its likeness is at least this."""
+
+DOUBTED = 0.75
+"""On a shape with a lower likeness, all landmarks that were found are to be checked; above it, no other is tried."""
 
 MEAN_PUPIL_DISTANCE = 63.0
 """Distance between the pupils of an adult in mm (Dodgson, "Variation and extrema of human interpupillary distance",
@@ -277,12 +280,8 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     return found
 
 
-def complete(
-    given: Mapping[str, Array], template: Mapping[str, Array], by_hand: Collection[str] | None = None
-) -> tuple[dict[str, Array], tuple[str, ...]]:
+def complete(given: Mapping[str, Array], template: Mapping[str, Array]) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Return all landmarks: given ones as they are, the others mirrored or mapped from `template`.
-
-    `by_hand` are the names of those that a user gave, where the others were found by shape; default: all.
 
     Returns
     -------
@@ -316,14 +315,14 @@ def complete(
             f"({', '.join(sorted(given)) or 'none'}). One of a pair is enough where another pair is whole."
         )
     frame = frame_of(found)
-    _check_sides(found, frame, found if by_hand is None else by_hand)
+    _check_sides(found, frame)
     base = frame_of(template)
     placed = fitted_map(template, found, base, frame)
     estimated = tuple(n for n in NAMES if n not in given)
     return {n: found[n] if n in found else placed(template[n]) for n in NAMES}, estimated
 
 
-def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame, by_hand: Collection[str]) -> None:
+def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame) -> None:
     """Raise a LandmarkError for pairs and corners that are swapped or coincide, and for eyes out of place."""
     left = frame.axes[0]
     swapped = [f"{a} and {b}" for a, b in _pairs(landmarks) if (landmarks[a] - landmarks[b]) @ left <= 0.0]
@@ -338,15 +337,10 @@ def _check_sides(landmarks: Mapping[str, Array], frame: FaceFrame, by_hand: Coll
             raise LandmarkError(f"eye_{s}_inner must lie nearer to the nose than eye_{s}_outer. Are they swapped?")
         centre, width = landmarks.get(f"eye_{s}_centre"), float(np.linalg.norm(outer - inner))
         if centre is not None and np.linalg.norm(centre - 0.5 * (inner + outer)) > width:
-            if f"eye_{s}_centre" not in by_hand:
-                raise LandmarkError(
-                    f"the landmarks that were found about the given ones ({', '.join(by_hand)}) make no face: "
-                    f"eye_{s}_centre would lie outside its eye. Is there a face? If so, give all that are required: "
-                    f"{', '.join(REQUIRED)}."
-                )
             raise LandmarkError(
                 f"eye_{s}_centre must be the centre of the eyeball, within the width of the eye ({width:.3g}) from the "
-                f"middle of its corners; received {centre}. Leave it out to have it estimated."
+                f"middle of its corners; received {centre}. Leave it out to have it estimated; if it was found about "
+                "other landmarks, these make no face: check them."
             )
 
 

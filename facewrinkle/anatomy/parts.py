@@ -95,9 +95,6 @@ HAIR_BEHIND = 1.2
 FRINGE = 1.0
 """A fringe begins this far above the nasion, at the hairline (0.94), however far it hangs down."""
 
-OPAQUE = 0.95
-"""Parts whose points all have a larger alpha are opaque: scanners and exporters leave a 254 here and there."""
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -219,7 +216,8 @@ def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
         colours = np.asarray(mesh.point_data[COLORS])
         if colours.min() == 255:
             del mesh.point_data[COLORS]  # other parts have colours, this one has none
-        elif colours.shape[1] == 4 and colours[:, 3].min() > OPAQUE * (255 if colours.dtype == np.uint8 else 1.0):
+        elif colours.shape[1] == 4 and colours[:, 3].min() > 0.95 * (255 if colours.dtype == np.uint8 else 1.0):
+            # Opaque: scanners and exporters leave an alpha of 254 here and there.
             mesh.point_data[COLORS] = colours[:, :3].copy()
     return follower(name, mesh, merged_texture(mesh))
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import per_face
@@ -218,6 +219,22 @@ def test_landmarks_go_with_a_head_that_turns(face):
     turned["rest"], turned.field_data["pose"] = face.points, pose
     for name, place in face.landmarks_on(turned).items():
         np.testing.assert_allclose(place, pose[:3, :3] @ face.landmarks[name] + pose[:3, 3], atol=1e-9)
+
+
+def test_a_face_is_shown_upright(face):
+    """However it lies: a face that was turned looks the same."""
+    turn = Rotation.from_rotvec([0.4, 2.0, -0.7])
+    mesh = face.mesh.copy()
+    mesh.points = turn.apply(face.points)
+    marks = {name: turn.apply(place) for name, place in face.landmarks.items()}
+    turned = fw.Face.from_landmarks(mesh, marks, 1.0, texture=face.texture)
+    first, second = (
+        who.plot(off_screen=True, screenshot=True, window_size=[90, 120], lighting=False)[:90].astype(int)
+        for who in (face, turned)
+    )
+    assert np.abs(first - second).mean() < 1.0
+    hair, skin = (first[rows, 40:50].mean() for rows in (slice(26, 32), slice(50, 60)))
+    assert hair < 0.7 * skin < 200.0
 
 
 def test_things_are_made_once_for_a_face_and_a_key():

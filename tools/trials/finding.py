@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from analysis.subjects import FACES
-from facewrinkle.anatomy.fitting import DOUBTED, UNSURE
-from facewrinkle.anatomy.landmarks import REFUSED, frame_of, read_landmarks
+from facewrinkle.anatomy.fitting import UNSURE
+from facewrinkle.anatomy.landmarks import DOUBTED, REFUSED, frame_of, read_landmarks
 from facewrinkle.errors import LandmarkError
 from facewrinkle.mesh import to_polydata
 

@@ -49,8 +49,6 @@ LIP_HEIGHT = 0.3
 # --- The chin: its profile is seen from before and below, where the bend is foremost ---
 FROM_BELOW = np.radians(45.0)
 PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
-JUMP = 0.15
-"""Larger steps of the depth from one row to the next are rims, behind which something else is seen."""
 
 
 BENT = 1.8
@@ -203,7 +201,7 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, PROFILE.step, PROFILE.shape)
     known = np.asarray(np.isfinite(depth).all(axis=1))
     with np.errstate(invalid="ignore"):  # from one row that is not known to the next
-        known[1:] &= np.abs(np.diff(depth.mean(axis=1))) < JUMP  # what is seen behind a rim is no chin
+        known[1:] &= np.abs(np.diff(depth.mean(axis=1))) < 0.15  # what is seen behind a rim is no chin
     start = int(np.argmin(np.abs(PROFILE.y - y - NEAR_MENTON)))
     gaps = np.flatnonzero(~known)
     first = int(gaps[gaps < start].max(initial=-1)) + 1
@@ -240,8 +238,6 @@ SHIFTS = np.arange(-0.24, 0.2 + 1e-9, PHOTO_STEP)
 BAND, AROUND = 0.03, 0.11
 """Standard deviations of the Gaussians that smooth the photo: over the height of a brow, and over the skin around."""
 
-ABOVE_EYE = 0.18
-"""Height above the middles of the eyes from which dark bands are brows, not lids."""
 
 DARKER = 0.06
 """Share by which brows are darker than the skin around them, at least, on average over their length."""
@@ -275,7 +271,7 @@ def rise_of_dark_bands(
             return 0.0
         dark = 1.0 - _smoothed(bright, known, BAND) / np.maximum(_smoothed(bright, known, AROUND), 1.0)
         expected = np.interp(x, *brow.T)
-        floor = marks[f"eye_{side}_centre"][1] + ABOVE_EYE
+        floor = marks[f"eye_{side}_centre"][1] + 0.18  # below, dark bands are lids
         found = []
         for shift in SHIFTS:
             y = expected + shift

@@ -192,9 +192,6 @@ SCALES = (0.06, 0.11, 0.22)
 """Sizes of bulges and hollows that are compared, in distances between the pupils."""
 
 
-BACKGROUND = 0.35
-"""A surface that lies farther than this from the template is not the face, in distances between the pupils."""
-
 # The Gauss-Newton steps of an alignment.
 STEPS = 14
 RIGID_STEPS = 4
@@ -240,7 +237,7 @@ def surface_map(points: Array, triangles: IntArray, pose: Pose, grid: Grid, vari
     """Return the map of a surface in a pose; places that are not seen weigh nothing."""
     base = template_map(grid, variant)
     depth = depth_map(pose.local(points), triangles, grid)
-    depth[np.abs(depth - base.depth - _median_offset(depth, base)) > BACKGROUND] = np.nan
+    depth[np.abs(depth - base.depth - _median_offset(depth, base)) > 0.35] = np.nan  # so far off is not the face
     closed, known = openings_closed(depth, grid, template(variant).mouth_open, base.depth)
     certain = gaussian_filter(known.astype(float), SCALES[0] / grid.step) ** 2
     return SurfaceMap(closed, _compressed(curvature(closed, grid, SCALES)), base.weight * certain, certain)

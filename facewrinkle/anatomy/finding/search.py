@@ -20,7 +20,7 @@ from ...geometry.interpolation import surface_samples
 from ...geometry.topology import components
 from ...mesh.repair import votes_of
 from ...progress import Progress
-from ..landmarks import REFUSED
+from ..landmarks import DOUBTED, REFUSED
 from .matching import COARSE, FINE, Match, aligned, matched, pose_score, surface_map, template_map
 from .template import VARIANTS, Pose, template
 
@@ -240,8 +240,6 @@ NO_FACE = (
 # The effort of the search. The confidence of a match tells faces from other things, see `matching`.
 TRIED, REFINED = 40, 3
 """Candidates that are aligned, and the best of these that are matched."""
-SURE = 0.75
-"""Confidence above which no other pose is matched: below it a face is doubted."""
 HOPELESS = 0.25
 """Confidence below which only the mean template is tried: it is refused, whatever the others show."""
 
@@ -271,7 +269,7 @@ def _search(points: Array, triangles: IntArray, pose: Pose | None) -> Iterator[t
     for _, start in distinct(poses, REFINED):
         tried.append(_aligned_match(points, triangles, start))
         yield [], triangles
-        if tried[-1].confidence > SURE:
+        if tried[-1].confidence > DOUBTED:
             break
     best = max(tried, key=lambda match: match.confidence)
     part = _face_part(points, triangles, best)
