@@ -11,8 +11,7 @@ import numpy as np
 from ...array_types import Array
 from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
 from .. import patterns
-from .base import Pattern
-from .wrinkles import Cheek, EyeCorner, Forehead, Frown
+from .wrinkles import Cheek, EyeCorner, Forehead, Frown, Pattern
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,9 +19,9 @@ from ..base import FINEST, Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Entries, sorted_by_vertex
 from ..patterns import PatternFunction
 from . import presets
-from .base import Pattern
 from .kinds import pattern_of
 from .region import Compression, LaidRegion, Region, RegionCompression
+from .wrinkles import Pattern
 
 TimeFunction = Callable[[float], float]
 """A function of the time in seconds."""

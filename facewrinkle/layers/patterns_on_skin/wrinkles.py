@@ -1,17 +1,258 @@
-"""Patterns of wrinkles: on the forehead and the cheeks, between the brows and at the corners of the eyes."""
+"""Patterns, and those that are waves: wrinkles on the forehead and the cheeks, between the brows and beside the eyes.
+
+Each kind lays the plane of its formula (:mod:`facewrinkle.layers.patterns`) on a region, whose own coordinates (u, v)
+run from -1 to 1 between its borders, and scales its relief to 1 from bulge to furrow (a dimple or pouch: 1 deep or
+high).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar, get_args
+from dataclasses import dataclass, replace
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
+from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
-from ...errors import check_range, unknown_name
+from ...errors import check_positive, check_range, check_whole, unknown_name
+from ...geometry.interpolation import smoothstep
 from .. import patterns
-from .base import Waves
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pattern:
+    """A pattern: a plane, and heights over it.
+
+    A kind has `plane`, which maps (u, v) to its own (x, y), given the region's height over its width (`aspect`);
+    `relief`, the height at a strength in [0, 1] and a t; and `wave_vector`, the gradient of its phase. `moving` is
+    True if its wavelengths change with t, `timed` if it has a t other than its strength.
+
+    Examples
+    --------
+    A kind of one's own needs a relief and a wave vector:
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True, kw_only=True)
+    ... class Grooves(Pattern):
+    ...     number: float = 6.0
+    ...     def relief(self, x, y, strength, t, aspect):
+    ...         return 0.5 * strength * np.cos(np.pi * self.number * x)
+    ...     def wave_vector(self, x, y, t, aspect):
+    ...         return np.full_like(x, np.pi * self.number), np.zeros_like(y)
+    >>> import numpy as np, facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> layer = fw.PatternLayer(Grooves(), face.landmarks["forehead_mid"], size=30.0, depth=0.5)
+    >>> frame = fw.Simulation(face, layers=[layer], motion=fw.Still(face)).step()
+    >>> round(float(np.ptp(frame["W"])), 1)
+    0.5
+    """
+
+    moving: ClassVar[bool] = False
+    timed: ClassVar[bool] = True
+
+    def sized(self, size: Array) -> Pattern:
+        """Return the pattern for a region of this width and height, mm."""
+        return self
+
+    def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
+        """Return the (x, y) of points (k, 2) in the region."""
+        return uv[:, 0], uv[:, 1]
+
+    def time(self, seconds: float) -> float:
+        """Return the t at a time, where the user gave none."""
+        return 0.0
+
+    def cycled(self, share: float) -> float:
+        """Return the t at a share of a running cycle, after which the pattern is as it was."""
+        return 2.0 * np.pi * share
+
+    def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
+        """Return heights (k,), 0 at strength 0."""
+        raise NotImplementedError
+
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """Return the gradient of the phase along x and y: 2 pi over the wavelength of the finest detail."""
+        raise NotImplementedError
+
+
+DISTINCT = 64
+"""Number of different wrinkles, after which they repeat."""
+
+SHIFTS = (0.5, 0.5, 0.6, 0.3)
+"""The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
+2.09, or neighbours could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
+"""
+
+SHALLOWER, SHORTER, FADE = 0.65, 0.8, 0.6
+"""The most that a wrinkle lacks in depth and at each end, and the length over which an end fades; the last two are
+shares of half the region.
+"""
+
+
+def natural_variation(phase: Array, along: Array, amount: float, seed: int) -> tuple[Array, Array]:
+    """Return the phase that natural variation adds to waves, and the share of their height that it leaves.
+
+    A wrinkle is a furrow, where the sine of the phase is -1, and half a wave on both sides of it. Each has its own
+    random numbers, drawn by seed and number, so that they are the same on every mesh and in every frame.
+
+    Parameters
+    ----------
+    phase : ndarray, shape (k,)
+        Phase of the waves, radians.
+    along : ndarray, shape (k,)
+        Place along the wrinkles, -1 to 1 from border to border.
+    amount : float
+        In [0, 1].
+    seed : int
+
+    Returns
+    -------
+    shift : ndarray, shape (k,)
+        Radians.
+    share : ndarray, shape (k,)
+
+    Examples
+    --------
+    >>> shift, share = natural_variation(np.array([-0.5 * np.pi, 1.5 * np.pi]), np.zeros(2), 0.5, seed=1)
+    >>> bool(shift[0] != shift[1]), bool((share > 0.5).all() and (share <= 1.0).all())
+    (True, True)
+    >>> [part.tolist() for part in natural_variation(np.zeros(1), np.zeros(1), 0.0, seed=1)]
+    [[0.0], [1.0]]
+    """
+    drawn = np.random.default_rng(seed).random((DISTINCT, 8))
+    number = phase / (2.0 * np.pi) + 0.25
+    first = np.floor(number)
+    blend = smoothstep(number - first)
+    shift, share = np.zeros_like(along), np.zeros_like(along)
+    for k, part in ((first, 1.0 - blend), (first + 1.0, blend)):
+        own = drawn[k.astype(np.int64) % DISTINCT].T
+        signed = 2.0 * own[:4] - 1.0
+        bends = np.stack([np.ones_like(along), along, along**2, np.sin(4.0 * along + 2.0 * np.pi * own[4])])
+        shift += part * np.einsum("i,ik,ik->k", SHIFTS, signed, bends)
+        share += part * _depth_along(along, own[5:], amount)
+    return amount * shift, share
+
+
+def _depth_along(along: Array, own: Array, amount: float) -> Array:
+    """Depth along a wrinkle as a share: it may be shallower than others, and begin and end within the region.
+
+    The depth takes the square of a random number: most wrinkles are nearly as deep as they can be.
+    """
+    deep = 1.0 - amount * SHALLOWER * own[0] ** 2
+    begins, ends = amount * SHORTER * own[1], amount * SHORTER * own[2]
+    rises = 1.0 - amount * (1.0 - smoothstep((along + 1.0 - begins) / FADE))
+    falls = 1.0 - amount * (1.0 - smoothstep((1.0 - ends - along) / FADE))
+    return np.asarray(deep * rises * falls)
+
+
+Furrows = Literal["sharp", "paper"]
+
+SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
+"""The fewest and the most wrinkles from border to border."""
+
+STEP = 1e-5
+"""Distance in the plane of a pattern over which the slope of its phase is measured."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Waves(Pattern):
+    """Waves that follow one another over the region: wrinkles.
+
+    Attributes
+    ----------
+    number : float
+        Wrinkles from border to border.
+    spacing : float, optional
+        Distance from wrinkle to wrinkle, mm, in place of their number; where they fan out, in the middle of the region.
+    sharpness : float
+        Sharpness of the furrows; 0 is a plain sine.
+    furrows : {"sharp", "paper"}
+        "paper" has sharp ridges and round valleys, as printed.
+    variation : float
+        Differences of the wrinkles in length, depth, distance and bend, in [0, 1]; 0 is the paper's even pattern.
+    seed : int
+        Seed of the variation.
+
+    Notes
+    -----
+    `across_axis` is 0 if the wrinkles follow each other across the region, 1 if they do so upwards.
+    """
+
+    across_axis: ClassVar[int] = 0
+    number: float = 3.0
+    spacing: float | None = None
+    sharpness: float = 1.2
+    furrows: Furrows = "sharp"
+    variation: float = 0.0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_range("number", self.number, SMALLEST_NUMBER, LARGEST_NUMBER)
+        check_range("sharpness", self.sharpness, 0.0, 20.0)
+        if self.furrows not in get_args(Furrows):
+            raise unknown_name("kind of furrows", self.furrows, get_args(Furrows))
+        check_range("variation", self.variation, 0.0, 1.0, "0 is the paper's even pattern.")
+        check_whole("seed", self.seed, 0, 2**63)
+        if self.spacing is not None:
+            check_positive("spacing", self.spacing, "It is the distance from wrinkle to wrinkle, mm.")
+
+    def sized(self, size: Array) -> Waves:
+        """See :class:`Pattern`."""
+        if self.spacing is None:
+            return self
+        length, narrowest = float(size[self.across_axis]), float(size[self.across_axis]) / LARGEST_NUMBER
+        remedy = f"The region is {length:.3g} mm long across the wrinkles."
+        check_range("spacing", self.spacing, narrowest, length / SMALLEST_NUMBER, remedy)
+        return replace(self, number=length / self.spacing, spacing=None)
+
+    def phase(self, x: Array, y: Array, t: float, aspect: float) -> Array:
+        """Return the phase of the waves, radians: furrows are where its sine is -1."""
+        raise NotImplementedError
+
+    def place_along(self, x: Array, y: Array, aspect: float) -> Array:
+        """Return the place along the wrinkles, -1 to 1 from border to border."""
+        raise NotImplementedError
+
+    def relief(self, x: Array, y: Array, strength: float, t: float, aspect: float) -> Array:
+        """See :class:`Pattern`.
+
+        Like the marks of age, natural variation belongs to the points of the skin: waves that move with time run
+        through it.
+        """
+        phase = self.phase(x, y, t, aspect)
+        if self.variation == 0.0:
+            return self.heights(x, y, strength, np.sin(phase))
+        still = self.phase(x, y, self.time(0.0), aspect)
+        shift, share = natural_variation(still, self.place_along(x, y, aspect), self.variation, self.seed)
+        return share * self.heights(x, y, strength, np.sin(phase + shift))
+
+    def heights(self, x: Array, y: Array, strength: float, sine: Array) -> Array:
+        """Return the heights (k,) of waves, given the sine of their phase."""
+        return strength * self.of_sine(sine)
+
+    def of_sine(self, sine: Array, strength: float = 1.0) -> Array:
+        """Return a sine as a wave of this sharpness, 1 from bulge to furrow at the full strength.
+
+        ``(exp(k sin) - 1) / (2 sinh(sharpness))`` with k the strength times the sharpness; where the furrows are to be
+        sharp, upside down, and 0 on average. At the sharpness 0 it is half the sine.
+        """
+        k = strength * self.sharpness
+        if self.sharpness < 1e-6:
+            return 0.5 * strength * sine
+        height = np.expm1(k * sine) if self.furrows == "paper" else i0(k) - np.exp(-k * sine)
+        return np.asarray(height / (2.0 * np.sinh(self.sharpness)))
+
+    def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
+        """See :class:`Pattern`."""
+        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation) / (2.0 * STEP)
+
+        def rise(dx: float, dy: float) -> Array:
+            ahead, behind = self.phase(x + dx, y + dy, t, aspect), self.phase(x - dx, y - dy, t, aspect)
+            return np.remainder(ahead - behind + np.pi, 2.0 * np.pi) - np.pi  # an angle may jump by whole turns
+
+        return finer * rise(STEP, 0.0), finer * rise(0.0, STEP)
+
 
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}
 """Styles of forehead wrinkles, and their beta."""

@@ -1,11 +1,9 @@
-"""Errors: refused in Python, on a mesh (the accessor) and on the command line.
+"""Errors: refused in Python and on a mesh (the accessor).
 
 Each message says what is wrong, what is allowed, what was received, and what to do.
 """
 
 from __future__ import annotations
-
-import warnings
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ import pyvista as pv
 
 import facewrinkle as fw
 import facewrinkle.accessor
-from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleError, LandmarkError, ParameterError, UnknownNameError
 from facewrinkle.layers.patterns_on_skin.kinds import Cheek, pattern_of
 
@@ -179,50 +176,6 @@ def test_a_mesh_that_is_much_too_coarse(ball):
         fw.Simulation(fw.surface(ball), fw.Refinement(max_level=1), layers=[fw.PatternLayer("cheek", **words)])
     with pytest.raises(ParameterError, match=says):
         ball.facewrinkle.pattern("cheek", max_level=1, **words)
-
-
-@pytest.fixture(scope="module")
-def files(tmp_path_factory, ball):
-    folder = tmp_path_factory.mktemp("errors")
-    ball.save(folder / "ball.ply")
-    return folder
-
-
-PLACED = ["--center", "0,0,40", "--extent", "30,30"]
-
-
-@pytest.mark.parametrize("level", [None, 2])
-def test_a_mesh_that_stays_too_coarse_is_reported_the_same_way_everywhere(files, ball, capsys, level):
-    words = {"number": 9, "radius": 4.0}
-    face = fw.surface(ball)
-    needed = fw.PatternLayer("cheek", TOP, size=30.0, **words).level_needed(face)
-    assert needed == 3
-    heard = []
-    with warnings.catch_warnings(record=True) as record:
-        warnings.simplefilter("always")
-        fw.Simulation(
-            face, fw.Refinement(max_level=level), layers=[fw.PatternLayer("cheek", TOP, size=30.0, **words)]
-        ).step()
-        heard.append([str(w.message) for w in record])
-        record.clear()
-        out = ball.facewrinkle.pattern("cheek", TOP, size=30.0, max_level=level or 6, **words)
-        heard.append([str(w.message) for w in record])
-    assert out.n_cells > ball.n_cells
-    arguments = ["--frames", "2", "--size", "32", "--no-movie", "--number", "9"]
-    arguments += [] if level is None else ["--max-level", str(level)]
-    place = ["--face", str(files / "ball.ply"), "--out", str(files / f"coarse{level}")]
-    assert main(["pattern", "cheek", *PLACED, *place, *arguments]) == 0
-    notices = capsys.readouterr().err
-    if level is None:  # refinement carries it
-        assert heard == [[], []]
-        assert notices == ""
-    else:
-        says = "too coarse to carry the pattern cheek well: its triangles should be split 3 times, and max_level=2"
-        assert len(heard[0]) == len(heard[1]) == 1
-        assert says in heard[0][0]
-        assert heard[0] == heard[1]
-        assert notices.count("\n") == 1
-        assert "too coarse to carry the pattern cheek" in notices
 
 
 def test_both_sides_take_what_one_takes(face):

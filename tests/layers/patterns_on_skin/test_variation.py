@@ -17,8 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import facewrinkle as fw
-from facewrinkle.layers.patterns_on_skin.base import natural_variation
-from facewrinkle.layers.patterns_on_skin.wrinkles import Cheek, EyeCorner, Forehead, Frown
+from facewrinkle.layers.patterns_on_skin.wrinkles import Cheek, EyeCorner, Forehead, Frown, natural_variation
 
 ALL = (Forehead, EyeCorner, Cheek, Frown)
 
