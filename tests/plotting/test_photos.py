@@ -86,17 +86,6 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
     assert hue(picture(torn, seamed, style), 1).sum() > 20
 
 
-def test_a_photo_without_seams_on_a_mesh_from_a_file(face, tmp_path):
-    """The mesh at rest is no frame: it has no normals of its own."""
-    uv = np.asarray(face.mesh.active_texture_coordinates, dtype=float)
-    lines = [f"v {x} {y} {z}\nvt {u} {v}" for (x, y, z), (u, v) in zip(face.points, uv, strict=True)]
-    lines += ["f " + " ".join(f"{v}/{v}" for v in triangle) for triangle in (face.triangles + 1).tolist()]
-    (tmp_path / "head.obj").write_text("\n".join(lines))
-    blue = fw.fit_face(tmp_path / "head.obj", face.landmarks, units="mm", texture=np.full((4, 4, 3), BLUE, np.uint8))
-    image = picture(blue.mesh, blue, Style(SIZE, eyes=False, brows=False))
-    assert hue(image, 2)[60:180, 80:160].mean() > 0.95
-
-
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
     simulation = fw.Simulation(plain)
@@ -196,13 +185,6 @@ def test_a_recorded_turn_and_one_within_the_positions_add_up(face):
 )
 def test_a_texel_becomes_about_as_wide_as_a_pixel(texels, side):
     assert texture(np.zeros((256, 256, 3), np.uint8), texels).dimensions == (side, side)
-
-
-def test_reduction_takes_means():
-    image = np.random.default_rng(0).integers(0, 256, (64, 64, 3), dtype=np.uint8)
-    seen = texture(image, 4.0).to_array()
-    expected = image.reshape(16, 4, 16, 4, 3).mean(axis=(1, 3))
-    np.testing.assert_allclose(seen, expected, rtol=0.0, atol=0.5)
 
 
 def test_texels_are_counted_on_most_of_the_surface():

@@ -130,15 +130,6 @@ def test_faces_without_landmarks_have_none(face):
     assert not Relief.seen(dataclasses.replace(face, landmarks={}, eyes=(), muscles={}), 0.1)
 
 
-def test_a_scene_keeps_its_relief_from_frame_to_frame(face):
-    frames = [held("surprise"), face.mesh]
-    style = Style((240, 240), "left_eye")
-    with Scene(face, style) as scene:
-        together = [scene.picture(frame) for frame in frames]
-    for image, frame in zip(together, frames, strict=True):
-        np.testing.assert_array_equal(image, picture(frame, face, style))
-
-
 def test_a_scene_that_looks_nearer_shows_the_relief_and_from_afar_no_more(face):
     pictures = {}
     for on in (False, True):
