@@ -1,8 +1,10 @@
-"""Unit squares of triangles, for charts and meshes in them."""
+"""Unit squares of triangles, for charts and meshes in them; and sheets that are pressed together."""
 
 from __future__ import annotations
 
 import numpy as np
+
+import facewrinkle as fw
 
 
 def square(n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -17,3 +19,8 @@ def square(n: int) -> tuple[np.ndarray, np.ndarray]:
 def signed_areas(plane: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     a, b, c = np.moveaxis(plane[triangles], 1, 0)
     return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
+def pressed(sheet: fw.Face, shares: list[tuple[float, float]]) -> fw.Recorded:
+    """A recording of a sheet that is pressed together by shares of its width and height, every 0.02 s by the next."""
+    return fw.Recorded.of_positions([sheet.points * [1.0 - x, 1.0 - y, 1.0] for x, y in [(0.0, 0.0), *shares]], fps=50)

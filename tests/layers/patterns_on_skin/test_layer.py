@@ -15,6 +15,7 @@ import warnings
 import numpy as np
 import pytest
 import pyvista as pv
+from squares import pressed
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
@@ -188,25 +189,12 @@ def test_a_pouch_trembles_at_its_frequency(slab):
     assert np.abs(frames[10] - frames[0]).max() > 0.1
 
 
-class Squeezed(fw.Still):
-    """A surface that is compressed along x, more and more."""
-
-    def __init__(self, face, shares):
-        super().__init__(face, 0.02)
-        self.shares, self.steps = shares, 0
-
-    def step(self):
-        share = self.shares[min(self.steps, len(self.shares) - 1)]
-        self.steps += 1
-        return self.points * [1.0 - share, 1.0, 1.0]
-
-
 @pytest.mark.parametrize("along", [None, (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
 def test_the_skin_below_drives_the_strength(slab, along):
     shares = [0.0, 0.02, 0.1, 0.15, 0.3, 0.1, 0.0]
     driver = fw.Compression(low=0.05, full=0.25, along=along)
     layer = fw.PatternLayer("dimple", (2, 2, 0), size=30.0, depth=2.0, strength=driver)
-    sim = fw.Simulation(slab, layers=[layer], motion=Squeezed(slab, shares))
+    sim = fw.Simulation(slab, layers=[layer], motion=pressed(slab, [(share, 0.0) for share in shares]), time_step=0.02)
     for share in shares:
         frame = sim.step()
         s = np.clip((share - 0.05) / 0.2, 0.0, 1.0) if along != (0.0, 1.0, 0.0) else 0.0

@@ -18,6 +18,7 @@ import pytest
 import pyvista as pv
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
+from squares import pressed as pressed_by
 
 import facewrinkle as fw
 from analysis.swept import swept_volumes
@@ -32,25 +33,7 @@ from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds.layer import amounts
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
-from facewrinkle.motion.base import Undriven
 from facewrinkle.simulation.fold_shapes import fold_shapes
-
-
-class Pressed(Undriven):
-    """A sheet that is pressed together, by these shares of its width and height at one time after the other."""
-
-    time_step = 0.02
-
-    def __init__(self, face, shares):
-        self.points, self.shares, self.steps = face.points * face.unit, shares, 0
-
-    def reset(self):
-        self.steps = 0
-
-    def step(self):
-        share = self.shares[min(self.steps, len(self.shares) - 1)]
-        self.steps += 1
-        return self.points * [1.0 - share[0], 1.0 - share[1], 1.0]
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +53,9 @@ def pressed(sheet):
     """Presses the sheet: returns the simulation and its last frame."""
 
     def press(layer, *shares, level=3):
-        sim = fw.Simulation(sheet, fw.Refinement(max_level=level), layers=[layer], motion=Pressed(sheet, shares))
+        sim = fw.Simulation(
+            sheet, fw.Refinement(max_level=level), layers=[layer], motion=pressed_by(sheet, shares), time_step=0.02
+        )
         for _ in range(len(shares) + 8):
             frame = sim.step()
         return sim, frame
@@ -152,7 +137,7 @@ def test_folds_take_no_volume():
     x, y = np.abs(sheet.points[:, :2]).T
     amount = smoothstep((70.0 - x) / 20.0) * smoothstep((56.0 - y) / 20.0)
     layer = WaveFolds(families={"pressed": [sheet.points * [1.0, 0.75, 1.0]]}, amount=amount)
-    sim = fw.Simulation(sheet, layers=[layer], motion=Pressed(sheet, [PRESSED]))
+    sim = fw.Simulation(sheet, layers=[layer], motion=pressed_by(sheet, [PRESSED]), time_step=0.02)
     for _ in range(6):
         frame = sim.step()
     bare = np.asarray(frame["rest"]) * [1.0, 0.75, 1.0]
