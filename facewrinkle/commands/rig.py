@@ -45,8 +45,8 @@ def rig(
     face
         A mesh of a face, or a .face file of `facewrinkle fit`. Default: the built-in head.
     shapes
-        Sets joined by +: arkit (Apple's 52), visemes (15), extras (mouthOpen, eyesClosed, ...), aus (action units); or
-        names of single shapes.
+        Sets joined by +: arkit (Apple's 52), visemes (15), extras (mouthOpen, eyesClosed, ...), aus (action units),
+        expressions, age (lines of old skin at rest); or names of single shapes.
     wrinkles
         baked into the shapes; separate, as targets NAME_wrinkle to drive by the square of the weight; maps, as up to
         four layers of normal and height maps with a mask for each shape, beside a smooth rig on the unrefined mesh; or

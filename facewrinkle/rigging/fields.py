@@ -24,6 +24,7 @@ from ..geometry.topology import unique_edges
 from ..layers.base import Layer
 from ..progress import Progress
 from ..simulation import Refinement, Simulation
+from ..simulation.fold_layers import fold_layers
 from .poses import Held, Pose, Posing, share_of_side
 from .shapes import ARKIT, Shape, Side
 
@@ -52,7 +53,7 @@ class Baker:
     """
 
     def __init__(self, face: Face, layers: list[Layer] | None, level: int) -> None:
-        self.face, self._level, self._motion = face, level, Held(face)
+        self.face, self._level, self._motion, self._age = face, level, Held(face), 0.0
         coarser = Refinement(gamma_c=0.1, max_level=level, samples=2.75, coarsen=False)  # than for pictures: it is sent
         self.simulation = Simulation(face, coarser, layers=layers, motion=self._motion)
         self.models: dict[str, Model] = {}
@@ -80,6 +81,9 @@ class Baker:
 
     def frame(self, pose: Pose) -> pv.PolyData:
         """Return the skin in a pose, with its fields."""
+        if pose.age != self._age and self.simulation.layers:
+            self.simulation.use_layers(fold_layers(self.face, "wave", age=pose.age or None))
+            self._age = pose.age
         self._motion.hold(pose)
         return self.simulation.step()
 

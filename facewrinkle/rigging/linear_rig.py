@@ -287,7 +287,8 @@ def rig(
         With landmarks: :func:`facewrinkle.default_face` or :func:`facewrinkle.fit_face`.
     shapes : str
         Sets joined by +: "arkit" (Apple's 52 names), "visemes" (15), "extras" (what web avatars ask for besides), "aus"
-        (the action units of the face's atlas); or names of single shapes.
+        and "expressions" (the action units and expressions of the face's atlas), "age" (lines of old skin at rest); or
+        names of single shapes.
     wrinkles : {"baked", "separate", "maps", "none"}
         In the shapes themselves; as targets of their own, called NAME_wrinkle, which are to be driven by the square of
         the weight; in maps (:func:`facewrinkle.bake_layers`), for which the rig is smooth, on the mesh as it is, and

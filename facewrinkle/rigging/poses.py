@@ -54,11 +54,14 @@ class Pose:
         Contraction rates of the muscles.
     mandible : ndarray, shape (4, 4)
         Motion of the mandible beside the turn by its muscle, in the unit of the face.
+    age : float
+        Of lines at rest, in [0, 1]; 0 for those that the face has.
     """
 
     base: Array
     rates: Array
     mandible: Array
+    age: float = 0.0
 
 
 class Held(Undriven):
@@ -140,7 +143,8 @@ class Posing:
         if modelled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
-        return Pose(self._clear_of_eyes(self._untangling.untangled(base)), rates, mandible)
+        age = max((shape.age * weight for shape, weight in mixture.values()), default=0.0)
+        return Pose(self._clear_of_eyes(self._untangling.untangled(base)), rates, mandible, age)
 
     def _settled(self, rates: Array) -> Array:
         """Displacement (n, 3), mm, at which the skin rests."""

@@ -36,6 +36,8 @@ class Shape:
         The side that it belongs to; the other half of the movement is the shape of the other side.
     beyond : str
         Name of a shape on top of which it is applied: it is what has to be added to that one.
+    age : float
+        Lines that old skin has at rest, in [0, 1], at weight 1.
     needs : tuple of str
         What the face must have: "mouth" (lips that open), "eyes" (lids that open), "tongue".
     """
@@ -44,12 +46,13 @@ class Shape:
     modelled: Mapping[str, float] = field(default_factory=dict)
     side: Side | None = None
     beyond: str = ""
+    age: float = 0.0
     needs: tuple[str, ...] = ()
 
     @property
     def movement(self) -> tuple[object, ...]:
         """The movement of both sides, alike for the shapes of a pair."""
-        return tuple(sorted(self.units.items())), tuple(sorted(self.modelled.items())), self.beyond
+        return tuple(sorted(self.units.items())), tuple(sorted(self.modelled.items())), self.beyond, self.age
 
 
 def _pair(
@@ -138,7 +141,7 @@ EXTRAS: Mapping[str, Shape] = MappingProxyType(
 """
 
 SETS: Mapping[str, Mapping[str, Shape]] = MappingProxyType({"arkit": ARKIT, "visemes": VISEMES, "extras": EXTRAS})
-"""Sets of shapes by name; "aus" stands for the action units of a face's atlas."""
+"""Sets of shapes by name; "aus" and "expressions" stand for those of a face's atlas."""
 
 LACKS: Mapping[str, str] = MappingProxyType(
     {
@@ -210,11 +213,15 @@ def _named(word: str, face: Face) -> Mapping[str, Shape]:
     if word == "aus":
         units = [unit for unit in face.atlas.action_units if unit[-1].isdigit()]
         return {unit: Shape({unit: 1.0}) for unit in units}
+    if word == "age":
+        return {word: Shape(age=1.0)}
+    if word == "expressions":
+        return {name: Shape({name: 1.0}) for name in face.atlas.expressions}
     if word in SETS:
         return SETS[word]
     every = {**ARKIT, **VISEMES, **EXTRAS}
     if word in every:
         return {word: every[word]}
-    if word in face.atlas.action_units:
+    if word in face.atlas.action_units or word in face.atlas.expressions:
         return {word: Shape({word: 1.0})}
-    raise unknown_name("set of shapes", word, [*SETS, "aus", *every])
+    raise unknown_name("set of shapes", word, [*SETS, "aus", "expressions", "age", *every])

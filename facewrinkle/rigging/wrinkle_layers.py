@@ -131,7 +131,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
     check_texture(face)
     shapes = {name: shape for name, shape in rig.shapes.items() if not shape.beyond}
     poses = {shape.movement: rig.poses[shape.movement] for shape in shapes.values()}
-    poses = {movement: pose for movement, pose in poses.items() if pose.rates.any() or movement[1]}
+    poses = {movement: pose for movement, pose in poses.items() if pose.rates.any() or movement[1] or pose.age}
     neutral, fine, smooth = rig.posing.neutral(), Baker(face, None, level=3), Baker(face, [], level=0)
     fine.refine(list(poses.values()), neutral, progress)
     folds = FoldMaps(face, fine.frame(neutral), smooth.frame(neutral), size)

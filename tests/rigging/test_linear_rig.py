@@ -4,6 +4,7 @@ what                      checked against
 sides                     shapes of the other side, and the simulation of both
 shapes at full weight     the simulation
 captured shapes           ICT's, by the cosine of the displacements
+age                       simulations whose lines have an age
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, UnknownNameError
 from facewrinkle.rigging.linear_rig import label
+from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def test_all_meshes_have_all_shapes(rig):
@@ -96,6 +98,19 @@ def test_wrinkles_can_be_targets_of_their_own(face):
     smooth = separate.at({name: 1.0}).points[: len(face.points)]
     np.testing.assert_allclose(smooth, bare.at({name: 1.0}).points[: len(face.points)], atol=0.02)
     assert np.linalg.norm(separate.deltas[1], axis=1).max() > 0.5
+
+
+def test_age_is_the_lines_that_old_skin_has_at_rest(face):
+    made = fw.rig(face, "age+happiness", level=0)
+    old, own = (
+        fw.Simulation(face, fw.Refinement(max_level=0), layers=fold_layers(face, "wave", age=age)).step()
+        for age in (1.0, 0.0)
+    )
+    lines = np.asarray(old.points) - own.points
+    moved = np.linalg.norm(lines, axis=1) * face.unit > 0.2  # what moves less fades
+    assert moved.sum() > 10
+    assert np.abs(made.deltas[0, : len(face.points)] - lines)[moved].max() * face.unit < 1e-4
+    assert np.array_equal(made.deltas[1], fw.rig(face, "happiness", level=0).deltas[0])
 
 
 def test_weights_are_checked(rig):

@@ -41,6 +41,7 @@ def test_sets_and_single_shapes_are_joined(face):
     assert list(shapes) == [*VISEMES, "jawOpen", *EXTRAS]
     assert not left_out
     assert {*shapes_of("aus", face)[0]} == {unit for unit in face.atlas.action_units if unit[-1].isdigit()}
+    assert [*shapes_of("expressions+age", face)[0]] == [*face.atlas.expressions, "age"]
 
 
 def test_what_a_face_cannot_do_is_left_out_with_the_reason(face):
