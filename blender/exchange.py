@@ -2,6 +2,9 @@
 
 import numpy as np
 
+CHART = "facewrinkle"
+"""Name of the UV map that is made for a mesh without any."""
+
 
 class Refusal(Exception):
     """What cannot be done, as a sentence for the artist."""
@@ -25,8 +28,13 @@ def turn(obj):
 def rest(obj):
     """Places (n, 3) of the vertices at rest, in the object's own axes: those of the key that others are relative to."""
     keys = obj.data.shape_keys
-    values = np.empty(3 * len(obj.data.vertices), np.float32)
-    (keys.reference_key.points if keys else obj.data.vertices).foreach_get("co", values)
+    return places(keys.reference_key.points if keys else obj.data.vertices)
+
+
+def places(points):
+    """Places (n, 3) of vertices, or of points of a key."""
+    values = np.empty(3 * len(points), np.float32)
+    points.foreach_get("co", values)
     return values.reshape(-1, 3).astype(np.float64)
 
 
@@ -37,10 +45,10 @@ def send(obj, path):
     corners = np.empty(len(mesh.loops), np.int32)
     mesh.loops.foreach_get("vertex_index", corners)
     words = [str(vertex + 1) for vertex in corners]
-    if uv is not None:
-        places = np.empty(2 * len(corners), np.float32)
-        uv.data.foreach_get("uv", places)
-        lines += ["vt {:.7g} {:.7g}".format(*place) for place in places.reshape(-1, 2)]
+    if uv is not None and uv.name != CHART:
+        where = np.empty(2 * len(corners), np.float32)
+        uv.data.foreach_get("uv", where)
+        lines += ["vt {:.7g} {:.7g}".format(*place) for place in where.reshape(-1, 2)]
         words = [f"{word}/{corner + 1}" for corner, word in enumerate(words)]
     for polygon in mesh.polygons:
         first = polygon.loop_start

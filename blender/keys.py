@@ -1,7 +1,4 @@
-"""Shape keys: the package's displacements on the vertices of a mesh, and phone takes as keyframes."""
-
-import csv
-import re
+"""Shape keys: the package's displacements on the vertices of a mesh, and takes as keyframes."""
 
 import bpy
 import numpy as np
@@ -10,9 +7,6 @@ from .exchange import Refusal, rest, turn
 
 OURS = "facewrinkle"
 """Custom property of shape keys: the names of those that were made here."""
-
-RATE = 60.0
-"""Rows per second of takes of Live Link Face."""
 
 
 def ours(obj):
@@ -60,49 +54,32 @@ def remove(obj):
 # --- takes ----------------------------------------------------------------------------------------------
 
 
-def read_take(path):
-    """Return times (f) in seconds and weights (f) by name of a take of Live Link Face."""
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = [row for row in csv.DictReader(file) if row.get("Timecode")]
-    except (OSError, UnicodeDecodeError, csv.Error):
-        raise Refusal(f"{path} cannot be read: choose the CSV file of a take of Live Link Face.") from None
-    if not rows:
-        raise Refusal(f"{path} is no take of Live Link Face: it needs a column Timecode, and rows.")
-    codes = [[float(part) for part in re.split("[:;]", row["Timecode"])] for row in rows]
-    times = np.array([np.dot(code, [3600.0, 60.0, 1.0, 1.0 / RATE]) for code in codes])
-    weights = {}
-    for column in rows[0]:
-        try:
-            weights[column[0].lower() + column[1:]] = np.array([float(row[column]) for row in rows])
-        except (TypeError, ValueError, IndexError):
-            continue
-    return times - times[0], weights
+def perform(obj, path, name):
+    """Add a take, as the package writes it, as a new action of the keys from the start of the scene.
 
-
-def perform(obj, path):
-    """Add a take as a new action of the shape keys, from the start of the scene; return how many keys it moves."""
-    times, weights = read_take(path)
+    Returns how many keys it moves.
+    """
+    take = np.genfromtxt(path, delimiter=",", names=True, ndmin=1)
     keys, scene = obj.data.shape_keys, bpy.context.scene
-    names = [name for name in weights if keys and name in keys.key_blocks]
+    names = [each for each in take.dtype.names if keys and each in keys.key_blocks]
     if not names:
-        raise Refusal(f"{obj.name} has no shape keys that the take names: add ARKit shapes first.")
+        raise Refusal(f"{obj.name} has no shape keys that the take names: add shapes first.")
     data = keys.animation_data or keys.animation_data_create()
     if data.action is not None:
         data.action.use_fake_user = True  # the action so far stays in the file
-    data.action = bpy.data.actions.new(f"{obj.name} {bpy.path.display_name_from_filepath(str(path))}")
-    frames = scene.frame_start + times * scene.render.fps / scene.render.fps_base
-    for name in names:
-        keys.key_blocks[name].keyframe_insert("value", frame=frames[0])
-    for curve in _curves(data):
-        name = curve.data_path.split('"')[1]
+    data.action = bpy.data.actions.new(f"{obj.name} {name}")
+    frames = scene.frame_start + take["time"] * scene.render.fps / scene.render.fps_base
+    for each in names:
+        keys.key_blocks[each].keyframe_insert("value", frame=frames[0])
+    for curve in curves(data):
+        each = curve.data_path.split('"')[1]
         curve.keyframe_points.add(len(frames) - 1)
-        curve.keyframe_points.foreach_set("co", np.stack([frames, weights[name]], axis=1).astype(np.float32).ravel())
+        curve.keyframe_points.foreach_set("co", np.stack([frames, take[each]], axis=1).astype(np.float32).ravel())
         curve.update()
     return len(names)
 
 
-def _curves(data):
+def curves(data):
     """Curves of the action of shape keys, in old and new versions of Blender."""
     if hasattr(data.action, "fcurves"):
         return data.action.fcurves

@@ -5,10 +5,11 @@ import json
 import bpy
 import numpy as np
 
-from .exchange import Refusal
+from .exchange import CHART, Refusal, places, rest
+from .keys import ours
 
-CHART = "facewrinkle"
-"""Name of the UV map that is made for a mesh without any."""
+MESH = "facewrinkle"
+"""Custom property of a group of nodes: name of the object whose keys drive it."""
 
 SLOT = "facewrinkle made the slot"
 """Custom property of a material that is made for a mesh without any: true if its slot was made, too."""
@@ -20,19 +21,28 @@ SKIN = 0.05
 """A material with a smaller share of the moved polygons is not that of the skin."""
 
 
-def group_name(obj):
+def name_of(obj):
+    """Name of what is made for a mesh."""
     return f"facewrinkle {obj.name}"
 
 
+def groups(obj):
+    """Groups of nodes that the keys of a mesh drive."""
+    return [group for group in bpy.data.node_groups if group.get(MESH) == obj.name]
+
+
 def add(obj, folder, stem, stored):
-    """Wire the maps in a folder into the materials of the skin; return the number of these."""
-    remove(obj)
+    """Wire the maps in a folder into the materials of the skin; return the number of these.
+
+    They take the place of those that any of the same keys drive, and come on top of others.
+    """
     facts = json.loads((folder / f"{stem}_wrinkles.json").read_text(encoding="utf-8"))
+    remove(obj, facts["shapes"])
     layer = obj.data.uv_layers.active if "chart" not in stored else _chart(obj, stored["chart"])
     if layer is None:
         raise Refusal(f"{obj.name} has no UV map for the wrinkles: unwrap it, or remove the last one to get a chart.")
     group = _group(obj, folder, facts, layer.name)
-    materials = _of_skin(obj, stored)
+    materials = _of_skin(obj)
     for material in materials:
         _wire(material, group)
     return len(materials)
@@ -47,26 +57,28 @@ def _chart(obj, chart):
     return layer
 
 
-def _of_skin(obj, stored):
-    """Return the materials of the polygons that the face moves; a new one where there is none."""
+def _of_skin(obj):
+    """Return the materials of what keys made here move, or all if these move nothing; a new one if there is none."""
     if not any(slot.material for slot in obj.material_slots):
-        made, slots = bpy.data.materials.new(group_name(obj)), obj.data.materials
+        made, slots = bpy.data.materials.new(name_of(obj)), obj.data.materials
         made[SLOT] = not slots
         if slots:
             slots[0] = made
         else:
             slots.append(made)
     materials = [slot.material for slot in obj.material_slots]
-    chosen = np.isin(stored["names"], MOST_MOVED) if np.isin(stored["names"], MOST_MOVED).any() else slice(None)
-    moved = np.abs(stored["deltas"][chosen]).max(axis=(0, 2)) > 0.0
+    names = ours(obj)
+    at_rest, moved = rest(obj), np.zeros(len(obj.data.vertices), bool)
+    for name in [name for name in MOST_MOVED if name in names] or names:
+        moved |= (places(obj.data.shape_keys.key_blocks[name].points) != at_rest).any(axis=1)
     counts = np.zeros(len(materials))
     for polygon in obj.data.polygons:
         counts[polygon.material_index] += moved[list(polygon.vertices)].any()
-    used = np.flatnonzero(counts > SKIN * counts.sum())
+    used = np.flatnonzero(counts >= SKIN * counts.sum())
     return list(dict.fromkeys(materials[k] for k in used if materials[k] is not None))
 
 
-class _Nodes:
+class Nodes:
     """Makes nodes of a tree, and links what they are given."""
 
     def __init__(self, tree):
@@ -77,11 +89,19 @@ class _Nodes:
         for name, value in settings.items():
             setattr(node, name, value)
         for socket, value in zip(node.inputs, values):  # noqa: B905 - the first few
-            if isinstance(value, bpy.types.NodeSocket):
-                self.tree.links.new(value, socket)
-            else:
-                socket.default_value = value
+            self._give(socket, value)
         return node
+
+    def fill(self, node, **values):
+        """Give inputs by their names, of which nodes have some for each type of data."""
+        for name, value in values.items():
+            self._give(next(each for each in node.inputs if each.name == name and each.enabled), value)
+
+    def _give(self, socket, value):
+        if isinstance(value, bpy.types.NodeSocket):
+            self.tree.links.new(value, socket)
+        else:
+            socket.default_value = value
 
     def math(self, operation, *values):
         return self.node("ShaderNodeMath", *values, operation=operation).outputs[0]
@@ -97,13 +117,14 @@ class _Nodes:
 
 def _group(obj, folder, facts, uv):
     """Return the group: masks times squares of weights, the layers' slopes by these, and the normal behind its own."""
-    group = bpy.data.node_groups.new(group_name(obj), "ShaderNodeTree")
+    group = bpy.data.node_groups.new(name_of(obj), "ShaderNodeTree")
+    group[MESH] = obj.name
     sockets = group.interface
     sockets.new_socket("Normal", in_out="INPUT", socket_type="NodeSocketVector").hide_value = True
     strength = sockets.new_socket("Strength", in_out="INPUT", socket_type="NodeSocketFloat")
     strength.default_value, strength.min_value, strength.max_value = 1.0, 0.0, 3.0
     sockets.new_socket("Normal", in_out="OUTPUT", socket_type="NodeSocketVector")
-    make = _Nodes(group)
+    make = Nodes(group)
     given, uv_map = make.node("NodeGroupInput"), make.node("ShaderNodeUVMap", uv_map=uv)
 
     def picture(name):
@@ -162,28 +183,35 @@ def _wire(material, group):
         tree.links.new(node.outputs[0], normal)
 
 
-def remove(obj):
-    """Take the group out of all materials, with its images, the chart and a material that was made for it."""
-    group = bpy.data.node_groups.get(group_name(obj))
-    if group is None:
+def unwire(material, group):
+    """Take a group out of a material: what lies behind it is linked as before."""
+    tree = material.node_tree
+    for node in [each for each in tree.nodes if getattr(each, "node_tree", None) == group] if tree else ():
+        before = node.inputs["Normal"].links
+        for link in list(node.outputs[0].links):
+            target = link.to_socket
+            if before:
+                tree.links.new(before[0].from_socket, target)
+        tree.nodes.remove(node)
+
+
+def remove(obj, names=None):
+    """Take groups out of all materials: all, with the chart and a material made for them, or those of certain keys."""
+    for group in groups(obj):
+        if names is not None and not any(node.name in names for node in group.nodes):
+            continue
+        images = {node.image for node in group.nodes if node.type == "TEX_IMAGE"}
+        for material in bpy.data.materials:
+            unwire(material, group)
+        bpy.data.node_groups.remove(group)
+        for image in images:
+            if image is not None and not image.users:
+                bpy.data.images.remove(image)
+    if names is not None:
         return
-    images = {node.image for node in group.nodes if node.type == "TEX_IMAGE"}
-    for material in bpy.data.materials:
-        tree = material.node_tree
-        for node in [each for each in tree.nodes if getattr(each, "node_tree", None) == group] if tree else ():
-            before = node.inputs["Normal"].links
-            for link in list(node.outputs[0].links):
-                target = link.to_socket
-                if before:
-                    tree.links.new(before[0].from_socket, target)
-            tree.nodes.remove(node)
-    bpy.data.node_groups.remove(group)
-    for image in images:
-        if image is not None and not image.users:
-            bpy.data.images.remove(image)
     if (chart := obj.data.uv_layers.get(CHART)) is not None:
         obj.data.uv_layers.remove(chart)
-    if (own := bpy.data.materials.get(group_name(obj))) is not None:
+    if (own := bpy.data.materials.get(name_of(obj))) is not None:
         slots, number = obj.data.materials, obj.data.materials.find(own.name)
         if number >= 0 and own[SLOT]:
             slots.pop(index=number)

@@ -2,21 +2,44 @@
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
 
-from . import exchange, keys, landmarks, material
+from . import beside, exchange, keys, landmarks, material
 from .exchange import Refusal
 from .process import Run
 
 
 class Settings(bpy.types.PropertyGroup):
-    replace: BoolProperty(name="Replace", description="Replace your own shape keys that have ARKit's names")
+    shapes: EnumProperty(
+        name="Shapes",
+        description="Shape keys to add; Shift chooses several sets",
+        options={"ENUM_FLAG"},
+        items=[
+            ("arkit", "ARKit", "The 52 shapes that phones and trackers drive", 1),
+            ("visemes", "Visemes", "The 15 shapes of lip sync", 2),
+            ("aus", "FACS", "The action units of the Facial Action Coding System", 4),
+            ("expressions", "Emotions", "Happiness, anger, doubt and other expressions", 8),
+        ],
+        default={"arkit"},
+    )
+    replace: BoolProperty(name="Replace", description="Replace your own shape keys that have the same names")
     size: EnumProperty(
         name="Maps",
         description="Width of the wrinkle maps in pixels",
         items=[(str(n), f"{n} px", "") for n in (256, 512, 1024, 2048)],
         default="1024",
     )
+    tears: EnumProperty(
+        name="Tears",
+        items=[
+            ("one_tear", "One Tear", "One that runs down"),
+            ("weeping", "Weeping", "Several that run down and drip"),
+            ("dripping", "Dripping", "Drops that fall"),
+            ("shedding", "Flowing", "Streams that run down"),
+            ("joy", "Joy", "Tears of joy"),
+        ],
+    )
+    seconds: FloatProperty(name="Seconds", description="For which tears run", default=4.0, min=0.5, max=60.0)
 
 
 def python():
@@ -43,7 +66,8 @@ class Command:
         self.mesh = obj.name  # the object itself may be another after an undo
         exchange.check(obj)
         self.run = Run(python())
-        exchange.send(obj, self.run.folder / "head.obj")
+        self.head = self.run.folder / "head.obj"
+        exchange.send(obj, self.head)
         marks = self.run.folder / "marks.json"
         given = ["--landmarks", marks] if landmarks.write(obj, marks) else []
         self.run.start(*self.arguments(context), *given, "--out", self.run.folder)
@@ -125,7 +149,7 @@ class FindFace(Command, bpy.types.Operator):
     bl_idname, bl_label = "facewrinkle.find_face", "Find Face"
 
     def arguments(self, context):
-        return ["fit", self.run.folder / "head.obj"]
+        return ["fit", self.head]
 
     def finish(self, context):
         guessed = landmarks.show(self.obj, self.run.folder / "head.landmarks.json")
@@ -136,7 +160,13 @@ class Shapes(Command):
     """What adding shapes has in common; Blender loses classes of operators that others are made of."""
 
     def arguments(self, context):
-        return ["rig", self.run.folder / "head.obj", "--same-mesh", "--wrinkles", self.wrinkles]
+        return ["rig", self.head, "--same-mesh", "--wrinkles", self.wrinkles, "--shapes", self.shapes(context)]
+
+    def shapes(self, context):
+        chosen = context.scene.facewrinkle.shapes
+        if not chosen:
+            raise Refusal("Choose which shapes to add: ARKit's, say.")
+        return "+".join(sorted(chosen))
 
     def finish(self, context):
         with np.load(self.run.folder / "head.npz") as stored:
@@ -148,15 +178,15 @@ class Shapes(Command):
 
 
 class AddShapes(Shapes, bpy.types.Operator):
-    """Add ARKit's shape keys to the selected mesh; its vertices, other keys and modifiers stay"""
+    """Add shape keys to the selected mesh; its vertices, other keys and modifiers stay"""
 
-    bl_idname, bl_label, wrinkles = "facewrinkle.add_shapes", "Add ARKit Shapes", "none"
+    bl_idname, bl_label, wrinkles = "facewrinkle.add_shapes", "Add Shapes", "none"
 
 
-class AddWrinkles(Shapes, bpy.types.Operator):
-    """Add ARKit's shape keys, and wrinkle maps to the material that they drive"""
+class Wrinkles(Shapes):
+    """What adding wrinkle maps has in common."""
 
-    bl_idname, bl_label, wrinkles = "facewrinkle.add_wrinkles", "Add Shapes with Wrinkles", "maps"
+    wrinkles = "maps"
 
     def arguments(self, context):
         return [*super().arguments(context), "--map-size", context.scene.facewrinkle.size]
@@ -167,12 +197,62 @@ class AddWrinkles(Shapes, bpy.types.Operator):
         return f"{said} Wrinkles in {count} material{'' if count == 1 else 's'}."
 
 
+class AddWrinkles(Wrinkles, bpy.types.Operator):
+    """Add shape keys, and wrinkle maps to the material that they drive"""
+
+    bl_idname, bl_label = "facewrinkle.add_wrinkles", "Add Shapes with Wrinkles"
+
+
+class AddAge(Wrinkles, bpy.types.Operator):
+    """Add a key for the lines that old skin has at rest, and maps of these to the material that it drives"""
+
+    bl_idname, bl_label = "facewrinkle.add_age", "Age"
+
+    def shapes(self, context):
+        return "age"
+
+    def take(self, context, stored):
+        said = super().take(context, stored)
+        self.obj.data.shape_keys.key_blocks["age"].value = 1.0
+        return said
+
+
+class FineCopy(Command, bpy.types.Operator):
+    """Make a fine copy with wrinkles in its mesh beside the selected one, whose keys it follows"""
+
+    bl_idname, bl_label = "facewrinkle.fine_copy", "Fine Copy"
+
+    def arguments(self, context):
+        names = keys.ours(context.object)
+        if not names:
+            raise Refusal(f"{context.object.name} has no keys for a copy to follow: add shapes first.")
+        return ["rig", self.head, "--shapes", "+".join(names)]
+
+    def finish(self, context):
+        return f"A fine copy follows {beside.add_copy(self.obj, self.run.folder / 'head.glb')} shape keys."
+
+
+class AddTears(Command, bpy.types.Operator):
+    """Add tears as a mesh with an animation; they follow the skin as it moves"""
+
+    bl_idname, bl_label = "facewrinkle.add_tears", "Add Tears"
+
+    def arguments(self, context):
+        chosen, render = context.scene.facewrinkle, context.scene.render
+        timing = ["--seconds", chosen.seconds, "--fps", render.fps / render.fps_base]
+        files = ["--no-movie", "--size", 64, "--save-animation", self.run.folder / "cry.pc2"]
+        return ["tear", chosen.tears, "--face", self.head, "--intensity", 0, *timing, *files]
+
+    def finish(self, context):
+        return f"{beside.add_tears(self.obj, self.run.folder)} tears run from the start of the scene."
+
+
 class LoadTake(bpy.types.Operator):
-    """Load a take of Live Link Face as keyframes of the shape keys"""
+    """Load a take of Live Link Face, MediaPipe or another tracker as keyframes of the shape keys"""
 
     bl_idname, bl_label, bl_options = "facewrinkle.load_take", "Load Performance", {"REGISTER", "UNDO"}
     filepath: StringProperty(subtype="FILE_PATH")
-    filter_glob: StringProperty(default="*.csv", options={"HIDDEN"})
+    filter_glob: StringProperty(default="*.csv;*.json;*.tsv;*.txt", options={"HIDDEN"})
 
     @classmethod
     def poll(cls, context):
@@ -183,16 +263,25 @@ class LoadTake(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
+        run = None
         try:
-            self.report({"INFO"}, f"{keys.perform(context.object, self.filepath)} shape keys move.")
+            run = Run(python())
+            table, path = run.folder / "take.csv", bpy.path.abspath(self.filepath)
+            run.start("take", path, "--out", table)
+            run.result()
+            count = keys.perform(context.object, table, bpy.path.display_name_from_filepath(path))
+            self.report({"INFO"}, f"{count} shape keys move.")
         except Refusal as problem:
             self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}
+        finally:
+            if run is not None:
+                run.close()
         return {"FINISHED"}
 
 
 class Clear(bpy.types.Operator):
-    """Remove the shape keys, wrinkles and landmarks that were added here"""
+    """Remove the shape keys, wrinkles, tears, copy and landmarks that were added here"""
 
     bl_idname, bl_label, bl_options = "facewrinkle.clear", "Clear", {"REGISTER", "UNDO"}
 
@@ -201,7 +290,7 @@ class Clear(bpy.types.Operator):
         return on_mesh(context)
 
     def execute(self, context):
-        for each in (material, keys, landmarks):
+        for each in (beside, material, keys, landmarks):
             each.remove(context.object)
         return {"FINISHED"}
 
@@ -226,4 +315,4 @@ class Test(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (Settings, FindFace, AddShapes, AddWrinkles, LoadTake, Clear, Test)
+CLASSES = (Settings, FindFace, AddShapes, AddWrinkles, AddAge, FineCopy, AddTears, LoadTake, Clear, Test)

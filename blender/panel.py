@@ -31,11 +31,18 @@ class FacePanel(bpy.types.Panel):
         if found := landmarks.empties(obj):
             layout.label(text=f"{len(found)} landmarks: drag what is wrong.")
         column = layout.column(align=True)
+        column.row(align=True).prop(settings, "shapes")
         column.prop(settings, "replace")
         column.operator(operators.AddShapes.bl_idname)
         column = layout.column(align=True)
         column.prop(settings, "size")
         column.operator(operators.AddWrinkles.bl_idname)
+        column.operator(operators.AddAge.bl_idname)
+        layout.operator(operators.FineCopy.bl_idname)
+        column = layout.column(align=True)
+        column.prop(settings, "tears")
+        column.prop(settings, "seconds")
+        column.operator(operators.AddTears.bl_idname)
         layout.operator(operators.LoadTake.bl_idname)
         layout.operator(operators.Clear.bl_idname)
 

@@ -11,6 +11,9 @@ from pathlib import Path
 from .exchange import Refusal
 
 ADVICE = "Set the Python that has facewrinkle in the preferences of the add-on."
+USAGE = 2
+"""Exit code of a package that does not know what it is asked."""
+
 STEPS = re.compile(r"^(.+) (\d+)/(\d+)$")
 
 
@@ -87,6 +90,8 @@ class Run:
         self._reader.join()
         if code and "No module named facewrinkle" in self._last:
             raise Refusal(f"{self.command[0]} has no facewrinkle: install it there. {ADVICE}")
+        if code == USAGE:
+            raise Refusal(f"{self.command[0]} has another facewrinkle than this extension is for: update it. {ADVICE}")
         if code:
             raise Refusal(self._last.removeprefix("facewrinkle: ") or f"facewrinkle ended early (code {code}).")
 

@@ -1,8 +1,10 @@
-"""``facewrinkle play``: a recorded animation, with the wrinkles that its motion causes."""
+"""``facewrinkle play``: a recorded animation, with the wrinkles that its motion causes; and ``take``: its weights."""
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -13,6 +15,7 @@ from cyclopts import Parameter
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, check_range, check_whole, warn
+from ..files import output_file, write_whole
 from ..geometry.normals import vertex_areas
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
@@ -167,3 +170,24 @@ def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Styl
         recorder.save_mesh(frame, scenes.face, f"_{when:.2f}s")
         columns.append(stacked(pair))
     recorder.save_picture(side_by_side(columns))
+
+
+def take(file: Path, /, *, take_fps: float | None = None, out: Path | None = None) -> None:
+    """Print the take of a phone or tracker as a table: seconds, and weights from 0 to 1 by ARKit's names.
+
+    Parameters
+    ----------
+    file
+        A .csv of Live Link Face, another table of weights, or a .json of MediaPipe.
+    take_fps
+        Frames per second of a take without times.
+    out
+        CSV file to write to. Default: print it.
+    """
+    found, text = read_take(file, take_fps), StringIO()
+    header = ",".join(["time", *found.names])
+    np.savetxt(text, np.column_stack([found.times, found.weights]), "%.6g", ",", header=header, comments="")
+    if out is None:
+        sys.stdout.write(text.getvalue())
+        return
+    write_whole(output_file(out, (".csv",)), text.getvalue())

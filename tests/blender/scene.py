@@ -4,7 +4,9 @@ FOLDER holds `python`, which the extension runs in place of a Python with facewr
 """
 
 import json
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 import bpy  # first: it brings the others
@@ -13,6 +15,9 @@ import bpy  # first: it brings the others
 import addon_utils
 import bmesh
 import numpy as np
+from mathutils import Vector
+from mathutils.bvhtree import BVHTree
+from mathutils.geometry import barycentric_transform
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
@@ -25,8 +30,11 @@ def begin():
     bpy.context.preferences.addons["blender"].preferences.python = str(folder / "python")
 
 
-def head(path):
-    """An artist's head: turned, scaled and moved, n-gons, two UV maps, a modifier, a key and materials of her own."""
+def head(path, doubled=False):
+    """An artist's head: turned, scaled and moved, n-gons, two UV maps, a modifier, a key and materials of her own.
+
+    Maybe its vertices are doubled along the middle.
+    """
     bpy.ops.wm.obj_import(filepath=str(path))
     (obj,) = bpy.context.selected_objects
     bpy.context.view_layer.objects.active = obj
@@ -36,6 +44,9 @@ def head(path):
     work.faces.ensure_lookup_table()
     back = sorted(work.faces, key=lambda face: face.calc_center_median().z)[:40]  # away from the face
     bmesh.ops.dissolve_faces(work, faces=back[:2] if back[0].edges[0] in back[1].edges else [back[0]])
+    if doubled:
+        middle = [edge for edge in work.edges if all(abs(vertex.co.x) < 1e-5 for vertex in edge.verts)]
+        bmesh.ops.split_edges(work, edges=middle)
     work.to_mesh(mesh)
     work.free()
     mesh.uv_layers.new(name="second", do_init=True)
@@ -65,6 +76,9 @@ def places(points):
     return values.reshape(-1, 3).astype(float)
 
 
+KINDS = ("images", "node_groups", "objects", "meshes", "materials", "actions", "collections", "shape_keys")
+
+
 def state(obj):
     """All that must not change."""
     keys, trees = obj.data.shape_keys, [each.node_tree for each in obj.data.materials if each and each.node_tree]
@@ -77,7 +91,7 @@ def state(obj):
         "materials": [each.name for each in obj.data.materials],
         "links": [sorted(f"{x.from_node.name} {x.to_node.name} {x.to_socket.name}" for x in t.links) for t in trees],
         "place": [list(row) for row in obj.matrix_world],
-        "counts": [len(bpy.data.images), len(bpy.data.node_groups), len(bpy.data.objects)],
+        "counts": {kind: len(getattr(bpy.data, kind)) for kind in KINDS},
     }
 
 
@@ -90,12 +104,58 @@ def told(operator, **options):
     return ""
 
 
+def changed(one, other):
+    """Names of what is not the same in two states."""
+    return [f"{name}: {one[name]}, {other[name]}"[:300] for name in one if one[name] != other[name]]
+
+
+def stray():
+    """What runs must not leave: open files, and temporary folders."""
+    return len(os.listdir("/proc/self/fd")), len([*Path(tempfile.gettempdir()).glob("facewrinkle_*")])
+
+
+def evaluated(obj):
+    return places(obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices)
+
+
+def off_the_skin(obj, tears):
+    """The largest distance of tears from where the nearest skin takes them in a pose, in the unit of the mesh."""
+    obj.modifiers["Subdivision"].show_viewport = False
+    blocks = obj.data.shape_keys.key_blocks
+    blocks["mine"].value = blocks["age"].value = 0.0
+    bpy.context.scene.frame_set(50)
+    before = evaluated(tears)
+    blocks["jawOpen"].value = blocks["mouthSmileLeft"].value = 0.5
+    bpy.context.view_layer.update()
+    after = evaluated(tears)
+    rest, mixed = (places(obj.data.vertices), evaluated(obj))
+    obj.data.calc_loop_triangles()
+    triangles = [tuple(triangle.vertices) for triangle in obj.data.loop_triangles]
+    tree, worst = BVHTree.FromPolygons(rest.tolist(), triangles), 0.0
+    for number in range(0, len(before), 97):
+        near, _, at, _ = tree.find_nearest(before[number])
+        corners = list(triangles[at])
+        there = barycentric_transform(near, *(Vector(p) for p in rest[corners]), *(Vector(p) for p in mixed[corners]))
+        worst = max(worst, np.linalg.norm(np.subtract(there, near) - (after[number] - before[number])))
+    moved = float(np.linalg.norm(after - before, axis=1).max())
+    blocks["jawOpen"].value = blocks["mouthSmileLeft"].value = 0.0
+    blocks["mine"].value = 0.25
+    obj.modifiers["Subdivision"].show_viewport = True
+    return [worst, moved]
+
+
 def everything(path):
     """All operators on a head; then save, open again, and clear."""
     from blender import exchange, landmarks
 
-    obj = head(path)
-    before, found = state(obj), {}
+    obj = head(path, doubled=True)
+    bpy.ops.mesh.primitive_cube_add()
+    other = bpy.context.object
+    other.shape_key_add(name="Basis")
+    other.shape_key_add(name="jawOpen").points[0].co.x += 1.0
+    other.data.materials.append(bpy.data.materials.new("hers"))
+    bpy.context.view_layer.objects.active = obj
+    before, apart, found, open_before = state(obj), state(other), {}, stray()
     bpy.context.scene.facewrinkle.size = "256"
     found["find"] = told(bpy.ops.facewrinkle.find_face)
     found["landmarks"] = len(obj.children)
@@ -121,13 +181,40 @@ def everything(path):
     tree = group.evaluated_get(graph)
     found["driven"] = tree.nodes["browInnerUp"].outputs[0].default_value
     key.value = 0.0
+    settings = bpy.context.scene.facewrinkle
+    found["age"] = told(bpy.ops.facewrinkle.add_age)
+    settings.shapes = {"aus", "expressions"}
+    found["expressions"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["keys"] = [key.name for key in obj.data.shape_keys.key_blocks]
+    found["groups"] = len(bpy.data.node_groups)
+    settings.shapes = {"arkit"}
+    found["wrinkles again"] = told(bpy.ops.facewrinkle.add_wrinkles)
+    found["groups again"] = len(bpy.data.node_groups)
+    found["copy"] = told(bpy.ops.facewrinkle.fine_copy)
+    settings.tears, settings.seconds = "one_tear", 2.5
+    found["tears"] = told(bpy.ops.facewrinkle.add_tears)
+    (tears,) = [each for each in obj.children if each.type == "MESH"]
+    found["off the skin"] = off_the_skin(obj, tears)
+    (root,) = [each for each in obj.children if each.type == "EMPTY" and each.children]
+    (skin,) = [each for each in root.children if each.name.startswith("face")]
+    obj.data.shape_keys.key_blocks["mouthSmileLeft"].value = 0.5
+    bpy.context.view_layer.update()
+    mixed = skin.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks
+    found["followed"] = mixed["mouthSmileLeft"].value
+    obj.data.shape_keys.key_blocks["mouthSmileLeft"].value = 0.0
+    rest = places(obj.data.vertices)
+    tree = BVHTree.FromPolygons(places(skin.data.vertices).tolist(), [[*f.vertices] for f in skin.data.polygons])
+    found["copy lies off"] = float(np.median([tree.find_nearest(place)[3] for place in rest])) / np.ptp(rest)
+    found["changed beside"] = changed(apart, state(other) | {"counts": apart["counts"]})
+    found["left open"] = stray() == open_before
+    after = state(obj)
     bpy.ops.wm.save_as_mainfile(filepath=str(folder / "ä b.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(folder / "ä b.blend"))
     obj = bpy.context.object
-    found["same after opening"] = state(obj) == after
+    found["changed by opening"] = changed(after, state(obj))
     found["packed"] = all(each.packed_file and tuple(each.size) == (256, 256) for each in bpy.data.images)
     found["clear"] = told(bpy.ops.facewrinkle.clear)
-    found["as before"] = state(obj) == before
+    found["left"] = changed(before, state(obj))
     return found
 
 
@@ -141,7 +228,7 @@ def prepared(path):
     bpy.ops.ed.undo_push(message="keys")
     bpy.ops.ed.undo()
     obj = bpy.context.object
-    found["undone"] = state(obj) == before
+    found["after undo"] = changed(before, state(obj))
     foreign = obj.shape_key_add(name="jawOpen")
     foreign.value = 0.5
     found["foreign"] = told(bpy.ops.facewrinkle.add_shapes)
@@ -151,16 +238,21 @@ def prepared(path):
     found["again"] = told(bpy.ops.facewrinkle.add_shapes)
     action = bpy.data.actions.new("hers")
     obj.data.shape_keys.animation_data_create().action = action
-    found["take"] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / "take.csv"))
     values = []
-    for frame in (1, 2):
-        bpy.context.scene.frame_set(frame)
-        values.append(obj.data.shape_keys.key_blocks["jawOpen"].value)
+    for name in ("take.csv", "take.json"):
+        found[name] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / name))
+        for frame in (1, 2):
+            bpy.context.scene.frame_set(frame)
+            values.append(obj.data.shape_keys.key_blocks["jawOpen"].value)
     found["values"], found["hers"] = values, action.use_fake_user
     found["no take"] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / "python"))
     (folder / "keys.npz").rename(folder / "other.npz")
     found["no result"] = told(bpy.ops.facewrinkle.add_shapes)
     found["killed"] = told(bpy.ops.facewrinkle.find_face)
+    found["old"] = told(bpy.ops.facewrinkle.add_tears)
+    bpy.context.scene.facewrinkle.shapes = set()
+    found["none chosen"] = told(bpy.ops.facewrinkle.add_shapes)
+    bpy.context.scene.facewrinkle.shapes = {"arkit"}
     bpy.context.preferences.addons["blender"].preferences.python = str(folder / "nobody")
     found["missing"] = told(bpy.ops.facewrinkle.add_shapes)
     bpy.context.preferences.addons["blender"].preferences.python = sys.executable

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -155,3 +157,16 @@ def test_a_take_of_a_phone_on_a_face(tmp_path, capsys):
     assert "0.20 s, 5 steps" in said
     assert "no wrinkles" not in told
     assert animation.exists()
+
+
+def test_a_take_of_any_tracker_is_printed_as_a_table(tmp_path, capsys):
+    take, table = tmp_path / "take.json", tmp_path / "take.csv"
+    scores = [{"categoryName": name, "score": score} for name, score in (("jawOpen", 0.25), ("mouthSmileLeft", 1.0))]
+    take.write_text(json.dumps([{"timestamp": 40.0 * k, "faceBlendshapes": [{"categories": scores}]} for k in (0, 1)]))
+    expected = "time,jawOpen,mouthSmileLeft\n0,0.25,1\n0.04,0.25,1\n"
+    assert main(["take", str(take)]) == 0
+    assert capsys.readouterr().out == expected
+    assert main(["take", str(take), "--out", str(table)]) == 0
+    assert table.read_text() == expected
+    assert main(["take", str(tmp_path / "lost.csv")]) == 1
+    assert "no file" in capsys.readouterr().err
