@@ -1,15 +1,16 @@
 """Values at some vertices of a mesh, interpolated smoothly at all of them."""
 
-# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+from scipy.spatial.distance import cdist
 
 from ..array_types import Array, IntArray
-from .compilation import compiled
+from .interpolation import smoothstep
 from .laplacian import neighbour_mean
 from .normals import tangent_axes, vertex_normals
 from .topology import unique_edges, vertex_rings
@@ -22,8 +23,8 @@ DETOUR, DETOUR_FADE = 0.2, 0.2
 of their radius, and not at all from the sum of both on.
 """
 
-AT_ONCE = 8192
-"""Vertices whose polynomials are fitted at once."""
+AT_ONCE, SOURCES = 8192, 32
+"""Vertices whose polynomials are fitted at once, and nodes from which ways are followed at once."""
 
 RADIUS = 2.1
 """Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
@@ -76,10 +77,10 @@ class VertexInterpolation:
         radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
         offsets, ring = self.rings = vertex_rings(triangles, n)
         way = np.linalg.norm(positions[np.repeat(np.arange(n), np.diff(offsets))] - positions[ring], axis=1)
-        vertex, node, share = _shares(positions, numbers, radius, offsets, ring, way)
+        graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))
+        vertex, node, share = _shares(positions, numbers, radius, graph)
         without = np.bincount(vertex, minlength=n) == 0
         if without.any():  # far from all nodes: these go with the nearest
-            graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))
             nearest = dijkstra(graph, indices=numbers, min_only=True, return_predecessors=True)[2]
             lost = np.flatnonzero(without & (nearest >= 0))
             number = np.empty(n, np.int64)
@@ -148,56 +149,26 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
         rows.data[rows.indptr[chosen[0]] : rows.indptr[chosen[-1] + 1]] = fitted
 
 
-@compiled
-def _spread(node, points, radius, offsets, ring, length, way, queue, waiting, touched):
-    """Write to `way` the lengths of ways along edges from a node to the vertices around, listed in `touched`; return
-    their number. `way` is infinite, and no vertex `waiting`, before.
+def _shares(points: Array, nodes: IntArray, radius: Array, graph: csr_array) -> tuple[IntArray, IntArray, Array]:
+    """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near.
+
+    `graph` (n, n) holds the lengths of the edges of the mesh.
     """
-    limit = (1.0 + DETOUR + DETOUR_FADE) * radius
-    way[node], queue[0], touched[0] = 0.0, node, node
-    first, queued, count, size = 0, 1, 1, len(queue)
-    while queued > 0:
-        v = queue[first]
-        first, queued, waiting[v] = (first + 1) % size, queued - 1, False
-        for e in range(offsets[v], offsets[v + 1]):
-            w, far = ring[e], way[v] + length[e]
-            if far >= limit or far >= way[w]:
-                continue
-            if way[w] == np.inf:
-                touched[count] = w
-                count += 1
-            way[w] = far
-            if not waiting[w]:
-                waiting[w] = True
-                queue[(first + queued) % size] = w
-                queued += 1
-    return count
-
-
-@compiled
-def _shares(points, nodes, radius, offsets, ring, length):
-    """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near, by node."""
-    n = len(points)
-    way, waiting = np.full(n, np.inf), np.zeros(n, np.bool_)
-    queue, touched = np.empty(n, np.int64), np.empty(n, np.int64)
     vertices, numbers, values = [], [], []
-    for i in range(len(nodes)):
-        node, reach = nodes[i], radius[i]
-        count = _spread(node, points, reach, offsets, ring, length, way, queue, waiting, touched)
-        for k in range(count):
-            v = touched[k]
-            square = 0.0
-            for axis in range(3):
-                square += (points[v, axis] - points[node, axis]) ** 2
-            straight = np.sqrt(square)
-            if straight < reach:
-                d, detour = straight / reach, (way[v] - straight) / reach
-                t = min(max((detour - DETOUR) / DETOUR_FADE, 0.0), 1.0)
-                fade = 1.0 - t * t * (3.0 - 2.0 * t)
-                share = fade * (1.0 - d) ** 4 * (4.0 * d + 1.0) / (d * d + SINGULAR * SINGULAR)  # smooth, 0 at d = 1
-                if share > 1e-9:
-                    vertices.append(v)
-                    numbers.append(i)
-                    values.append(share)
-            way[v] = np.inf
-    return np.array(vertices), np.array(numbers), np.array(values)
+    around, order = cKDTree(points), cKDTree(points[nodes]).indices  # those that follow each other are near each other
+    for first in range(0, len(nodes), SOURCES):
+        part = order[first : first + SOURCES]
+        chosen, reach = nodes[part], radius[part]
+        limit = (1.0 + DETOUR + DETOUR_FADE) * reach.max()
+        local = np.unique(np.concatenate(around.query_ball_point(points[chosen], limit))).astype(np.int64)
+        way = dijkstra(graph[local][:, local], indices=np.searchsorted(local, chosen), limit=limit)
+        straight = cdist(points[chosen], points[local])
+        row, vertex = np.nonzero(straight < reach[:, None])
+        d, detour = (lengths[row, vertex] / reach[row] for lengths in (straight, way - straight))
+        share = (1.0 - smoothstep((detour - DETOUR) / DETOUR_FADE)) * (1.0 - d) ** 4 * (4.0 * d + 1.0)
+        share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
+        near = share > 1e-9
+        vertices.append(local[vertex[near]])
+        numbers.append(part[row[near]])
+        values.append(share[near])
+    return np.concatenate(vertices), np.concatenate(numbers), np.concatenate(values)

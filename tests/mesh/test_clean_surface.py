@@ -158,22 +158,6 @@ def test_any_damage_to_the_orientation_is_mended(flipped, random):
     assert same_triangles(surface.triangles, mesh.regular_faces)
 
 
-def test_a_moebius_strip_cannot_be_oriented():
-    t = np.linspace(0, 2 * np.pi, 20, endpoint=False)
-    inner, outer = (
-        np.column_stack([(2 + w * np.cos(t / 2)) * np.cos(t), (2 + w * np.cos(t / 2)) * np.sin(t), w * np.sin(t / 2)])
-        for w in (-0.5, 0.5)
-    )
-    a = np.arange(20)
-    b = np.roll(a, -1)
-    low, high = a, a + 20
-    low_next = np.where(b == 0, 20, b)  # the strip closes with a half turn
-    high_next = np.where(b == 0, 0, b + 20)
-    strip = np.vstack([np.column_stack([low, low_next, high]), np.column_stack([low_next, high_next, high])])
-    with pytest.raises(MeshError, match="only one side"):
-        prepare(mesh_of(np.vstack([inner, outer]), strip))
-
-
 @pytest.mark.parametrize("forward", [None, (0, 0, 1), (0.5, 0.5, 2)])
 @pytest.mark.parametrize("shape", ["mask", "closed"])
 def test_surfaces_that_look_inward_are_turned(shape, forward):

@@ -225,13 +225,6 @@ def test_a_triangle_that_is_turned_over_on_the_rim_stays():
     assert unfolded(spoiled) is spoiled
 
 
-def test_faces_have_no_triangles_turned_over(face, real_face):
-    assert not turned_over(face.points, face.triangles).any()
-    for stem in ("ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"):
-        real = real_face(stem)
-        assert not turned_over(real.points, real.triangles).any()
-
-
 def lips(gap):
     """Two sheets whose borders run along each other, and displacements that part them by `gap` in the middle."""
     points, triangles = sheet()

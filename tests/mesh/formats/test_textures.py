@@ -325,13 +325,8 @@ def test_a_face_takes_the_image_of_its_file_or_the_one_that_is_given(tmp_path):
         assert fw.surface(path).texture is None
 
 
-def test_fitted_faces_keep_their_texture_in_files(tmp_path, face):
+def test_fitted_faces_keep_their_seams_in_files(tmp_path, face):
     mesh = face.mesh.copy()
-    fitted = fw.fit_face(mesh, face.landmarks, units="mm", texture=PHOTO)
-    np.testing.assert_array_equal(fitted.texture, PHOTO)
-    again = fw.read_face(fw.write_face(fitted, tmp_path / "a.face"))
-    np.testing.assert_array_equal(again.texture, PHOTO)
-    assert "Texture Corners" not in again.mesh.cell_data
     corners = np.asarray(mesh.active_texture_coordinates, float)[mesh.regular_faces]
     corners[:40] += 0.25
     mesh.cell_data["Texture Corners"] = corners.reshape(-1, 6)
