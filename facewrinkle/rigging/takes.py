@@ -51,12 +51,12 @@ def of_table(path: Path, text: str) -> Table:
     if not lines:
         raise ParameterError(f"{path.name} is empty. A table needs a row with the names of its columns.")
     separator = max(",;\t", key=lines[0].count)
-    table = csv.DictReader(lines, delimiter=separator, skipinitialspace=True, restval="", restkey="")
+    table = csv.DictReader(lines, delimiter=separator, skipinitialspace=True, restval="")
     names, rows = [name for name in table.fieldnames or () if name], list(table)
     if not rows:
         raise ParameterError(f"{path.name} has no frames: there is nothing below the names of its columns.")
     for number, row in enumerate(rows, start=2):
-        if any(row.get("", ())):  # a separator at the end of a row does no harm
+        if any(row.get(None, ())):  # a separator at the end of a row does no harm
             raise ParameterError(f"{path.name}: row {number} has more columns than the first one. Export it again.")
     when = next((name for name in names if plain_name(name) in {"timecode", *SECONDS}), None)
     values = [[np.nan if name == when else _number(row[name], path.name, name) for name in names] for row in rows]

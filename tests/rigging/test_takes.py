@@ -71,6 +71,7 @@ def test_time_codes_count_frames(tmp_path, rate):
         ("jawOpen\t_neutral\n0.1\t0.9\n0.2\t0.9\n0.3\t1\n", ("jawOpen",), [[0.1], [0.2], [0.3]], 2 / 30),
         (" timestamp, AU01_r, AU12_r\n0.0, 2.5, 0\n0.1, 5, 1\n", ("AU1", "AU12"), [[0.5, 0], [1, 0.2]], 0.1),
         ("timestampMs,viseme_aa\n100,0\n133,1\n", ("viseme_aa",), [[0.0], [1.0]], 0.033),
+        (",time,jawOpen,\n0,0.0,0.5,\n1,0.2,1,\n", ("jawOpen",), [[0.5], [1.0]], 0.2),
     ],
 )  # fmt: skip
 def test_tables_of_others(tmp_path, text, names, weights, duration):
