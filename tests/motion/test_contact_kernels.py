@@ -5,12 +5,14 @@ distance from solids            closed forms; its linear model, which it never f
 turns                           scipy's rotations
 forces of contacts              scipy's non-negative least squares; the conditions that define them
 area of triangles               cross products; differences
+heights above planes            linear algebra; half stiffness times depth squared; differences
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from gradients import assert_gradient
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -98,24 +100,28 @@ def balls(rng, k=200, n=90):
     return x, samples, solids, np.linalg.norm(points - origins, axis=1) - halves[:, 1]
 
 
+def rows_of(x, ahead, still, samples, solids, full):
+    """The rows of samples that press, or will, and how many these are."""
+    k = len(full)
+    rows = np.zeros((k, 6), np.int64), np.zeros((k, 6, 3)), np.zeros(k), np.zeros(k)
+    return rows, kernels.sample_rows(x, ahead, still, np.arange(k), samples, solids, full, rows)
+
+
+def energy_of(x, samples, solids, full):
+    """The energy of the contacts at x, and its gradient."""
+    gradient = np.zeros_like(x)
+    return kernels.energy_of(*rows_of(x, np.zeros_like(x), True, samples, solids, full), gradient), gradient
+
+
 def test_the_energy_of_solids_is_half_stiffness_times_depth_squared():
     rng = np.random.default_rng(1)
     x, samples, solids, gaps = balls(rng)
     np.testing.assert_allclose(kernels.gaps_of(x, samples, solids), gaps, atol=1e-12)
-    k, gradient = len(gaps), np.zeros_like(x)
-    rows = np.zeros((k, 6), int), np.zeros((k, 6, 3)), np.zeros(k), np.zeros(k)
-
-    def energy_at(x, gradient):
-        count = kernels.sample_rows(x, np.zeros_like(x), True, np.arange(k), samples, solids, np.zeros(k), rows)
-        return kernels.energy_of(rows, count, gradient)
-
-    depths = np.maximum(samples.allowed - gaps, 0.0)
-    assert 20 < (depths > 0.0).sum() < k - 20
-    energy = energy_at(x, gradient)
+    depths, unused = np.maximum(samples.allowed - gaps, 0.0), np.zeros(len(gaps))
+    assert 20 < (depths > 0.0).sum() < len(gaps) - 20
+    energy, gradient = energy_of(x, samples, solids, unused)
     assert energy == pytest.approx(0.5 * (samples.stiffness * depths**2).sum())
-    for way in rng.normal(size=(5, *x.shape)):
-        ends = [energy_at(x + h * way, np.zeros_like(x)) for h in (1e-6, -1e-6)]
-        assert (ends[0] - ends[1]) / 2e-6 == pytest.approx((gradient * way).sum(), rel=1e-6)
+    assert_gradient(lambda x: energy_of(x, samples, solids, unused)[0], x, gradient, rng, rel=1e-6)
 
 
 @given(POINTS, POINTS, POINTS, st.floats(-3.0, 3.0))
@@ -178,3 +184,76 @@ def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
     np.testing.assert_allclose(forces, nnls(left.T, np.linalg.solve(left, depths))[0], atol=1e-7)
     assert forces.min() >= 0.0
     np.testing.assert_allclose(forces / stiff, np.maximum(depths - response @ forces, 0.0), atol=1e-8)
+
+
+# --- planes of the other lip or lid --------------------------------------------------------------
+
+
+NONE = Solids(np.empty((0, 3)), np.empty((0, 3, 3)), np.empty((0, 2)), np.empty(0))
+
+
+def pairs(seed, k=40, n=60):
+    """Random samples and triangles that share no vertex."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(-3.0, 3.0, (n, 3))
+    corners = rng.integers(0, n // 2, (k, 3))
+    triangles = np.array([rng.choice(np.arange(n // 2, n), 3, replace=False) for _ in range(k)])
+    shares = rng.dirichlet(np.ones(3), k)
+    return x, Samples(corners, shares, triangles, rng.uniform(0.0, 0.5, k), rng.uniform(1.0, 5.0, k))
+
+
+def heights(x, samples):
+    """Heights (k,) of samples above the planes of their triangles."""
+    return kernels.gaps_of(x, samples, NONE)
+
+
+def test_heights_are_those_above_the_planes_of_the_triangles():
+    x, samples = pairs(0)
+    points = np.einsum("kc,kci->ki", samples.shares, x[samples.corners])
+    a, b, c = (x[samples.partners[:, k]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    expected = ((points - a) * normals).sum(axis=1)
+    np.testing.assert_allclose(heights(x, samples), expected, atol=1e-12)
+    bary, normal = np.empty(3), np.empty(3)
+    for s, point in enumerate(points):
+        gap = kernels.plane_gap(point, x, samples.partners, s, normal)
+        kernels.foot(point, x, samples.partners, s, bary)
+        np.testing.assert_allclose(normal, normals[s], atol=1e-12)
+        np.testing.assert_allclose(bary @ x[samples.partners[s]] + gap * normal, point, atol=1e-9)
+        assert bary.sum() == pytest.approx(1.0)
+
+
+def test_a_triangle_without_area_meets_nothing():
+    x, samples = pairs(1, k=1)
+    samples.partners[0] = samples.partners[0, 0]
+    assert heights(x, samples).tolist() == [np.inf]
+    energy, gradient = energy_of(x, samples, NONE, np.ones(1))
+    assert energy == 0.0
+    assert not gradient.any()
+    assert rows_of(x, x, False, samples, NONE, np.ones(1))[1] == 0
+
+
+@pytest.mark.parametrize("area", [0.0, 12.0])
+def test_the_gradient_is_the_slope_of_the_energy(area):
+    x, samples = pairs(2)
+    full = np.full(40, area)
+    energy, gradient = energy_of(x, samples, NONE, full)
+    depth = np.maximum(samples.allowed - heights(x, samples), 0.0)
+    assert 5 < (depth > 0.0).sum() < 35
+    a, b, c = (x[samples.partners[:, k]] for k in range(3))
+    share = np.minimum(np.linalg.norm(np.cross(b - a, c - a), axis=1) / max(area, 1e-9), 1.0)
+    assert (share < 1.0).any() == (area > 0.0)
+    assert energy == pytest.approx(0.5 * (samples.stiffness * (share * (2.0 - share) * depth) ** 2).sum())
+    rng = np.random.default_rng(3)
+    assert_gradient(lambda x: energy_of(x, samples, NONE, full)[0], x, gradient, rng)
+
+
+def test_rows_of_triangles_that_collapse_have_bounded_slopes():
+    x, samples = pairs(6)
+    full, rng = np.full(40, 12.0), np.random.default_rng(7)
+    for flat in (1.0, 1e-3, 1e-9):  # some have two corners in one place
+        x[samples.partners[:, 2]] = x[samples.partners[:, 0]] + flat * rng.normal(size=(40, 3))
+        rows, m = rows_of(x, np.zeros_like(x), False, samples, NONE, full)
+        assert m > 5
+        assert np.abs(rows[1][:m]).max() < 20.0
