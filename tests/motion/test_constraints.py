@@ -12,21 +12,14 @@ import copy
 
 import numpy as np
 import pytest
-from skins import held
+from skins import settled
 from synthetic_faces import head_with, ring
 
-import facewrinkle as fw
 from facewrinkle.motion.constraints import on_gums, tip_of_nose
-from facewrinkle.motion.skin import SkinMaterial
 
 
 def at(face, name):
     return int(np.linalg.norm(face.points - face.landmarks[name], axis=1).argmin())
-
-
-def settled(face, what, **material):
-    skin = fw.Skin(face, time_step=1.0, material=SkinMaterial(**material))
-    return held(skin, face.atlas.contractions(what), 15) @ face.frame.axes.T
 
 
 def test_the_tip_of_the_nose_rises_with_its_base(face):

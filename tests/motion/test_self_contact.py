@@ -1,7 +1,7 @@
 """The skin against itself: what the lips meet, their flesh, and the pressure with which a muscle closes them.
 
 what                                   checked against
-partners along a line                  where the line meets the planes of all triangles; dense samples of sides, beside it
+partners along a line                  where the line meets the planes of all triangles; dense samples beside it
 forces                                 their sum and moment: they move nothing as a whole; towards each other
 pairs of vertices and triangles        each lies behind the other at rest, by dot products
 a lining drawn through the skin        it is pushed back, towards where it was

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-import facewrinkle as fw
+from skins import settled
 
 STEMS = (None, "ict_face_narrow", "makehuman_head_male")
 
@@ -13,15 +12,6 @@ STEMS = (None, "ict_face_narrow", "makehuman_head_male")
 @pytest.fixture(params=STEMS, ids=lambda stem: stem or "head")
 def any_face(request, face, real_face):
     return face if request.param is None else real_face(request.param)
-
-
-def held(face, what):
-    """Displacements (n, 3) outwards to the left, up and forward, mm."""
-    skin = fw.Skin(face, time_step=1.0)
-    skin.contract(face.atlas.contractions(what))
-    for _ in range(15):
-        skin.step()
-    return skin.displacement @ face.frame.axes.T
 
 
 def near(face, field, mark, width=4.0):
@@ -43,8 +33,8 @@ def margins(face, side, field):
 
 
 def test_tightened_lids_narrow_the_eye_from_below(any_face):
-    tightened = held(any_face, "AU7")
-    palpebral = held(any_face, "orbicularis_oculi_palpebral")
+    tightened = settled(any_face, "AU7")
+    palpebral = settled(any_face, "orbicularis_oculi_palpebral")
     for side, outwards in (("l", 1.0), ("r", -1.0)):
         upper, lower = margins(any_face, side, np.zeros_like(tightened))
         height = upper - lower
@@ -62,7 +52,7 @@ def test_tightened_lids_narrow_the_eye_from_below(any_face):
 
 def test_lids_that_close_or_look_down_may_be_tightened_too(any_face):
     for what, most in (({"AU7": 1.0, "AU43": 1.0}, 0.06), ({"AU7": 1.0, "AU64": 1.0}, 0.6)):
-        field = held(any_face, what)
+        field = settled(any_face, what)
         for side in "lr":
             upper, lower = margins(any_face, side, np.zeros_like(field))
             now_upper, now_lower = margins(any_face, side, field)
@@ -72,7 +62,7 @@ def test_lids_that_close_or_look_down_may_be_tightened_too(any_face):
 
 
 def test_a_frown_lowers_the_brows_and_draws_them_together(any_face):
-    field = held(any_face, "AU4")
+    field = settled(any_face, "AU4")
     for side, outwards in (("l", 1.0), ("r", -1.0)):
         for mark in (f"brow_{side}_inner", f"brow_{side}_mid"):
             aside, up, _ = near(any_face, field, mark)
@@ -82,7 +72,7 @@ def test_a_frown_lowers_the_brows_and_draws_them_together(any_face):
 
 
 def test_a_chin_that_rises_pushes_the_lower_lip_up_and_forward(any_face):
-    field = held(any_face, "AU17")
+    field = settled(any_face, "AU17")
     chin, lip, upper = (near(any_face, field, mark) for mark in ("pogonion", "lower_lip_mid", "upper_lip_mid"))
     assert chin[1] > 8.0
     assert lip[1] > 4.0
@@ -91,7 +81,7 @@ def test_a_chin_that_rises_pushes_the_lower_lip_up_and_forward(any_face):
 
 
 def test_tightened_lips_go_inwards_and_towards_each_other(any_face):
-    field = held(any_face, "AU23")
+    field = settled(any_face, "AU23")
     upper, lower = (near(any_face, field, mark, 2.0) for mark in ("upper_lip_mid", "lower_lip_mid"))
     assert upper[1] < -0.8
     assert lower[1] > 0.5
