@@ -6,7 +6,6 @@ import struct
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -34,16 +33,6 @@ SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
 SPENT = 0.95
 """Share of the allowed error that is spent on leaving out targets; the rest on leaving out points of a target."""
 
-REWEIGHTED, STRESS, LEAST = 16, 0.15, 0.02
-"""Rounds in which what is farthest off comes to weigh more, the power of its share of the largest distance by which it
-does, and the least share.
-"""
-
-WORK = 5e9
-"""Frames squared times coordinates up to which that is done, half a minute of a processor; longer clips have plain
-principal components, nearly twice as many.
-"""
-
 TURN = 0.01
 """Normals that a target turns by less, in radians, are left as they are."""
 
@@ -70,11 +59,9 @@ def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
 
 
 def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
-    """Return few targets that give displacements within an error.
+    """Return few targets that give displacements within an error: the first principal components.
 
-    Principal components have the least mean square; here frames and points where they are farthest off weigh more each
-    round, which brings the largest distance down to about a third with the same number. What targets move hardly is
-    left out as far as the error allows, so that files are small.
+    What targets move hardly is left out as far as the error allows, so that files are small.
 
     Parameters
     ----------
@@ -101,55 +88,23 @@ def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
     ((2, 30, 3), True)
     """
     flat = np.ascontiguousarray(ways.reshape(len(ways), -1), np.float32)
-    vectors, shares = _components(flat, len(ways))
+    square, vectors = np.linalg.eigh(np.asarray(flat @ flat.T, np.float64))
+    vectors = vectors[:, np.argsort(square)[::-1]].astype(np.float32)
+    shares = vectors.T @ flat
 
     def within(count: int) -> bool:
         return bool(_off(flat, vectors[:, :count], shares[:count]).max(initial=0.0) <= SPENT * allowed)
 
-    @cache
-    def even(count: int) -> tuple[Single, Single] | None:
-        return _even_components(flat, count, SPENT * allowed)
-
-    # Plain components first, which cost next to nothing; with all of them nothing is lost.
-    high = plain = bisect_left(range(len(ways)), True, key=within)
-    if len(flat) * flat.size <= WORK:
-        high = bisect_left(range(plain), True, lo=plain // 2, key=lambda count: even(count) is not None)
-    weights, targets = (even(high) if high < plain else None) or (vectors[:, :plain], shares[:plain])
+    count = bisect_left(range(len(ways)), True, key=within)  # with all of them nothing is lost
+    weights, targets = vectors[:, :count], shares[:count]
     largest = np.abs(weights).max(axis=0, initial=np.float32(1e-30))
-    return weights / largest, _thinned(flat, weights, targets, largest, allowed).reshape(high, *ways.shape[1:])
+    return weights / largest, _thinned(flat, weights, targets, largest, allowed).reshape(count, *ways.shape[1:])
 
 
 def _off(flat: Single, weights: Single, targets: Single) -> Single:
     """Return the distance (f, n) of every point in every frame from where it should be."""
     left = flat - weights @ targets
     return np.sqrt(np.square(left, out=left).reshape(len(flat), -1, 3).sum(axis=2))
-
-
-def _components(flat: Single, count: int) -> tuple[Single, Single]:
-    """Return weights (f, k) and targets (k, 3 n): the first principal components of rows (f, 3 n)."""
-    square, vectors = np.linalg.eigh(np.asarray(flat @ flat.T, np.float64))
-    vectors = vectors[:, np.argsort(square)[::-1][:count]].astype(np.float32)
-    return vectors, vectors.T @ flat
-
-
-def _even_components(flat: Single, count: int, allowed: float) -> tuple[Single, Single] | None:
-    """Return weights (f, k) and targets (k, 3 n) that are nowhere farther off than allowed; None if none were found.
-
-    Iteratively reweighted least squares, with weights of frames and of points.
-    """
-    of_frames, of_points = np.ones((len(flat), 1), np.float32), np.ones(flat.shape[1] // 3, np.float32)
-    for _ in range(REWEIGHTED):
-        columns = np.repeat(of_points, 3)
-        vectors, shares = _components(flat * of_frames * columns, count)
-        weights, targets = vectors / of_frames, shares / columns
-        off = _off(flat, weights, targets)
-        most = float(off.max(initial=0.0))
-        if most <= allowed:
-            return weights, targets
-        of_frames *= np.maximum(off.max(axis=1, keepdims=True) / most, 1e-3) ** STRESS
-        of_points *= np.maximum(off.max(axis=0) / most, LEAST) ** STRESS
-        of_frames, of_points = (np.maximum(each / each.max(), LEAST) for each in (of_frames, of_points))
-    return None
 
 
 def _thinned(flat: Single, weights: Single, targets: Single, largest: Single, allowed: float) -> Single:

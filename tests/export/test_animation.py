@@ -58,19 +58,6 @@ def test_targets_are_within_the_error(seed, rank, allowed):
     assert len(principal_targets(ways, 3.0 * allowed)[1]) <= len(targets)
 
 
-def test_even_components_are_fewer_than_principal_ones():
-    """A bump that travels, whose largest error plain components spread unevenly."""
-    place = np.linspace(0.0, 1.0, 200)
-    moved = np.exp(-(((place[None] - np.linspace(0.1, 0.9, 40)[:, None] ** 2) / 0.08) ** 2))
-    ways = np.zeros((40, 200, 3), np.float32)
-    ways[..., 2] = moved
-    weights, targets = principal_targets(ways, 0.02)
-    assert np.abs(np.tensordot(weights, targets, axes=1) - ways).max() <= 0.02
-    left, values, right = np.linalg.svd(moved)
-    plain = (left[:, : len(targets)] * values[: len(targets)]) @ right[: len(targets)]
-    assert np.abs(plain - moved).max() > 0.02
-
-
 def test_frames_without_motion_need_no_target():
     weights, targets = principal_targets(np.zeros((4, 10, 3), np.float32), 0.1)
     assert weights.shape == (4, 0)
