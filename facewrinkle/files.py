@@ -66,7 +66,7 @@ def opened(path: str | Path, *, kept: bool = True) -> Iterator[BinaryIO]:
     >>> with opened("/dev/null"):
     ...     pass
     Traceback (most recent call last):
-    OSError: [Errno 22] it is no ordinary file: '/dev/null'
+    OSError: [Errno 22] it is not a regular file: '/dev/null'
     """
     path = os.path.expanduser(path)  # Path.expanduser fails for unknown users
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -75,7 +75,7 @@ def opened(path: str | Path, *, kept: bool = True) -> Iterator[BinaryIO]:
         if S_ISDIR(status.st_mode):
             raise OSError(errno.EISDIR, "it is a folder, and a file is needed", path)
         if not S_ISREG(status.st_mode):
-            raise OSError(errno.EINVAL, "it is no ordinary file", path)
+            raise OSError(errno.EINVAL, "it is not a regular file", path)
         if kept and _inputs is not None:
             _inputs.add((status.st_dev, status.st_ino))
         with open(descriptor, "rb", closefd=False) as file:
@@ -250,7 +250,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     --------
     >>> write_whole("/dev/null", "text")
     Traceback (most recent call last):
-    facewrinkle.errors.OutputError: '/dev/null' is no ordinary file, and is not written to. Name another file.
+    facewrinkle.errors.OutputError: '/dev/null' is not a regular file, so nothing is written to it. Name another file.
     """
     with written(path) as whole:
         whole.write_bytes(content.encode() if isinstance(content, str) else content)
@@ -386,7 +386,7 @@ def output_target(path: str | Path) -> Path:
     --------
     >>> output_target("/dev/null")
     Traceback (most recent call last):
-    facewrinkle.errors.OutputError: '/dev/null' is no ordinary file, and is not written to. Name another file.
+    facewrinkle.errors.OutputError: '/dev/null' is not a regular file, so nothing is written to it. Name another file.
     """
     path = Path(os.path.expanduser(path))
     try:
@@ -399,7 +399,7 @@ def output_target(path: str | Path) -> Path:
     if S_ISDIR(status.st_mode):
         raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
     if not S_ISREG(status.st_mode):  # it would become one
-        raise OutputError(f"{str(path)!r} is no ordinary file, and is not written to. Name another file.")
+        raise OutputError(f"{str(path)!r} is not a regular file, so nothing is written to it. Name another file.")
     if (status.st_dev, status.st_ino) in (_inputs or ()):
         raise OutputError(
             f"{str(path)!r} was read, and would be replaced by what is made of it. Write to another folder: --out."

@@ -111,7 +111,10 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
         ("rig --same-mesh nobody.face", "name that, and give --landmarks"),
         ("rig --same-mesh nobody.obj --level 1", "leave out one of them"),
         ("rig nobody.obj --face somebody.obj", "named twice"),
-        ("express AU4 --folds=printed --depth=2", "wrinkles as printed have no --depth and no limit: leave them out."),
+        (
+            "express AU4 --folds=printed --depth=2",
+            "printed wrinkles have no --depth and no limit",
+        ),
         (
             "express AU4 --folds=printed --age=1",
             "--age belongs to folds that are waves: add --folds wave",

@@ -103,7 +103,7 @@ def test_settings_are_ordinary_files(tmp_path, what):
         file.truncate(LARGEST_SETTINGS + 1)
     link = tmp_path / "link"
     link.symlink_to("/dev/zero")
-    for path, problem in ((pipe, "no ordinary file"), (link, "no ordinary file"), (large, "larger than 256 MB")):
+    for path, problem in ((pipe, "not a regular file"), (link, "not a regular file"), (large, "larger than 256 MB")):
         with pytest.raises(FaceWrinkleError, match=problem):
             READERS[what](path)
     with pytest.raises(FaceWrinkleError, match="it is a folder"):
@@ -115,7 +115,7 @@ def test_devices_and_pipes_are_not_replaced(tmp_path):
     os.mkfifo(pipe)
     head = fw.default_face()
     for write in (lambda: fw.write_mesh(head.mesh, pipe), lambda: fw.write_atlas(head.atlas, pipe)):
-        with pytest.raises(OutputError, match="is no ordinary file, and is not written to"):
+        with pytest.raises(OutputError, match="is not a regular file, so nothing is written"):
             write()
     assert pipe.is_fifo()
 

@@ -110,7 +110,7 @@ def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed
     [
         (lambda: linear(insertion=(0, 0, 0)), "attachment and insertion coincide"),
         (lambda: SheetMuscle(LINES[0], LINES[0]), "a sheet muscle needs"),
-        (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "the attachment line runs along the fibres"),
+        (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "the attachment line runs along the fibers"),
         (lambda: ring(lateral=(0, 0, 2)), "normal and lateral must be"),
         (lambda: ring(lateral=(0, 0, 0)), "normal and lateral must be"),
         (lambda: ring(a=-1.0, thickness=1.0), "semi_major, semi_minor and thickness must be"),

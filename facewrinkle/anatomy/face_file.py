@@ -161,7 +161,7 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     except Exception as problem:  # zip files and arrays can be damaged in many ways
         missing = f", {problem} is missing" if isinstance(problem, KeyError) else ""
         raise MeshError(
-            f"{source.name} is no face that facewrinkle wrote, or it is damaged{missing}. Make it anew: "
+            f"{source.name} was not written by facewrinkle, or is damaged{missing}. Write it again: "
             "facewrinkle fit MESH."
         ) from problem
 
@@ -173,7 +173,7 @@ def _arrays(source: Path) -> dict[str, Any]:
     if size > LARGEST_FILE:
         raise MeshError(
             f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes {LARGEST_FILE / 2**30:.0f} GB "
-            "at most. Make it anew: facewrinkle fit MESH."
+            "at most. Write it again: facewrinkle fit MESH."
         )
     with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
         return dict(stored)

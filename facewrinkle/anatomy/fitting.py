@@ -346,7 +346,7 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
         )
     if found.confidence < DOUBTED:
         warn(
-            f"what was found may be no face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
+            f"this may not be a face: likeness {found.confidence:.2f}, faces have {DOUBTED:.2f} and more. Check "
             "the landmarks, and give those that are wrong."
         )
     unsure = [
@@ -356,7 +356,7 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
     ]
     if unsure and found.confidence >= DOUBTED:
         warn(
-            f"landmarks that are hardly to be trusted, with their confidence: {', '.join(unsure)}. Is the face at "
+            f"doubtful landmarks, with their confidence: {', '.join(unsure)}. Is the face at "
             "rest, with its mouth closed? Check them, and give those that are wrong."
         )
     if not given:
@@ -498,7 +498,7 @@ def _check_both_sides(local: Array) -> None:
         if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
             raise LandmarkError(
                 f"by the landmarks, the mesh has only the subject's {side} side of the face; muscles need both. Mirror "
-                f"it in a modeller, join the halves, and give the landmarks of both; or check the {other} ones."
+                f"it in a modeling program, join the halves, and give the landmarks of both; or check the {other} ones."
             )
 
 

@@ -424,7 +424,7 @@ def read_landmarks(source: str | Path | Mapping[str, npt.ArrayLike]) -> dict[str
     found = {name for name in places if isinstance(content[name], Mapping) and "found" in content[name]}
     edited = [name for name in found if not np.array_equal(content[name]["found"], places[name])]
     if edited and len(edited) < len(found):
-        warn(f"kept the landmarks that were edited, {', '.join(sorted(edited))}; those beside them are found anew.")
+        warn(f"the edited landmarks are fixed: {', '.join(sorted(edited))}. The others are detected again.")
         return {name: place for name, place in places.items() if name in edited or name not in found}
     return places
 

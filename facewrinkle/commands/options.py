@@ -272,7 +272,7 @@ class FaceOptions:
         except LandmarkError as problem:
             if otherwise is None or self.landmarks is not None:
                 raise
-            raise LandmarkError(f"{problem} If {self.face.name} is no face, {otherwise}") from None
+            raise LandmarkError(f"{problem} If {self.face.name} is not a face, {otherwise}") from None
 
     def load_surface(self, place: str, size: float | None = None) -> Face:
         """Return the mesh as a surface that is no face.
@@ -283,7 +283,7 @@ class FaceOptions:
         if self.face is None:
             raise ParameterError(f"--{place} belongs to a mesh: name it with --face.")
         of_face = {"landmarks": self.landmarks, "identity": self.identity, "atlas": self.atlas}
-        refuse(f"belongs to a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
+        refuse(f"needs a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
         found = surface(self.face, "mm" if self.units is None else self.units, texture=self.texture)
         own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
         unit = millimetres(unit_by_size(own)) if size is None else size / own
@@ -336,7 +336,7 @@ class FoldOptions:
             refuse("belongs to folds that are waves: add --folds wave, or leave it out.", **waves)
         if self.folds == "printed":
             if self.depth != 1.0 or self.no_limit:
-                raise ParameterError("wrinkles as printed have no --depth and no limit: leave them out.")
+                raise ParameterError("printed wrinkles have no --depth and no limit: leave these options out.")
             return [PrintedWrinkles(iterations)]
         return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
 

@@ -178,7 +178,7 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
             rows += arrow()[1].read_table(path).to_pylist()
         except (OSError, ValueError):
             raise OutputError(
-                f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made anew."
+                f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
             ) from None
     return {name: [row.get(name) for row in rows] for name in columns}
 
@@ -244,7 +244,7 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     known = {folder / name for shard in shards for name in shard.files()}
     extra = {*folder.glob("shard-*.tar"), *folder.glob("index/[!.]*")} - known
     problems = ["its specification is not that of the set"] if changed else []
-    yield STATE, problems + [f"{path.name} is no shard or table of the set" for path in sorted(extra)]
+    yield STATE, problems + [f"{path.name} is not a shard or table of the set" for path in sorted(extra)]
     whole = []
     for shard in shards:
         problems = _problems(shard, folder, state.digest)

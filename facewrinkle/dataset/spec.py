@@ -278,7 +278,7 @@ class Spec(Struct, frozen=True, eq=False):
         except OSError as problem:
             raise ParameterError(f"{str(path)!r} cannot be read: {problem.strerror}. Check the path.") from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:
-            raise ParameterError(f"{path.name} is no TOML: {problem}.") from None
+            raise ParameterError(f"{path.name} is not valid TOML: {problem}.") from None
         try:
             return cls.of(written, path.parent)
         except FaceWrinkleError as problem:

@@ -153,8 +153,8 @@ def _chosen_sheet(
     votes, reason = _votes(whole, label, near)
     if near is not None and len(near) >= FEW and votes.max() < IN_PIECES * len(near):
         raise MeshError(
-            f"the surface under the landmarks is in {np.count_nonzero(votes)} pieces. Make it one in a modeller, such "
-            "as MeshLab by a screened Poisson reconstruction, or check that the landmarks are those of this mesh."
+            f"the surface under the landmarks is in {np.count_nonzero(votes)} pieces. Connect them, such as in "
+            "MeshLab by a screened Poisson reconstruction, or check that the landmarks are those of this mesh."
         )
     apart = label != np.argmax(votes)
     skin = whole.only(~apart)
@@ -203,7 +203,7 @@ def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:
         raise MeshError(
             f"{len(broken)} of {len(points)} points are NaN, infinite or beyond {LARGEST:g}, the first is point "
             f"{broken[0]}: {points[broken[0]]}. "
-            "Delete them in a modeller, or export the mesh again."
+            "Delete them in a modeling program, or export the mesh again."
         )
 
 

@@ -45,7 +45,7 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
     values = np.array(skin.point_data[name], dtype=np.float64)
     if values.ndim > 1:
-        raise ParameterError(f"the picture is coloured by one number per vertex; {name!r} has {values.shape[1]}.")
+        raise ParameterError(f"a picture is colored by one number per vertex; {name!r} has {values.shape[1]}.")
     folded = [np.asarray(skin.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in skin.point_data]
     if folded:
         values[~np.any(folded, axis=0)] = np.nan

@@ -133,7 +133,7 @@ class Scene:
         False
         """
         if self.style.scalars is None:
-            raise ParameterError("the skin of this scene is not coloured by a field: make it of a Style with scalars.")
+            raise ParameterError("the skin of this scene is not colored by a field: make it of a Style with scalars.")
         self.style = replace(self.style, scalars=scalars)
         for title in list(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title, render=False)

@@ -78,7 +78,7 @@ def of_json(path: Path, text: str) -> Table:
     try:
         content = json.loads(text)
     except ValueError as problem:
-        raise ParameterError(f"{path.name} is no JSON: {problem}.") from None
+        raise ParameterError(f"{path.name} is not valid JSON: {problem}.") from None
     frames = _frames(content)
     if not frames:
         raise ParameterError(
@@ -313,18 +313,18 @@ def _take(table: Table, file: str, fps: float | None) -> Take:
             unknown.append(name)
     if not columns:
         raise ParameterError(
-            f"{file} has no column for a shape: ARKit's names are needed, such as jawOpen, or action units; received "
+            f"{file} has no column of a shape: ARKit's names are needed, such as jawOpen, or action units; received "
             f"{_listed(table.names)}."
         )
     if unknown:
-        warn(f"{file}: {len(unknown)} columns are no shapes, and are left out: {_listed(unknown)}.")
+        warn(f"{file}: {len(unknown)} columns are not shapes and are ignored: {_listed(unknown)}.")
     weights = np.stack(list(columns.values()), axis=1)
     times = _times(table.times, len(weights), file, fps)
     seen = np.asarray(~np.isnan(weights).any(axis=1))
     if not seen.any():
         raise ParameterError(f"{file} has no frame with a weight for each of its shapes. Record it again.")
     if not seen.all():
-        warn(f"{file}: {int((~seen).sum())} of {len(seen)} frames lack values, and those around are used.")
+        warn(f"{file}: {int((~seen).sum())} of {len(seen)} frames lack values; their neighbors are used.")
     fresh = seen & np.concatenate([[True], np.diff(np.maximum.accumulate(times)) > 0.0])
     times, head = times[fresh], None
     plain = [plain_name(name) for name in table.names]

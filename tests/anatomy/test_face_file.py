@@ -80,10 +80,10 @@ def test_other_files_are_refused(face, tmp_path):
         fw.read_face(path)
     for content in (b"not a zip", b"PK\x03\x04 broken"):
         path.write_bytes(content)
-        with pytest.raises(MeshError, match=r"bad\.face is no face that facewrinkle wrote.*facewrinkle fit"):
+        with pytest.raises(MeshError, match=r"bad\.face was not written by facewrinkle.*facewrinkle fit"):
             fw.read_face(path)
     np.savez(path.with_suffix(".npz"), points=np.eye(3))
-    with pytest.raises(MeshError, match="is no face"):
+    with pytest.raises(MeshError, match="was not written by facewrinkle"):
         fw.read_face(path.with_suffix(".npz"))
     good = fw.write_face(face, tmp_path / "good.face")
     with np.load(good) as stored:
@@ -91,8 +91,8 @@ def test_other_files_are_refused(face, tmp_path):
     for change, message in (
         ({"version": 99}, "later facewrinkle"),
         ({"triangles": np.array([[0, 1, 99999]])}, "must use"),
-        ({"landmarks": arrays["landmarks"][:, :2]}, "is no face"),
-        ({"confidences": arrays["confidences"][:3]}, "is no face"),
+        ({"landmarks": arrays["landmarks"][:, :2]}, "was not written by facewrinkle"),
+        ({"confidences": arrays["confidences"][:3]}, "was not written by facewrinkle"),
         ({"points": np.array(["x"])}, "points must be an array of real numbers"),
     ):
         with path.open("wb") as file:
@@ -101,7 +101,7 @@ def test_other_files_are_refused(face, tmp_path):
             fw.read_face(path)
     with path.open("wb") as file:  # code could hide in objects
         np.savez(file, **{**arrays, "landmark_names": np.array([{}], dtype=object)})
-    with pytest.raises(MeshError, match="is no face"):
+    with pytest.raises(MeshError, match="was not written by facewrinkle"):
         fw.read_face(path)
     with pytest.raises(OutputError, match="cannot be written"):
         fw.write_face(face, good / "a.face")

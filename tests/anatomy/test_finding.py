@@ -410,7 +410,7 @@ def test_a_chin_is_found_where_it_turns_under(face, moved):
 def test_a_chin_that_is_cut_off_is_doubted(face):
     """A mask that ends just below the front of the chin: nothing tells where the chin turns under."""
     low = face.points[face.triangles].mean(axis=1)[:, 1] < face.landmarks["menton"][1] + 6.0
-    with pytest.warns(fw.FaceWrinkleWarning, match=r"hardly to be trusted.*pogonion \(.*, menton \("):
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"doubtful landmarks.*pogonion \(.*, menton \("):
         fitted = fw.fit_face(to_polydata(face.points, face.triangles[~low]))
     assert fitted.confidences["pogonion"] < UNSURE
     assert "menton" in fitted.estimated
@@ -563,7 +563,7 @@ def test_what_is_hardly_a_face_is_told(face, monkeypatch):
         with pytest.raises(LandmarkError, match=r"only the subject's left side.*Mirror it"):
             fw.fit_face(_half(face), given)
     monkeypatch.setattr("facewrinkle.anatomy.fitting.DOUBTED", 1.0)
-    with pytest.warns(FaceWrinkleWarning, match="may be no face: likeness"):
+    with pytest.warns(FaceWrinkleWarning, match="may not be a face: likeness"):
         fw.fit_face(face.mesh)
     monkeypatch.setattr("facewrinkle.anatomy.fitting.REFUSED", 1.01)
     with pytest.raises(LandmarkError, match=r"no face was found.*three that are not in a line"):

@@ -147,7 +147,7 @@ def test_of_found_landmarks_only_those_that_were_edited_are_kept(tmp_path, marks
     content = json.loads(path.read_text())
     content["landmarks"]["nose_tip"]["xyz"] = [1.0, 2.0, 3.0]
     path.write_text(json.dumps(content))
-    with pytest.warns(FaceWrinkleWarning, match=r"kept the landmarks that were edited, nose_tip"):
+    with pytest.warns(FaceWrinkleWarning, match=r"the edited landmarks are fixed: nose_tip"):
         read = read_landmarks(path)
     assert {name: place.tolist() for name, place in read.items()} == {
         "nose_tip": [1.0, 2.0, 3.0], "glabella": marks["glabella"].tolist(),

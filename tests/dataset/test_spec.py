@@ -88,7 +88,7 @@ def test_files(tmp_path):
     good.write_text("seed = 5\n[camera]\nyaw = 10\n", encoding="utf-8")
     assert Spec.read(good).digest == Spec.of({"seed": 5, "camera": {"yaw": 10}}).digest
     good.write_text("seed = ", encoding="utf-8")
-    with pytest.raises(ParameterError, match="is no TOML"):
+    with pytest.raises(ParameterError, match="is not valid TOML"):
         Spec.read(good)
     good.write_text("sede = 1", encoding="utf-8")
     with pytest.raises(UnknownNameError, match=r"good.toml.*seed"):

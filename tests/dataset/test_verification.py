@@ -60,13 +60,13 @@ TAMPERING = {
     "a shard is that of other samples": (copied(OTHER, SHARD), SHARD, f"{SHARD} is not what was made"),
     "a shard is gone": (removed(SHARD), SHARD, f"{SHARD} is missing"),
     "a shard too many": (
-        copied(SHARD, "shard-000007.tar"), "dataset.json", "shard-000007.tar is no shard or table of the set",
+        copied(SHARD, "shard-000007.tar"), "dataset.json", "shard-000007.tar is not a shard or table of the set",
     ),
     "columns have each other's names": (table, SHARD, f"{TABLE} is not what was made"),
     "a table is that of other samples": (copied(OTHER_TABLE, TABLE), SHARD, f"{TABLE} is not what was made"),
     "a table is gone": (removed(TABLE), SHARD, f"{TABLE} is missing"),
     "a table too many": (
-        copied(TABLE, "index/more.parquet"), "dataset.json", "more.parquet is no shard or table of the set",
+        copied(TABLE, "index/more.parquet"), "dataset.json", "more.parquet is not a shard or table of the set",
     ),
     "a list of failures that are none": (
         copied("dataset.json", "shard-000000.failed.json"), SHARD, "shard-000000.failed.json is not what was made",
@@ -83,7 +83,7 @@ TAMPERING = {
     "the number of samples is another": (
         file("dataset.json", lambda content: content.replace(b'"count": 3', b'"count": 2')),
         "dataset.json",
-        f"{OTHER} is no shard or table of the set",
+        f"{OTHER} is not a shard or table of the set",
     ),
 }  # fmt: skip
 """What is done, the shard (or file) that is named, and what is said of it."""

@@ -134,7 +134,7 @@ def test_weights_are_clamped_once(tmp_path):
     [
         ("a.csv", "Timecode,jawOpen\n", "has no frames"),
         ("a.csv", "\n", "is empty"),
-        ("a.csv", "hair,nose\n1,2\n", "no column for a shape.*received hair, nose"),
+        ("a.csv", "hair,nose\n1,2\n", "no column of a shape.*received hair, nose"),
         ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has more columns than the first"),
         ("a.csv", "time,jawOpen\n0,wide\n", "column jawOpen must hold numbers, received 'wide'"),
         ("a.csv", "time,jawOpen\n0.2,1\n0.1,1\n", "row 3 comes before the one above"),
@@ -143,7 +143,7 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "time,jawOpen\n-1e308,1\n1e308,1\n", "times must be seconds"),
         ("a.csv", f"Timecode,jawOpen\n{'9' * 400}:00:00:00,1\n{'9' * 400}:00:00:01,1\n", "times must be seconds"),
         ("a.csv", "jawOpen,mouthPucker\n,1\n1,\n", "no frame with a weight for each"),
-        ("a.json", "{", "no JSON"),
+        ("a.json", "{", "not valid JSON"),
         ("a.json", "3", "has no frames"),
         ("a.bvh", "HIERARCHY", "takes are read from .csv"),
     ],
@@ -164,5 +164,5 @@ def test_damaged_files_are_refused(tmp_path):
             )
         )
     path = written(tmp_path / "a.csv", "jawOpen,hair\n1,long\n")
-    with pytest.warns(FaceWrinkleWarning, match="1 columns are no shapes, and are left out: hair"):
+    with pytest.warns(FaceWrinkleWarning, match="1 columns are not shapes and are ignored: hair"):
         assert fw.read_take(path).names == ("jawOpen",)

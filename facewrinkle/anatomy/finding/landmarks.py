@@ -149,7 +149,7 @@ def _regular_surface(mesh: MeshLike) -> tuple[Array, IntArray]:
     source = read_surface(mesh)
     points, triangles = np.array(source.points, dtype=np.float64), np.array(source.regular_faces, dtype=np.int64)
     if not (np.abs(points[triangles]) < LARGEST).all():
-        raise MeshError("points of the mesh are NaN, infinite or huge. Delete them in a modeller, or export it again.")
+        raise MeshError("points of the mesh are NaN, infinite or huge. Delete them, or export the mesh again.")
     triangles = triangles[~degenerate(points, triangles)]
     if not len(triangles):
         raise MeshError("the mesh has no triangles with an area. Export it again.")

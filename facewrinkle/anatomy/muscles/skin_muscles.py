@@ -216,7 +216,7 @@ class SheetMuscle(Muscle):
         if not np.min([self.length, self.width, self.thickness, span]) > 0.0:  # also for NaN
             raise ParameterError("a sheet muscle needs a positive length, width and thickness, and two distinct lines.")
         if np.linalg.norm(np.cross(a[1] - a[0], i.mean(0) - a.mean(0))) < 1e-6 * line * span or line == 0.0:
-            raise ParameterError("the attachment line runs along the fibres; it has to cross them.")
+            raise ParameterError("the attachment line runs along the fibers; it must cross them.")
 
     @cached_property
     def _axes(self) -> tuple[Array, Array, Array, Array]:
@@ -334,7 +334,7 @@ class TriangularMuscle(SheetMuscle):
         self._set(insertion_width=check_range("insertion_width", self.insertion_width, 0.0, np.inf) or own)
         if self.width + self._widening * self.length < 0.0:
             raise ParameterError(
-                f"the fibres meet {self._focus:g} from the attachment line; length must be at most that, received "
+                f"the fibers meet {self._focus:g} from the attachment line; length must be at most that, received "
                 f"{self.length!r}. A wider insertion moves their focus away."
             )
 

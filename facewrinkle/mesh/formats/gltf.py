@@ -82,7 +82,7 @@ class Document:
         except (ValueError, KeyError, TypeError, RecursionError):
             raise self.broken("it holds no glTF") from None
         if not str(version).startswith("2"):
-            raise MeshError(f"{path.name} is glTF {version}; 2.0 is read. Export it anew.")
+            raise MeshError(f"{path.name} is glTF {version}; 2.0 is needed. Export it again.")
         for extension in self.file.get("extensionsRequired") or []:
             if extension in COMPRESSED:
                 decoder(extension, path.name)

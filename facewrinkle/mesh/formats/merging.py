@@ -227,7 +227,7 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
 
 def _check_counts(n_points: int, n_faces: int, name: str) -> None:
     if n_points == 0:
-        raise MeshError(f"{name} has no points: it is no mesh, or empty. Export it again, or name another file.")
+        raise MeshError(f"{name} has no points: it is empty, or not a mesh. Export it again, or name another file.")
     if n_faces == 0:
         raise MeshError(
             f"{name} has {n_points} points and no faces. A surface is needed: export polygons (not points or lines), "

@@ -278,7 +278,7 @@ def test_plain_numbers_beside_compressed_ones_are_read(tmp_path):
 def test_other_versions_and_files_without_triangles(tmp_path):
     made, file = document()
     file["asset"]["version"] = "1.0"
-    with pytest.raises(MeshError, match=r"is glTF 1\.0; 2\.0 is read"):
+    with pytest.raises(MeshError, match=r"is glTF 1\.0; 2\.0 is needed"):
         read_surface(made.glb(tmp_path / "a.glb"))
     for points_strip_and_fan in (0, 5, 6):
         made, file = document()

@@ -255,7 +255,7 @@ def test_no_file_and_a_folder(tmp_path):
         with pytest.raises(MeshError, match="no file|cannot be opened"):
             read_surface(name)
     os.mkfifo(tmp_path / "pipe.obj")
-    with pytest.raises(MeshError, match="no ordinary file"):
+    with pytest.raises(MeshError, match="not a regular file"):
         read_surface(tmp_path / "pipe.obj")
     with pytest.raises(MeshError, match="there is no file .*Check the path"):
         read_surface(tmp_path / "missing.obj")
