@@ -140,7 +140,7 @@ def test_the_ends_of_the_ranges_are_allowed():
     assert ring(inner=0.0, dead_zone=0.0, beta1=math.pi, beta2=math.pi).half_wavelength > 0.0
     assert ring(beta1=0.0).beta1 == ring(beta2=0.0).beta2 == 0.0
     assert patterns.dimple_time(10.0, 1.0) == pytest.approx(1.0 / 1023.0, rel=1e-12)
-    assert patterns.eye_pouch(3.0, 4.0, patterns.SMALLEST_T, 1, 1, 0) == pytest.approx(100.0)
+    assert patterns.eye_pouch(3.0, 4.0, 0.01, 1, 1, 0) == pytest.approx(100.0)
     assert patterns.eye_pouch(0.0, 0.0, 0.5, 0, 0, 64) == 2.0**65
     assert fitted(degree=0, epsilon=1e50).tolist() == [1.5]
 

@@ -282,9 +282,6 @@ class Layer:
 
 # --- what layers return -------------------------------------------------------------------------------
 
-VECTORS = ("Normals", "rest")
-"""Arrays of a frame with three numbers for each vertex; all others of its own have one."""
-
 
 def displacement_of(layer: Layer, state: SurfaceState) -> Displacement:
     """Return the displacement by a layer; raise a ParameterError that names it for arrays of another shape or type.
@@ -347,7 +344,7 @@ def fields_of(layer: Layer, n: int) -> dict[str, npt.NDArray[Any]]:
         values = np.asarray(given)
         rows = values.dtype.kind in "biuf" and values.ndim in (1, 2) and len(values) == n and values.shape[1:] != (0,)
         asked, shape = "a number, or a row of numbers,", values.shape
-        if name in VECTORS:
+        if name in ("Normals", "rest"):  # all other arrays of a frame have one number for each vertex
             asked, shape = "three numbers", (n, 3)
         elif name in ARRAYS:
             asked, shape = "a number", (n,)

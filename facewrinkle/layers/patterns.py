@@ -21,9 +21,6 @@ PatternFunction = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
 
 Variant = Literal["paper", "fan"]
 
-SMALLEST_T = 0.01
-"""The smallest t of the eye pouch, whose height grows beyond all bounds as t falls to 0."""
-
 
 def angle(x: npt.ArrayLike, y: npt.ArrayLike) -> Array:
     """Return arctan(y / x) in [-pi/2, pi/2]: the same on both sides of the origin, and 0 at it.
@@ -281,7 +278,7 @@ def eye_pouch(x: npt.ArrayLike, y: npt.ArrayLike, t: float, alpha: float, beta: 
     >>> round(float(eye_pouch(0.0, 0.0, 2.0, alpha=1.0, beta=1.0, gamma=2)), 6)
     0.346356
     """
-    check_range("t", t, SMALLEST_T, np.inf, "The eye pouch grows beyond all bounds as t falls to 0.")
+    check_range("t", t, 0.01, np.inf, "The eye pouch grows beyond all bounds as t falls to 0.")
     power = check_whole("gamma", gamma, 0, 64, "An even number makes bumps that stick out.")
     x, y = _plane(x, y)
     return np.asarray((np.cos(x + alpha * t) + np.cos(y + beta * t)) ** power / t)

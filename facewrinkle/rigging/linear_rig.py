@@ -225,13 +225,10 @@ class Rig:
         pairs = [names for names in self.drivers.values() if len(set(names)) > 1]
         together: dict[tuple[object, ...], dict[str, None]] = {}  # those of both sides, as they were simulated
         for names in [*alone, *pairs]:
-            both = tuple(self._of_both_sides(name) for name in names)
+            # jawLeft and jawRight, which have no sides, are no pair.
+            both = tuple(self.shapes[name].movement if self.shapes[name].side else name for name in names)
             together.setdefault(both, {}).update(dict.fromkeys(names))
         return [dict.fromkeys(names, weight) for names in together.values() for weight in (0.5, 1.0)]
-
-    def _of_both_sides(self, name: str) -> object:
-        """Return what the shapes of a pair have in common; jawLeft and jawRight, which have no sides, are no pair."""
-        return self.shapes[name].movement if self.shapes[name].side else name
 
     @cached_property
     def report(self) -> list[tuple[Mapping[str, float], RigError]]:

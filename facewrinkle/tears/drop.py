@@ -221,7 +221,7 @@ class DrippingTear:
         if support is None:
             self._start, self._bound = vector("start", start), None
         else:
-            _check_size(self.diameter, support)
+            support.check_size(self.diameter)
             self._start = support.start(start, max(self.diameter, 0.02 * support.size))
             self._bound = support.bound(self._start[None])
         self._lattice = DropLattice(check_whole("resolution", resolution, 6, 512))
@@ -335,16 +335,6 @@ class DrippingTear:
         for way in np.linspace(0.0, fallen, 1 + int(min(2.0 * fallen / self.diameter, 40.0))):
             heights_above(drop - [way, 0.0, 0.0], forward, corners, np.inf, 0.0, found)
         return max(float(found.max()) + 0.02 * self.diameter, 0.0)  # a little off the skin
-
-
-def _check_size(diameter: float, support: SupportSurface) -> None:
-    """Raise a ParameterError for a drop that is too large for the surface."""
-    largest = 0.2 * support.size
-    if diameter > largest:
-        raise ParameterError(
-            f"a tear must be smaller than a fifth of the surface, {largest * support.unit:.3g} mm, received "
-            f"{diameter * support.unit:.3g} mm. Are the units of the surface right?"
-        )
 
 
 # --- the surface of a drop, by formulas ------------------------------------------------------------------

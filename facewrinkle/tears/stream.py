@@ -38,9 +38,6 @@ EDGE = 0.002
 TRAIL_STEP = 0.37
 """Distance of the points of the mesh, at most, in halves of the width of the trail, which is a parabola across."""
 
-LARGEST_SHARE = 0.15
-"""Width and height of the largest tear, in diagonals of the surface's bounding box."""
-
 LONGEST = 20_000.0
 """Length of the longest tear, in edges of its mesh."""
 
@@ -269,14 +266,10 @@ class SheddingTear:
 
     def _checked_shape(self, width: float, height: float, trail: float) -> Shape:
         """Return the shape of the tear in the unit of the surface, after checking that the surface is large enough."""
-        size, unit = self._support.size, self._support.unit
+        unit = self._support.unit
         half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
         height = check_range("height", height, 1e-6, 1e6) / unit
-        if max(2.0 * half, height) > LARGEST_SHARE * size:
-            raise ParameterError(
-                f"a tear must be smaller than {LARGEST_SHARE} of the surface, {LARGEST_SHARE * size * unit:.3g} mm, "
-                f"received width={width:g} and height={height * unit:g}. Are the units of the surface right?"
-            )
+        self._support.check_size(max(2.0 * half, height))
         return Shape(half, height, half * trail, max(0.07 * height, 2.0 * EDGE / unit))
 
     def _path_finder(self, route: Route) -> PathFinder:

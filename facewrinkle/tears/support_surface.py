@@ -23,6 +23,9 @@ from ..mesh import MeshLike, closest_places, read_surface, to_polydata
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
 
+LARGEST_SHARE = 0.15
+"""Size of the largest tear, in diagonals of the surface's bounding box."""
+
 
 @dataclass(frozen=True, eq=False)
 class BoundPoints:
@@ -100,6 +103,15 @@ class SupportSurface:
     def size(self) -> float:
         """Diagonal of the bounding box."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0)))
+
+    def check_size(self, size: float) -> None:
+        """Raise a ParameterError for a tear of a size that is too large for the surface."""
+        largest = LARGEST_SHARE * self.size
+        if size > largest:
+            raise ParameterError(
+                f"a tear must be smaller than {LARGEST_SHARE} of the surface, {largest * self.unit:.3g} mm, received "
+                f"{size * self.unit:.3g} mm. Are the units of the surface right?"
+            )
 
     def nearest(self, points: Array) -> tuple[IntArray, Array]:
         """Return the triangles (n,) and the points (n, 3) of the surface that are nearest to points (n, 3)."""
