@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +18,8 @@ from scipy.optimize import nnls
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_areas
 
-from .motion import FACES, Agreement, compared, read_shapes, settled, summed
-from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
+from .motion import Agreement, compared, run_on_captured, settled, summed
+from .report import COLOURS, Plot, Report, Table, plot
 
 Array = npt.NDArray[np.float64]
 
@@ -137,32 +136,5 @@ def report(face: fw.Face, shapes: Mapping[str, Array]) -> Report:
     )
 
 
-def main(
-    face: Path = FACES / "ict_face_narrow.obj",
-    *,
-    landmarks: Path | None = FACES / "ict_face_narrow.landmarks.json",
-    shapes: Path = FACES / "ict_face_expressions.npz",
-    units: str | None = "cm",
-    out: Path = OUTPUT,
-) -> None:
-    """Compare the emotions with captured ones.
-
-    Parameters
-    ----------
-    face
-        The mesh that the shapes were captured on.
-    landmarks
-        JSON file with its landmarks.
-    shapes
-        npz file with names (k,) and deltas (k, n, 3).
-    units
-        Unit of the mesh and of the shapes: mm, cm, ...
-    out
-        Folder for emotions.json, the plot and the index page.
-    """
-    fitted = fw.fit_face(face, landmarks, units=units)
-    publish(report(fitted, read_shapes(shapes, fitted.mesh.n_points, fitted.unit)), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_on_captured(report)

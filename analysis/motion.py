@@ -10,7 +10,7 @@ compares the direction of furrows with the direction in which the captured skin 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -23,11 +23,9 @@ from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.layers.compression import StrainField, principal_compression
 
 from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
+from .subjects import FACES
 
 Array = npt.NDArray[np.float64]
-
-FACES = Path(__file__).parents[2] / "shared" / "faces"
-"""Captured faces next to the repository."""
 
 PAIRS: tuple[tuple[str, str], ...] = (
     ("frontalis_inner_l", "browInnerUp_L"),
@@ -290,32 +288,51 @@ def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Re
     )  # fmt: skip
 
 
-def main(
+def captured(
     face: Path = FACES / "ict_face_narrow.obj",
-    *,
     landmarks: Path | None = FACES / "ict_face_narrow.landmarks.json",
     shapes: Path = FACES / "ict_face_expressions.npz",
     units: str | None = "cm",
-    out: Path = OUTPUT,
-) -> None:
-    """Compare muscle-driven motion with captured shapes.
-
-    Parameters
-    ----------
-    face
-        The mesh that the shapes were captured on.
-    landmarks
-        JSON file with its landmarks.
-    shapes
-        npz file with names (k,) and deltas (k, n, 3).
-    units
-        Unit of the mesh and of the shapes: mm, cm, ...
-    out
-        Folder for motion.json, the plots and the index page.
-    """
+) -> tuple[fw.Face, dict[str, Array]] | None:
+    """Return a face and the shapes that were captured on it; None, and a word, where there are no such files."""
+    if missing := [str(path) for path in (face, shapes) if not path.exists()]:
+        print(f"Left out: there is no {' and no '.join(missing)}.")
+        return None
     fitted = fw.fit_face(face, landmarks, units=units)
-    publish(report(fitted, read_shapes(shapes, fitted.mesh.n_points, fitted.unit)), out)
+    return fitted, read_shapes(shapes, fitted.mesh.n_points, fitted.unit)
+
+
+def run_on_captured(report: Callable[[fw.Face, dict[str, Array]], Report]) -> None:
+    """Run the command line of an analysis that needs captured shapes."""
+
+    def command(
+        face: Path = FACES / "ict_face_narrow.obj",
+        *,
+        landmarks: Path | None = FACES / "ict_face_narrow.landmarks.json",
+        shapes: Path = FACES / "ict_face_expressions.npz",
+        units: str | None = "cm",
+        out: Path = OUTPUT,
+    ) -> None:
+        """Compare with captured shapes.
+
+        Parameters
+        ----------
+        face
+            The mesh that the shapes were captured on.
+        landmarks
+            JSON file with its landmarks.
+        shapes
+            npz file with names (k,) and deltas (k, n, 3).
+        units
+            Unit of the mesh and of the shapes: mm, cm, ...
+        out
+            Folder for the numbers, the plots and the index page.
+        """
+        if (found := captured(face, landmarks, shapes, units)) is not None:
+            publish(report(*found), out)
+
+    run(command)
 
 
 if __name__ == "__main__":
-    run(main)
+    run_on_captured(report)

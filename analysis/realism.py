@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, partial
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +20,7 @@ import facewrinkle as fw
 from facewrinkle.simulation.fold_layers import fold_layers
 
 from . import subjects
-from .report import OUTPUT, Report, Table, publish, run
+from .report import Report, Table, run_report
 
 Array = npt.NDArray[np.float64]
 
@@ -207,18 +206,5 @@ def report(quick: bool = False) -> Report:
     )
 
 
-def main(*, quick: bool = False, out: Path = OUTPUT) -> None:
-    """Measure the lines of faces by region and age.
-
-    Parameters
-    ----------
-    quick
-        The built-in head alone, with one drawing of its lines.
-    out
-        Folder for realism.json and the index page.
-    """
-    publish(report(quick), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_report(report)

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -25,8 +24,8 @@ import facewrinkle as fw
 from facewrinkle.geometry.laplacian import cotangent_laplacian
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 
-from .motion import FACES, compared, read_shapes, settled, summed
-from .report import OUTPUT, Plot, Report, Table, publish, run
+from .motion import compared, run_on_captured, settled, summed
+from .report import Plot, Report, Table
 
 Array = npt.NDArray[np.float64]
 
@@ -180,35 +179,5 @@ def report(face: fw.Face, shapes: dict[str, Array]) -> Report:
     )  # fmt: skip
 
 
-def main(
-    face: Path = FACES / "ict_face_narrow.obj",
-    *,
-    landmarks: Path | None = FACES / "ict_face_narrow.landmarks.json",
-    shapes: Path = FACES / "ict_face_expressions.npz",
-    units: str | None = "cm",
-    out: Path = OUTPUT,
-) -> None:
-    """Compare how the skin bulges with captured expressions; without the files nothing is done.
-
-    Parameters
-    ----------
-    face
-        The mesh that the shapes were captured on.
-    landmarks
-        JSON file with its landmarks.
-    shapes
-        npz file with names (k,) and deltas (k, n, 3).
-    units
-        Unit of the mesh and of the shapes: mm, cm, ...
-    out
-        Folder for relief.json, the maps and the index page.
-    """
-    if missing := [str(path) for path in (face, shapes) if not path.exists()]:
-        print(f"Skipped: there is no {' and no '.join(missing)}.")
-        return
-    fitted = fw.fit_face(face, landmarks, units=units)
-    publish(report(fitted, read_shapes(shapes, fitted.mesh.n_points, fitted.unit)), out)
-
-
 if __name__ == "__main__":
-    run(main)
+    run_on_captured(report)

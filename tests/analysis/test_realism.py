@@ -11,7 +11,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.realism import REGIONS, cuts, furrows, held, in_region, main, measured
+from analysis.realism import REGIONS, cuts, furrows, held, in_region, measured, report
+from analysis.report import publish
 
 
 def test_furrows_are_as_deep_as_below_their_lower_crest():
@@ -54,6 +55,6 @@ def test_old_eyes_have_deeper_lines_than_old_foreheads(face):
 
 @pytest.mark.slow
 def test_a_quick_report_says_what_is_published_beside_what_is_measured(tmp_path, capsys):
-    main(quick=True, out=tmp_path)
+    publish(report(quick=True), tmp_path)
     assert (tmp_path / "realism.json").exists()
     assert ".1 to .4" in capsys.readouterr().out
