@@ -134,8 +134,10 @@ class Command:
             said = f"facewrinkle: {self.run.step} {100 * self.run.share:.0f} %   (Esc: cancel)"
             context.workspace.status_text_set(said)
             return {"PASS_THROUGH"}
-        done = self.guarded(self.end, context)
-        self.close(context)
+        try:
+            done = self.guarded(self.end, context)
+        finally:
+            self.close(context)
         return {"FINISHED" if done else "CANCELLED"}
 
     def cancel(self, context):
