@@ -18,7 +18,6 @@ from scipy.sparse.csgraph import connected_components
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
-from .compilation import compiled
 
 
 def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
@@ -57,26 +56,6 @@ def as_triangles(triangles: ArrayLike, n_points: int | None = None) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int32)
 
 
-@compiled
-def _find_edges(triangles: IntArray, first: IntArray, chain: IntArray, edges: IntArray, sides: IntArray) -> int:
-    n_edges = 0
-    for t in range(len(triangles)):
-        for s in range(3):
-            a, b = triangles[t, s], triangles[t, (s + 1) % 3]
-            bucket = min(a, b) + 2 * max(a, b)
-            e = first[bucket]
-            while e >= 0 and not ((edges[e, 0] == a and edges[e, 1] == b) or (edges[e, 0] == b and edges[e, 1] == a)):
-                e = chain[e]
-            if e < 0:
-                e = n_edges
-                n_edges += 1
-                edges[e, 0], edges[e, 1] = a, b
-                chain[e] = first[bucket]
-                first[bucket] = e
-            sides[t, s] = e
-    return n_edges
-
-
 def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     """The undirected edges of a mesh.
 
@@ -96,12 +75,13 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     [[0, 1, 2], [1, 3, 4]]
     """
     array = as_triangles(triangles)
-    # Buckets instead of sorting: low + 2 high spreads hubs, strips and grids alike, and keeps what is near in the mesh
-    # near in memory.
-    first, chain = np.full(3 * int(array.max()) + 3, -1, np.int32), np.empty(array.size, np.int32)
-    edges, sides = np.empty((array.size, 2), np.int32), np.empty_like(array)
-    n_edges = _find_edges(array, first, chain, edges, sides)
-    return edges[:n_edges].copy(), sides
+    ends = np.stack([array, np.roll(array, -1, axis=1)], axis=2).reshape(-1, 2)
+    key = ends.min(axis=1) * (np.int64(array.max()) + 1) + ends.max(axis=1)  # the same in both directions
+    _, first, edge = np.unique(key, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = np.empty(len(order), np.int32)
+    number[order] = np.arange(len(order), dtype=np.int32)
+    return ends[first[order]], number[edge].reshape(-1, 3)
 
 
 def side_lengths(corners: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -141,10 +121,9 @@ def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[Int
     [1, 2]
     """
     array = as_triangles(triangles, n_points)
-    edges, _ = unique_edges(array)
     n = int(array.max()) + 1 if n_points is None else n_points
-    both = np.concatenate([edges, edges[:, ::-1]])
-    graph = coo_array((np.ones(len(both), np.int8), both.T), shape=(n, n)).tocsr()
+    both = array[:, [[0, 1], [1, 0], [1, 2], [2, 1], [2, 0], [0, 2]]].reshape(-1, 2)
+    graph = coo_array((np.ones(len(both), np.int8), both.T), shape=(n, n)).tocsr()  # each pair once
     graph.sort_indices()
     return graph.indptr, graph.indices
 
