@@ -12,13 +12,13 @@ import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
-# The built-in head has 4,517 triangles. :meth:`facewrinkle.Simulation.run` ramps up to the expression, and gives one
-# :class:`pyvista.PolyData` after the other.
+# The built-in head has 4,517 triangles. :meth:`facewrinkle.Simulation.settle` returns the expression at rest as a
+# :class:`pyvista.PolyData`; :meth:`facewrinkle.Simulation.run` gives all frames on the way.
 
 face = fw.default_face()
 sim = fw.Simulation(face)
 sim.express("surprise")
-*_, frame = sim.run(60)
+frame = sim.settle()
 
 # %%
 # Before and after, and the triangles that carry the folds.
@@ -40,7 +40,7 @@ scene.plotter.show()
 # When the muscles relax, the wrinkles go, and the triangles with them: the mesh at the end is the mesh at the start.
 
 sim.relax()
-*_, rest = sim.run(150, ramp=0.1)
+rest = sim.settle()
 print(f"{face.mesh.n_cells} -> {frame.n_cells} -> {rest.n_cells} triangles")
 print(f"wrinkles from {frame['W'].min():.2f} to {frame['W'].max():.2f} mm, then {abs(rest['W']).max():.1f} mm")
 assert rest.n_cells == face.mesh.n_cells
