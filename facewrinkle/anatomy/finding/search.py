@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cache
-from itertools import chain
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -240,8 +239,6 @@ NO_FACE = (
 # The effort of the search. The confidence of a match tells faces from other things, see `matching`.
 TRIED, REFINED = 40, 3
 """Candidates that are aligned, and the best of these that are matched."""
-HOPELESS = 0.25
-"""Confidence below which only the mean template is tried: it is refused, whatever the others show."""
 
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
@@ -252,57 +249,6 @@ PART_LOSS = 0.1
 """The part that makes up most of what is seen is the face, unless it is by so much less like one than with the others:
 lashes and the shells of eyes, which fill its eyes, are left out.
 """
-
-STEPS = len(SIZES) + TRIED + REFINED + len(VARIANTS)
-"""Steps of the search of a mesh or a part of it, at most."""
-
-
-def _search(points: Array, triangles: IntArray, pose: Pose | None) -> Iterator[tuple[list[Match], IntArray]]:
-    """Yield, after each step, the matches with the template's variants so far, and the triangles that are the face.
-
-    The steps are sizes, poses, the best of these, and variants of the template. With a known pose, no other is tried.
-    """
-    poses = [] if pose is None else [(1.0, pose)]
-    for _ in _scored_poses(points, triangles, poses) if pose is None else ():
-        yield [], triangles
-    tried = []
-    for _, start in distinct(poses, REFINED):
-        tried.append(_aligned_match(points, triangles, start))
-        yield [], triangles
-        if tried[-1].confidence > DOUBTED:
-            break
-    best = max(tried, key=lambda match: match.confidence)
-    part = _face_part(points, triangles, best)
-    if len(part) < len(triangles):
-        alone = _aligned_match(points, part, best.pose)
-        if alone.confidence > best.confidence - PART_LOSS:
-            best, triangles = alone, part
-    matches = [best]
-    yield matches, triangles
-    for variant in range(1, len(VARIANTS) if best.confidence > HOPELESS else 1):
-        pose = best.pose
-        if template(variant).mouth_open:
-            pose = aligned(points, triangles, pose, variant)
-        matches.append(matched(points, triangles, pose, variant))
-        yield matches, triangles
-
-
-def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
-    return matched(points, triangles, aligned(points, triangles, pose))
-
-
-def _scored_poses(points: Array, triangles: IntArray, poses: list[tuple[float, Pose]]) -> Iterator[None]:
-    """Fill in aligned candidates with their scores, the best first, in steps."""
-    starts: list[tuple[float, Pose]] = []
-    for found in candidates(surface_samples(points, triangles, SAMPLES)):
-        starts += found
-        yield
-    starts.sort(key=lambda pair: pair[0])
-    for _, start in distinct(starts, TRIED):
-        pose = aligned(points, triangles, start)
-        poses.append((pose_score(surface_map(points, triangles, pose, COARSE), template_map(COARSE)), pose))
-        yield
-    poses.sort(key=lambda pair: -pair[0])
 
 
 def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> tuple[list[Match], IntArray]:
@@ -323,13 +269,52 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
     triangles : ndarray of int, shape (k, 3)
         Those of the part that is the face.
     """
-    found: list[tuple[list[Match], IntArray]] = []
-    for part in chain([triangles], () if pose is not None else _parts(points, triangles)):
-        *_, (matches, face) = progress(_search(points, part, pose), "Finding the face", STEPS)
-        found.append((matches, face))
-        if matches[0].confidence > REFUSED:
+    best, face = _best_match(points, triangles, [pose] if pose else _promising_poses(points, triangles, progress))
+    for part in () if pose else _parts(points, triangles):
+        if best.confidence > REFUSED:
             break
-    return max(found, key=lambda result: result[0][0].confidence)
+        other, its_face = _best_match(points, part, _promising_poses(points, part, progress))
+        if other.confidence > best.confidence:
+            best, face = other, its_face
+    matches = [best]
+    for variant in progress(range(1, len(VARIANTS)), "Finding the landmarks", len(VARIANTS) - 1):
+        start = aligned(points, face, best.pose, variant) if template(variant).mouth_open else best.pose
+        matches.append(matched(points, face, start, variant))
+    return matches, face
+
+
+def _promising_poses(points: Array, triangles: IntArray, progress: Progress) -> list[Pose]:
+    """Poses at which a surface is most like the template, the best first."""
+    samples = surface_samples(points, triangles, SAMPLES)
+    starts: list[tuple[float, Pose]] = []
+    for found in progress(candidates(samples), "Looking for noses", len(SIZES)):
+        starts += found
+    tried = distinct(sorted(starts, key=lambda pair: pair[0]), TRIED)
+    scored = []
+    for _, start in progress(tried, "Finding the face", len(tried)):
+        pose = aligned(points, triangles, start)
+        scored.append((pose_score(surface_map(points, triangles, pose, COARSE), template_map(COARSE)), pose))
+    return [pose for _, pose in distinct(sorted(scored, key=lambda pair: -pair[0]), REFINED)]
+
+
+def _best_match(points: Array, triangles: IntArray, poses: list[Pose]) -> tuple[Match, IntArray]:
+    """The best match with the mean face, and the triangles of the part that is the face."""
+    matches: list[Match] = []
+    for pose in poses:
+        matches.append(_aligned_match(points, triangles, pose))
+        if matches[-1].confidence > DOUBTED:
+            break
+    best = max(matches, key=lambda match: match.confidence)
+    part = _face_part(points, triangles, best)
+    if len(part) < len(triangles):
+        alone = _aligned_match(points, part, best.pose)
+        if alone.confidence > best.confidence - PART_LOSS:
+            return alone, part
+    return best, triangles
+
+
+def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
+    return matched(points, triangles, aligned(points, triangles, pose))
 
 
 def check_surface(points: Array, triangles: IntArray) -> None:
