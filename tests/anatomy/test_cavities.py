@@ -103,14 +103,3 @@ def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
     parts = companion_meshes(bagged, opened)
     assert {"upper_teeth", "lower_teeth", "tongue"} <= set(parts)
     assert "mouth" not in parts  # the bag is there already
-
-
-def test_a_face_whose_lips_are_one_has_no_bag(face):
-    """Closed flat, between the lips."""
-    loop = Mouth(face).loop
-    middle = face.points[loop].mean(axis=0)
-    fan = np.stack([loop, np.full(len(loop), face.mesh.n_points), np.roll(loop, -1)], axis=1)
-    mesh = to_polydata(np.vstack([face.points, middle]), np.vstack([face.triangles, fan]))
-    mouth = Mouth(Face.from_landmarks(mesh, face.landmarks, 1.0))
-    assert not mouth.bag
-    assert not len(mouth.loop)

@@ -220,10 +220,6 @@ def _parts_added(mesh, marks):
     return pv.merge([mesh, *eyes, teeth, hair.extract_surface(algorithm="dataset_surface").triangulate()])
 
 
-def _inside_out(mesh):
-    return to_polydata(mesh.points, mesh.regular_faces[:, ::-1])
-
-
 def _noisy(mesh, marks):
     rng, other = np.random.default_rng(0), mesh.copy()
     other.points += 0.01 * frame_of(marks).pupil_distance * rng.normal(size=mesh.points.shape)
@@ -249,7 +245,7 @@ def _hidden_over_a_floor(mesh, marks):
 
 
 SPOILT = {
-    "1,500 triangles, inside out": lambda mesh, marks: _inside_out(mesh.decimate(1.0 - 1500 / mesh.n_cells)),
+    "1,500 triangles, inside out": lambda mesh, marks: mesh.decimate(1.0 - 1500 / mesh.n_cells).flip_faces(),
     "noise, other parts": lambda mesh, marks: _parts_added(_noisy(mesh, marks), marks),
     "70 thousand triangles, holes and a ragged rim": lambda mesh, marks: _torn(mesh.subdivide(2), marks),
     "in a shell, over a floor": _hidden_over_a_floor,
@@ -444,19 +440,12 @@ def _lump(face):
     return to_polydata(points * np.maximum(height, 0.2)[:, None] * rng.uniform(0.7, 1.3, 3), ball.regular_faces)
 
 
-def _lower_part(face):
-    centroid = face.points[face.triangles].mean(axis=1)
-    size = face.frame.pupil_distance
-    return to_polydata(face.points, face.triangles[centroid[:, 1] < face.frame.origin[1] - 0.55 * size])
-
-
 THINGS = {
     "sphere": lambda face: pv.Sphere(theta_resolution=60, phi_resolution=60),
     "box": lambda face: pv.Box(level=10).triangulate(),
     "torus": lambda face: pv.ParametricTorus(u_res=60, v_res=60),
     "lump": _lump,
     "half a face": _half,
-    "lower part of a face": _lower_part,
     "back of a head": _back,
 }
 

@@ -57,12 +57,6 @@ def test_a_tongue_is_no_tooth(face):
     assert red > 1.5 * max(green, blue)
 
 
-def test_a_fringe_that_hangs_over_the_face_is_hair(face):
-    lock = pv.PolyData.from_regular_faces(*ellipsoid(face, [0.4, -0.4, 0.5], [0.2, 1.6, 0.03]))
-    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
-        assert set(fw.fit_face(face.mesh.append_polydata(lock), face.landmarks, units="mm").parts) == {"hair"}
-
-
 def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
     """Painted ones are, in their place; hairs that are modelled, and cards with colours, are drawn as they are."""
     cards = pv.PolyData.from_regular_faces(*lash(face, face.eyes[0]))
@@ -157,9 +151,13 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
 
 @pytest.mark.parametrize(
     ("radii", "where", "name"),
-    [((0.25, 0.15, 0.75), (0.0, -1.0, -0.6), "tongue"), ((0.72, 0.3, 0.5), (0.0, -0.95, -0.6), "teeth")],
+    [
+        ((0.25, 0.15, 0.75), (0.0, -1.0, -0.6), "tongue"),
+        ((0.72, 0.3, 0.5), (0.0, -0.95, -0.6), "teeth"),
+        ((0.2, 1.6, 0.03), (0.4, -0.4, 0.5), "hair"),
+    ],
 )
-def test_gums_and_tongues_that_reach_far_back_are_no_hair(face, radii, where, name):
+def test_gums_and_tongues_reach_far_back_and_a_fringe_hangs_down(face, radii, where, name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)
         fitted = together(face, [ellipsoid(face, where, radii)])

@@ -14,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, TriangularMuscle, Wrinkles
-from facewrinkle.errors import FaceWrinkleError
 
 LINES = ([(-10, 40, 0), (10, 40, 0)], [(-4, 0, 0), (4, 0, 0)])
 STYLE = Wrinkles(count=3, start=0.2, alpha=1.3, core=0.4, taper=0.3)
@@ -81,29 +80,6 @@ def test_recoil_is_the_pull_mirrored_at_the_attachment(kind):
     np.testing.assert_array_equal(both.force(x)[front], plain.force(x)[front])
     np.testing.assert_allclose(both.force(mirrored)[front], -plain.force(x)[front], atol=1e-12)
     assert not plain.force(mirrored)[front].any()
-
-
-ATLAS = """[muscles.m]
-kind = "triangular"
-attachment = [{ mouth = 1.0, offset = [-0.1, -0.4, 0] }, { mouth = 1.0, offset = [0.3, -0.4, 0] }]
-insertion = [{ mouth = 1.0, offset = [-0.05, 0, 0] }, { mouth = 1.0, offset = [0.05, 0, 0] }]
-length = 0.5
-"""
-
-
-def test_an_atlas_may_have_triangular_muscles(tmp_path, face):
-    path = tmp_path / "atlas.toml"
-    path.write_text(ATLAS, encoding="utf-8")
-    placed = fw.read_atlas(path).place(face.landmarks, face.frame)
-    size = face.frame.pupil_distance
-    for side in "lr":
-        muscle = placed[f"m_{side}"]
-        assert (muscle.width, muscle.insertion_width, muscle.length) == pytest.approx(
-            (0.4 * size, 0.1 * size, 0.5 * size)
-        )
-    path.write_text(ATLAS + "width = 0.4\n", encoding="utf-8")  # given by its lines
-    with pytest.raises(FaceWrinkleError, match="unknown key 'width'"):
-        fw.read_atlas(path).place(face.landmarks, face.frame)
 
 
 def test_the_brows_are_raised_by_skin_that_converges_from_below_and_above(face):

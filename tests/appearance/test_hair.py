@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import held
-from synthetic_faces import skin_with
 
-from facewrinkle.anatomy.face import Face
 from facewrinkle.appearance.hair import Brows, Lashes
-from facewrinkle.appearance.seen import Appearance
 from facewrinkle.mesh import to_polydata
 
 
@@ -89,13 +86,3 @@ def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
         brows.lines(face.points, face.triangles, normals, (out + 500.0 * face.frame.axes[1], triangles))
     )
     np.testing.assert_array_equal(aside.points, on_skin.points)
-
-
-def test_no_lashes_grow_where_the_skin_has_no_opening(face):
-    points, triangles = skin_with("shut")
-    without = Face.from_landmarks(to_polydata(points, triangles), face.landmarks, 1.0)
-    bare = {eye.side for eye in without.eyes} - set(without.eyelid_openings)
-    assert bare
-    for eye in without.eyes:
-        assert (len(Lashes(eye, without).roots) == 0) == (eye.side in bare)
-    assert {row.eye.side for row in Appearance.of(without).lashes}.isdisjoint(bare)
