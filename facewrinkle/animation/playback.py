@@ -24,9 +24,6 @@ from .recorded import OFF_REST, Recorded, same_places
 LEAST_MOTION = 0.003
 """Parts that move on the head by less than this, in distances between the pupils, go along with the face."""
 
-SAMPLED_TIMES = 48
-"""Times of a recording at which parts are compared with the head, to see if they move on it."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
@@ -62,13 +59,12 @@ class PartMotion:
     def __init__(self, recorded: Recorded, face: Face, pose: Callable[[float], Array]) -> None:
         self._face = face
         self._pieces: dict[str, list[_Piece]] = {}
-        times = np.linspace(recorded.track.times[0], recorded.track.times[-1], SAMPLED_TIMES)
         sources, posed = {0: recorded} | dict(recorded.companions), cache(pose)
         for name, part in face.parts.items():
             rest = np.asarray(part.mesh.points, dtype=np.float64)
             for start, source in sources.items():
                 piece = _piece(source, start, part.source_points, rest)
-                if piece is not None and self._moves(piece, times, posed):
+                if piece is not None and self._moves(piece, recorded.some_times, posed):
                     self._pieces.setdefault(name, []).append(piece)
 
     def __contains__(self, name: str) -> bool:

@@ -281,6 +281,11 @@ class Recorded:
         """Seconds from the first to the last time, at the speed of the recording."""
         return float(self.track.times[-1] - self.track.times[0]) / self.speed
 
+    @property
+    def some_times(self) -> Array:
+        """Times (48,) of the recording at which its motion is looked at as a whole."""
+        return np.linspace(self.track.times[0], self.track.times[-1], 48)
+
     def played(self, speed: float | None = None, loop: bool | None = None) -> Self:
         """Return the same recording, to be played faster, slower or in a loop."""
         return replace(

@@ -26,9 +26,6 @@ from ..motion.skin import Skin
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
 
-FRAMES = 48
-"""Frames of a recording without shapes that are looked at."""
-
 
 def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:
     """Return the shapes of a face in full motion, by family.
@@ -159,8 +156,7 @@ def _of_recording(recorded: Recorded, face: Face) -> FoldShapes:
     """Shapes of a recording by the action units that their names stand for; otherwise by what they have in common."""
     rest, numbers = face.points, recorded.points_of(face)
     if recorded.deltas is None or recorded.bones is not None:
-        times = np.linspace(recorded.track.times[0], recorded.track.times[-1], FRAMES)
-        frames = (recorded.positions_at(float(time), rest, numbers) for time in times)
+        frames = (recorded.positions_at(time, rest, numbers) for time in recorded.some_times.tolist())
         return FoldShapes.grouped(face, [frame * face.unit for frame in frames])
     shapes = {
         name: (rest + delta[numbers]) * face.unit for name, delta in zip(recorded.names, recorded.deltas, strict=True)

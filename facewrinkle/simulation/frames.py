@@ -48,6 +48,7 @@ class FrameMaker:
         self._turning = [
             k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)
         ]
+        self._shown_rates: list[float] | None = None
 
     @property
     def field_data(self) -> pv.DataSetAttributes:
@@ -83,13 +84,15 @@ class FrameMaker:
         return frame
 
     def _update_joints(self) -> None:
-        """Write the turns of eyes and mandible by muscles to the common field data."""
-        names, rates = self._motion.names, self._motion.rates.tolist()
-        by_name = {names[k]: rates[k] for k in self._turning}
-        if (angle := self._face.jaw_angle(by_name)) is not None:
-            self._common.field_data[JAW] = [angle]
-        for side, gaze in self._face.gazes(by_name).items():
-            self._common.field_data[GAZE + side] = gaze[None]
+        """Write the turns of eyes and mandible by muscles to the common field data, if these have changed."""
+        names, rates = self._motion.names, self._motion.rates[self._turning].tolist()
+        if rates != self._shown_rates:
+            by_name = {names[k]: rate for k, rate in zip(self._turning, rates, strict=True)}
+            if (angle := self._face.jaw_angle(by_name)) is not None:
+                self._common.field_data[JAW] = [angle]
+            for side, gaze in self._face.gazes(by_name).items():
+                self._common.field_data[GAZE + side] = gaze[None]
+            self._shown_rates = rates
 
     def _new_template(
         self, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest
