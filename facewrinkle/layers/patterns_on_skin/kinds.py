@@ -188,10 +188,6 @@ class Custom(Pattern):
     finest: float = 0.25
 
     def __post_init__(self) -> None:
-        if not callable(self.function):
-            raise ParameterError(
-                f"a pattern must have a name or be a function of x, y and t, received {self.function!r}."
-            )
         check_positive("finest", self.finest)
 
     def time(self, seconds: float) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...anatomy.face import Face
+from ...anatomy.face import Face, per_face
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, warn
 from ...geometry.refinement import Change
@@ -136,7 +136,6 @@ class PatternLayer(Layer):
             )
         self.t = t if t is None or callable(t) else check_range("t", t, -1e6, 1e6)
         self.begin = check_range("begin", begin, -1e9, 1e9)
-        self._last_laid: tuple[Face, Region, LaidRegion] | None = None
 
     @classmethod
     def preset(cls, name: str, face: Face, /, **changes: Any) -> PatternLayer:
@@ -171,11 +170,8 @@ class PatternLayer(Layer):
         return [cls.preset(side, face, **changes) for side in presets.sides_of(name)]
 
     def laid(self, face: Face) -> LaidRegion:
-        """Return the region on a face; it is laid once, and then remembered."""
-        last = self._last_laid
-        if last is None or last[0] is not face or last[1] is not self.region:
-            last = self._last_laid = face, self.region, self.region.laid(face)
-        return last[2]
+        """Return the region on a face; it is laid once, and remembered with the face."""
+        return per_face(face, "regions", self.region, lambda: self.region.laid(face))
 
     # --- the layer protocol ----------------------------------------------------------------------
 
@@ -297,7 +293,6 @@ class PatternLayer(Layer):
         >>> [PatternLayer("dimple", (0, 0, 40), size=size).level_needed(ball) for size in (40.0, 10.0)]
         [1, 2]
         """
-        self.laid(face)
         twin = copy(self)
         twin.strength = 1.0
         twin.attach(face)

@@ -202,7 +202,8 @@ class Region:
         """
         points, triangles = face.points, face.triangles
         weight = None if self.select is None else selection_weights(self.select, face, self.border)
-        center = closest_point(points, triangles, self._middle(points, weight))
+        middle = np.average(points, axis=0, weights=weight) if self.center is None else self.center
+        center = closest_point(points, triangles, middle)
         size: float | tuple[float, float] | None = self.size
         if size is None and weight is None:
             size = 0.1 * float(np.linalg.norm(np.ptp(points, axis=0)))
@@ -227,11 +228,6 @@ class Region:
         chart = np.where(known[:, None], chart, 0.0)
         corners = triangles[center.triangle]
         return LaidRegion(self, center, corners, half, points, chart, slopes, known, weight, valid)
-
-    def _middle(self, points: Array, weight: Array | None) -> Array:
-        if self.center is not None:
-            return vector("center", self.center)
-        return np.asarray(np.average(points, axis=0, weights=weight))
 
     def _check_place(self, center: ClosestPoint, half: Array | None) -> None:
         if not np.any(tangents(center.normal, vector("up", self.up))[1]):
