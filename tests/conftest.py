@@ -69,6 +69,18 @@ def signals_heard():
 
 
 @pytest.fixture
+def run(capsys):
+    """Runs a command, and returns what it prints on stdout and stderr."""
+    from facewrinkle.cli import main
+
+    def run(*words, code=0):
+        assert main(list(words)) == code
+        return capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture
 def small_disk(tmp_path):
     """A folder on a disk of 8 MB; skips where none may be mounted."""
     folder = tmp_path / "small_disk"

@@ -6,6 +6,7 @@ import asyncio
 import json
 import re
 import struct
+import time
 from contextlib import closing, suppress
 from urllib.parse import urlsplit
 
@@ -126,6 +127,15 @@ class Page:
 
 async def _session():
     return aiohttp.ClientSession()
+
+
+def until(right, seconds=30.0):
+    """Wait until something holds, and return it."""
+    end = time.monotonic() + seconds
+    while not (value := right()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return value
 
 
 def head_files(face, folder):

@@ -148,7 +148,7 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
         ("tear joy --seconds 1e999", "seconds"),
     ],
 )
-def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_path, monkeypatch, run):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.glb").mkdir()
     for name, content in {
@@ -163,8 +163,7 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
     }.items():
         (tmp_path / name).write_bytes(content)
     before = set(tmp_path.rglob("*"))
-    assert main(arguments.split()) == 1
-    out, err = capsys.readouterr()
+    out, err = run(*arguments.split(), code=1)
     assert out == ""
     assert err.startswith("facewrinkle: ")
     assert message in err
@@ -187,9 +186,8 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
         (["express", "--", "surprise", "--frames", "3"], "Arguments after -- are not options: put options before it."),
     ],
 )
-def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
-    assert main(arguments) == 2
-    out, err = capsys.readouterr()
+def test_wrong_usage_is_one_line_with_a_hint(arguments, message, run):
+    out, err = run(*arguments, code=2)
     assert out == ""
     assert message in err
     assert err.rstrip().endswith("--help")
@@ -197,19 +195,17 @@ def test_wrong_usage_is_one_line_with_a_hint(arguments, message, capsys):
 
 
 @pytest.mark.parametrize("arguments", [[], ["--help"], ["express", "--help"], ["--version"]])
-def test_help_and_version(arguments, capsys):
-    assert main(arguments) == 0
-    out, err = capsys.readouterr()
+def test_help_and_version(arguments, run):
+    out, err = run(*arguments)
     assert err == ""
     assert (fw.__version__ if arguments == ["--version"] else "Usage: facewrinkle") in out
 
 
 @pytest.mark.parametrize("columns", ["0", "1", "2"])
-def test_help_on_the_narrowest_terminals(columns, monkeypatch, capsys):
+def test_help_on_the_narrowest_terminals(columns, monkeypatch, run):
     """They had it end in an error, or never."""
     monkeypatch.setenv("COLUMNS", columns)
-    assert main(["express", "--help"]) == 0
-    shown = "".join(capsys.readouterr().out.split())
+    shown = "".join(run("express", "--help").out.split())
     assert shown.startswith("Usage:facewrinkleexpress")
     assert "--folds" in shown
 
@@ -240,26 +236,24 @@ def test_the_module_runs():
         (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
     ],
 )
-def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, capsys, command, shown):
+def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, run, command, shown):
     command = [*command, "--no-movie", "--size", "60", "--out", str(tmp_path)]
-    assert main(command) == 0
-    assert capsys.readouterr().err == ""
+    assert run(*command).err == ""
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
-    assert main(command) == 0
-    err = capsys.readouterr().err
+    err = run(*command).err
     assert [what for what in shown if what not in err] == []
-    assert main([*command, "--quiet"]) == 0
-    assert capsys.readouterr() == ("", "")
+    assert run(*command, "--quiet") == ("", "")
 
 
-def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, capsys):
+def test_what_is_no_plain_mesh_says_what_to_do_with_it(tmp_path, monkeypatch, run):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "head.face").write_bytes(b"PK\x03\x04")
-    assert main(["fit", "head.face"]) == 1
-    assert "has been fitted" in capsys.readouterr().err
+    assert "has been fitted" in run("fit", "head.face", code=1).err
     pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
-    assert main(["pattern", "dimple", "--face", "ball.ply", "--center", "0,0,90", "--out", "."]) == 1
-    assert "the region lies off the mesh" in capsys.readouterr().err
+    assert (
+        "the region lies off the mesh"
+        in run("pattern", "dimple", "--face", "ball.ply", "--center", "0,0,90", "--out", ".", code=1).err
+    )
     assert not (tmp_path / "output").exists()
 
 
@@ -271,23 +265,20 @@ def test_vectors_may_begin_with_a_minus(tmp_path, capsys):
     assert (tmp_path / "out" / "pattern_dimple.png").is_file()
 
 
-def test_errors_of_our_own_are_one_line(monkeypatch, capsys):
+def test_errors_of_our_own_are_one_line(monkeypatch, run):
     def work(*_: object, **__: object) -> None:
         warnings.warn("a library mumbles", RuntimeWarning, stacklevel=1)
         raise ZeroDivisionError("division by zero")
 
     monkeypatch.setattr("facewrinkle.cli.app", work)
-    assert main(["info"]) == 1
-    err = capsys.readouterr().err
+    err = run("info", code=1).err
     assert err.count("\n") == 1
     assert "ZeroDivisionError: division by zero. Please report it with the output of --verbose." in err
-    assert main(["info", "--verbose"]) == 1
-    err = capsys.readouterr().err
+    err = run("info", "--verbose", code=1).err
     assert "Traceback" in err
     for error, said in ((MemoryError(), "not enough memory"), (OSError(5, "Input/output error"), "the system refused")):
         monkeypatch.setattr("facewrinkle.cli.app", Mock(side_effect=error))
-        assert main(["info"]) == 1
-        assert said in capsys.readouterr().err
+        assert said in run("info", code=1).err
 
 
 def test_faces_have_folders_of_their_own():
@@ -302,8 +293,7 @@ def test_faces_have_folders_of_their_own():
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_commands_and_options_are_completed(shell, capsys):
-    assert main(["completion", shell]) == 0
-    script = capsys.readouterr().out
+def test_commands_and_options_are_completed(shell, run):
+    script = run("completion", shell).out
     for word in ("express", "pattern", "intensity", "landmarks"):
         assert word in script

@@ -10,8 +10,6 @@ import time
 
 import pytest
 
-from facewrinkle.cli import main
-
 pytestmark = pytest.mark.usefixtures("signals_heard")
 PROGRAM = [sys.executable, "-m", "facewrinkle"]
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -91,10 +89,9 @@ def test_a_library_that_is_busy_does_not_delay_a_signal_for_long():
         assert process.wait(timeout=10.0) == 143
 
 
-def test_a_ctrl_c_in_a_callers_own_process(monkeypatch, capsys):
+def test_a_ctrl_c_in_a_callers_own_process(monkeypatch, run):
     def work(*_: object, **__: object) -> None:
         signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr("facewrinkle.cli.app", work)
-    assert main(["info"]) == 130
-    assert capsys.readouterr().err == "facewrinkle: interrupted.\n"
+    assert run("info", code=130).err == "facewrinkle: interrupted.\n"

@@ -34,9 +34,7 @@ def compile_all(*, quiet: bool = False) -> None:
     quiet
         Print only errors.
     """
-    report = Report(quiet)
-    compile_ahead(report.progress)
-    report.say_time()
+    compile_ahead(Report(quiet).progress)
 
 
 def compile_ahead(progress: Progress | None = None) -> None:

@@ -108,7 +108,6 @@ def express(
             baked = bake_maps(performance.face, mixture, intensity=intensity, size=maps, layers=performance.layers)
             written = write_maps(baked, folder / stem)
         report.say(f"maps: {', '.join(path.name for path in written)}")
-    report.say_time()
 
 
 @dataclass(frozen=True, eq=False)
@@ -287,7 +286,6 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
                 rows = [_sides(face.mesh, scenes, "front"), *(_sides(peak.frame, scenes, peak.close) for peak in peaks)]
                 sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colors=256)
                 report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
-    report.say_time()
 
 
 def perform(

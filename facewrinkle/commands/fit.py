@@ -79,7 +79,6 @@ def fit(
     if face.report:
         rows["repaired and separated"] = "\n".join(face.report)
     report.table(stem, rows)
-    report.say_time()
 
 
 def _rows(face: Face) -> Iterator[list[Image]]:

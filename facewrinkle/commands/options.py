@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import time
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -32,7 +31,7 @@ class Report:
     """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
 
     def __init__(self, quiet: bool) -> None:
-        self.quiet, self._begin = quiet, time.perf_counter()
+        self.quiet = quiet
         self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)  # names may have brackets
         if quiet:
             warnings.simplefilter("ignore")
@@ -40,10 +39,6 @@ class Report:
     def say(self, *what: Any) -> None:
         """Print a line, or a table."""
         self.console.print(*what, soft_wrap=True)
-
-    def say_time(self) -> None:
-        """Print how long the command took."""
-        self.say(f"{time.perf_counter() - self._begin:.1f} s")
 
     def table(self, title: str, rows: Mapping[str, str]) -> None:
         """Print names and values."""

@@ -120,7 +120,6 @@ def play(
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
         },
     )
-    report.say_time()
 
 
 class Moment(NamedTuple):

@@ -134,7 +134,6 @@ def rig(
     names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
     rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows)
-    report.say_time()
 
 
 def _listed(files: list[Path], folder: Path) -> list[str]:

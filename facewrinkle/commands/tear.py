@@ -113,7 +113,6 @@ def tear(
     _record(crying, recorder, style, plain=plain)
     unit = {} if face.landmarks else {"unit of the mesh": f"{face.unit:.4g} mm"}
     recorder.tabulate(stem, {"tears": str(len(tears)), **unit})
-    report.say_time()
 
 
 def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, running: dict[str, Any]) -> list[Tear]:

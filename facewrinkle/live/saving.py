@@ -266,7 +266,6 @@ class SavingProcess:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._stopped = False
 
     def save(self, order: Order, tell: Tell) -> tuple[str, bytes]:
         """Return the name and the content of a file.
@@ -287,8 +286,6 @@ class SavingProcess:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
             start_new_session=True,  # Ctrl-C is for the studio, which ends the process by itself
         ) as self._process:  # fmt: skip
-            if self._stopped:
-                self._process.kill()
             assert self._process.stdin is not None
             assert self._process.stdout is not None
             with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):  # it has ended
@@ -300,12 +297,10 @@ class SavingProcess:
                     name, content = message[1:]
                     return name, content
                 raise FaceWrinkleError(message[1])
-        why = "the studio was closed" if self._stopped else "see the terminal"
-        raise FaceWrinkleError(f"the {order.what} was not made: {why}.")
+        raise FaceWrinkleError(f"the {order.what} was not made; see the terminal.")
 
     def stop(self) -> None:
-        """End what is being made, and make nothing more."""
-        self._stopped = True
+        """End what is being made."""
         if self._process is not None:
             self._process.kill()
 

@@ -41,17 +41,14 @@ def grey(tmp_path, monkeypatch):
     return path
 
 
-def test_a_set_is_made_and_checked(grey, tmp_path, capsys):
+def test_a_set_is_made_and_checked(grey, tmp_path, run):
     out = tmp_path / "set"
-    assert main(["dataset", str(grey), "--out", str(out), "--count", "6"]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    told = " ".join(run("dataset", str(grey), "--out", str(out), "--count", "6").out.split())
     assert "6 pictures of 6 samples; the first draw of 2 was not fit" in told
     assert "33.3% were drawn again" in " ".join((out / "README.md").read_text(encoding="utf-8").split())
-    assert main(["dataset", "check", str(out)]) == 0
-    assert "all is well" in capsys.readouterr().out
+    assert "all is well" in run("dataset", "check", str(out)).out
     (out / "shard-000001.tar").unlink()
-    assert main(["dataset", "check", str(out)]) == 1
-    out_text, err = capsys.readouterr()
+    out_text, err = run("dataset", "check", str(out), code=1)
     assert "shard-000001.tar is missing" in out_text
     assert "Remove the shards that are named, with their tables in index/, and run" in " ".join(err.split())
     assert main(["dataset", str(grey), "--out", str(out), "--count", "6", "--quiet"]) == 0
@@ -87,6 +84,5 @@ def test_the_default_is_printed_as_a_file_to_edit(tmp_path, capsys):
         (["--preview", "--out", ".."], "--out must name the folder of the set, received '..'"),
     ],
 )
-def test_what_makes_no_sense_is_told_in_a_line(arguments, message, capsys):
-    assert main(["dataset", *arguments]) == 1
-    assert message in " ".join(capsys.readouterr().err.split())
+def test_what_makes_no_sense_is_told_in_a_line(arguments, message, run):
+    assert message in " ".join(run("dataset", *arguments, code=1).err.split())

@@ -57,9 +57,8 @@ def test_express_series_holds_every_step(surprise):
     assert meshes[-1].n_points >= fw.default_face().mesh.n_points
 
 
-def test_express_reports_what_it_did(tmp_path, capsys):
-    assert main(["express", "AU4", *FEW, "--no-movie", "--out", str(tmp_path)]) == 0
-    out, err = capsys.readouterr()
+def test_express_reports_what_it_did(tmp_path, run):
+    out, err = run("express", "AU4", *FEW, "--no-movie", "--out", str(tmp_path))
     assert err == ""
     assert "4517 → " in out
     assert "mm" in out
@@ -98,14 +97,13 @@ def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
     assert (waves.style.seed, waves.age, waves.depth) == (5, 0.5, 2.0)
 
 
-def test_express_on_another_mesh(tmp_path, capsys):
+def test_express_on_another_mesh(tmp_path, run):
     head = fw.default_face()
     head.mesh.scale(0.001).save(tmp_path / "head.vtp")
     write_landmarks({name: point * 0.001 for name, point in head.landmarks.items()}, tmp_path / "head.json")
     source = ["--face", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "head.json"), "--units", "m"]
     few = [*FEW, "--no-movie", "--max-level", "1", "--depth", "0.1", "--view", "front"]
-    assert main(["express", "AU46", *source, *few, "--out", str(tmp_path / "out")]) == 0
-    assert "4517 → " in capsys.readouterr().out
+    assert "4517 → " in run("express", "AU46", *source, *few, "--out", str(tmp_path / "out")).out
     assert (tmp_path / "out" / "AU46.png").is_file()
 
 
@@ -120,12 +118,10 @@ def test_long_mixtures_have_short_file_names(tmp_path, capsys):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folds", ["wave", "paper"])
-def test_a_depth_that_skin_does_not_allow_can_be_had(tmp_path, capsys, folds):
+def test_a_depth_that_skin_does_not_allow_can_be_had(tmp_path, run, folds):
     command = ["express", "happiness", *FEW, "--no-movie", "--folds", folds, "--out", str(tmp_path)]
-    assert main([*command, "--depth", "5"]) == 0
-    usual = deepest_furrow(capsys.readouterr().out)
-    assert main([*command, "--depth", "5", "--no-limit"]) == 0
-    assert deepest_furrow(capsys.readouterr().out) > 1.5 * usual
+    usual = deepest_furrow(run(*command, "--depth", "5").out)
+    assert deepest_furrow(run(*command, "--depth", "5", "--no-limit").out) > 1.5 * usual
 
 
 def deepest_furrow(printed):
@@ -134,15 +130,16 @@ def deepest_furrow(printed):
 
 
 @pytest.mark.slow
-def test_maps_of_an_expression(tmp_path, capsys):
+def test_maps_of_an_expression(tmp_path, run):
     quick = ["--frames", "4", "--max-level", "1", "--size", "60", "--no-movie"]
-    assert main(["express", "AU1", "--maps", "64", *quick, "--out", str(tmp_path)]) == 0
-    assert "AU1_normal.png, AU1_height.png" in capsys.readouterr().out
+    assert "AU1_normal.png, AU1_height.png" in run("express", "AU1", "--maps", "64", *quick, "--out", str(tmp_path)).out
     assert {f"AU1_{name}" for name in ("normal.png", "height.png", "maps.obj", "maps.json")} <= {
         path.name for path in tmp_path.iterdir()
     }
-    assert main(["express", "AU1", "--maps", "100", *quick, "--out", str(tmp_path / "no")]) == 1
-    assert "power of two from 64 to 8192, received 100" in capsys.readouterr().err
+    assert (
+        "power of two from 64 to 8192, received 100"
+        in run("express", "AU1", "--maps", "100", *quick, "--out", str(tmp_path / "no"), code=1).err
+    )
     assert not (tmp_path / "no").exists()
 
 
@@ -150,11 +147,10 @@ def test_maps_of_an_expression(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_demo(tmp_path, monkeypatch, capsys):
+def test_demo(tmp_path, monkeypatch, run):
     for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("SHEET", 32)):
         monkeypatch.setattr(command, name, value)
-    assert main(["demo", "--out", str(tmp_path), "--quiet"]) == 0
-    assert capsys.readouterr() == ("", "")
+    assert run("demo", "--out", str(tmp_path), "--quiet") == ("", "")
     sheets = {"printed.png", "wave.png", "contact_sheet.png"}
     assert {path.name for path in tmp_path.iterdir()} == {"printed", "wave"} | sheets
     for folds in ("printed", "wave"):

@@ -13,7 +13,7 @@ from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleError
 
 
-def test_info_lists_every_name(capsys):
+def test_info_lists_every_name(run):
     atlas = load_atlas()
     names = {
         "muscles": {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles},
@@ -22,51 +22,43 @@ def test_info_lists_every_name(capsys):
     }
     first_words = {}
     for topic, known in names.items():
-        assert main(["info", topic]) == 0
-        first_words[topic] = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+        first_words[topic] = {line.split()[0] for line in run("info", topic).out.splitlines() if line.strip()}
         assert known <= first_words[topic]
-    assert main(["info"]) == 0
-    everything = {line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()}
+    everything = {line.split()[0] for line in run("info").out.splitlines() if line.strip()}
     assert set().union(*names.values()) <= everything
 
 
-def test_names_of_files_are_printed_as_they_are(tmp_path, capsys):
+def test_names_of_files_are_printed_as_they_are(tmp_path, run):
     path = tmp_path / "scan [v2] [red] [] :eyes:.ply"
     pv.Sphere(theta_resolution=8, phi_resolution=8).save(path)
-    assert main(["info", str(path)]) == 0
-    assert capsys.readouterr().out.startswith(path.name)
+    assert run("info", str(path)).out.startswith(path.name)
 
 
-def test_info_tells_what_a_file_holds(tmp_path, capsys):
+def test_info_tells_what_a_file_holds(tmp_path, run):
     face = fw.default_face()
     ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)
     face.mesh.append_polydata(ball).save(tmp_path / "head.vtp")
-    assert main(["info", str(tmp_path / "head.vtp")]) == 0
-    out, err = capsys.readouterr()
+    out, err = run("info", str(tmp_path / "head.vtp"))
     assert err == ""
     told = " ".join(out.split())
     assert f"triangles {face.mesh.n_cells} size" in told
     assert "Kept one of 2 separate parts" in told
     fw.write_face(dataclasses.replace(face, likeness=0.93), tmp_path / "head.face")
-    assert main(["info", str(tmp_path / "head.face")]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    told = " ".join(run("info", str(tmp_path / "head.face")).out.split())
     assert "likeness to a face 0.93 landmarks 33, estimated: none" in told
     for name, message in (
         ("bones", "muscles, action-units, expressions"),
         ("no.obj", "there is no file 'no.obj'. Check the path"),
         ("no.face", "there is no file 'no.face'. Check the path"),
     ):
-        assert main(["info", name]) == 1
-        assert message in capsys.readouterr().err
+        assert message in run("info", name, code=1).err
 
 
-def test_the_atlas_is_printed_and_can_be_given_back(tmp_path, capsys):
-    assert main(["atlas"]) == 0
-    assert capsys.readouterr().out == DEFAULT_ATLAS.read_text(encoding="utf-8")
+def test_the_atlas_is_printed_and_can_be_given_back(tmp_path, run):
+    assert run("atlas").out == DEFAULT_ATLAS.read_text(encoding="utf-8")
     assert main(["atlas", "--out", str(tmp_path / "mine.toml")]) == 0
     assert read_atlas(tmp_path / "mine.toml").muscles == load_atlas().muscles
-    assert main(["atlas", "--out", str(tmp_path / "mine.txt")]) == 1
-    assert "must end in .toml" in capsys.readouterr().err
+    assert "must end in .toml" in run("atlas", "--out", str(tmp_path / "mine.txt"), code=1).err
 
 
 def test_a_file_with_the_changes_is_enough(tmp_path):

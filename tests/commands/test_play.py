@@ -12,7 +12,6 @@ from glb_files import write_glb
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
-from facewrinkle.cli import main
 from facewrinkle.geometry.normals import vertex_areas
 
 SMALL = ["--size", "64", "--max-level", "1"]
@@ -53,11 +52,10 @@ def clip(face, played, tmp_path_factory):
     return folder / "brows.glb", folder / "brows.json"
 
 
-def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
+def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     options = ["--out", str(tmp_path), "--series", "--moments", "2", *SMALL]
-    assert main(["play", file, "--landmarks", landmarks, *options]) == 0
-    said, told = capsys.readouterr()
+    said, told = run("play", file, "--landmarks", landmarks, *options)
     assert "no wrinkles" not in told
     steps = series_meshes(tmp_path / "brows.vtkhdf")
     assert len(steps) == 10
@@ -76,23 +74,21 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, capsys):
             np.testing.assert_allclose(frame.points[: rest.n_points], rest.points, atol=1e-6)
 
 
-def test_a_head_that_only_goes_along_is_told(face, tmp_path, capsys):
+def test_a_head_that_only_goes_along_is_told(face, tmp_path, run):
     frames = [face.mesh.translate((shift, 0.0, 0.0)) for shift in (0.0, 5.0, 10.0)]
     file = fw.export.write_series(frames, [0.0, 0.1, 0.2], tmp_path / "away.vtkhdf")
     write_landmarks(face.landmarks, tmp_path / "away.json")
     given = [str(file), "--landmarks", str(tmp_path / "away.json"), "--out", str(tmp_path / "out")]
-    assert main(["play", *given, *SMALL]) == 0
-    out, err = capsys.readouterr()
+    out, err = run("play", *given, *SMALL)
     assert "away.vtkhdf shows no wrinkles" in err
     assert "(0.00 mm)" in out
 
 
-def test_play_options(clip, tmp_path, capsys):
+def test_play_options(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--depth", "0", "--view", "forehead", "--moments", "1"]
     play = ["play", file, "--landmarks", landmarks, *SMALL, *options]
-    assert main([*play, "--out", str(tmp_path / "a"), "--save-mesh", "glb"]) == 0
-    said = capsys.readouterr().out
+    said = run(*play, "--out", str(tmp_path / "a"), "--save-mesh", "glb").out
     assert "0.80 s, 8 steps" in said
     assert "(0.00 mm)" in said
     assert {path.suffix for path in (tmp_path / "a").iterdir()} == {".png", ".glb"}
@@ -103,8 +99,7 @@ def test_play_options(clip, tmp_path, capsys):
     assert f"{written.stem}.png" in said
     assert len(scene.geometry["face"].faces) == rest.n_cells  # without wrinkles nothing is refined
     assert 0.15 < scene.scale < 0.6  # in metres, as glTF asks
-    assert main([*play, "--out", str(tmp_path / "b"), "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
+    assert run(*play, "--out", str(tmp_path / "b"), "--quiet").out == ""
 
 
 @pytest.mark.parametrize(
@@ -121,52 +116,45 @@ def test_play_options(clip, tmp_path, capsys):
         (["--mesh", "hat"], "unknown mesh"),
     ],
 )
-def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tmp_path, capsys):
+def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tmp_path, run):
     file, landmarks = map(str, clip)
     given = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path / "out"), *options]
     if "--landmarks" in options:
         del given[2:4]
-    assert main(given) == 1
-    error = capsys.readouterr().err
+    error = run(*given, code=1).err
     assert message in error
     assert error.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
-def test_shapes_in_place_of_an_animation(clip, tmp_path, capsys):
+def test_shapes_in_place_of_an_animation(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     play = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL, "--fps", "4"]
-    assert main([*play, "--shapes", "browsUp=0.5"]) == 0
-    assert "1.50 s" in capsys.readouterr().out
-    assert main([*play, "--shapes", "brosUp=0.5"]) == 1
-    assert "Did you mean 'browsUp'" in capsys.readouterr().err
-    assert main(["info", file]) == 0
-    told = " ".join(capsys.readouterr().out.split())
+    assert "1.50 s" in run(*play, "--shapes", "browsUp=0.5").out
+    assert "Did you mean 'browsUp'" in run(*play, "--shapes", "brosUp=0.5", code=1).err
+    told = " ".join(run("info", file).out.split())
     assert "(1) browsUp" in told
     assert "animations 0" in told
 
 
-def test_a_take_of_a_phone_on_a_face(tmp_path, capsys):
+def test_a_take_of_a_phone_on_a_face(tmp_path, run):
     take = tmp_path / "take.csv"
     take.write_text("time,browInnerUp,tongueOut,HeadYaw,HeadPitch,HeadRoll\n0,0,0,0,0,0\n0.2,0.6,0,0.2,0,0\n")
     options = ["--gain", "browInnerUp=1.5", "--identity", "age=0.5", *SMALL]
     animation = tmp_path / "take.glb"
     out = ["--out", str(tmp_path / "out"), "--save-animation", str(animation)]
-    assert main(["play", str(take), *options, *out]) == 0
-    said, told = capsys.readouterr()
+    said, told = run("play", str(take), *options, *out)
     assert "0.20 s, 5 steps" in said
     assert "no wrinkles" not in told
     assert animation.exists()
 
 
-def test_a_take_of_any_tracker_is_printed_as_a_table(tmp_path, capsys):
+def test_a_take_of_any_tracker_is_printed_as_a_table(tmp_path, run):
     take, table = tmp_path / "take.json", tmp_path / "take.csv"
     scores = [{"categoryName": name, "score": score} for name, score in (("jawOpen", 0.25), ("mouthSmileLeft", 1.0))]
     take.write_text(json.dumps([{"timestamp": 40.0 * k, "faceBlendshapes": [{"categories": scores}]} for k in (0, 1)]))
     expected = "time,jawOpen,mouthSmileLeft\n0,0.25,1\n0.04,0.25,1\n"
-    assert main(["take", str(take)]) == 0
-    assert capsys.readouterr().out == expected
-    assert main(["take", str(take), "--out", str(table)]) == 0
+    assert run("take", str(take)).out == expected
+    run("take", str(take), "--out", str(table))
     assert table.read_text() == expected
-    assert main(["take", str(tmp_path / "lost.csv")]) == 1
-    assert "no file" in capsys.readouterr().err
+    assert "no file" in run("take", str(tmp_path / "lost.csv"), code=1).err

@@ -10,7 +10,6 @@ import pyvista as pv
 from command_files import movie_frames, series_meshes
 
 import facewrinkle as fw
-from facewrinkle.cli import main
 from facewrinkle.commands import recorder
 from facewrinkle.commands.options import OutputOptions, Report
 from facewrinkle.commands.recorder import Clip, Recorder, Scenes
@@ -106,15 +105,14 @@ def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
         assert scenes.begun(moved(0.006), style, style) is not near[1], "other views"
 
 
-def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, capsys):
+def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, run):
     def missing(*_: object) -> None:
         raise MissingPackageError("movies need the package imageio, which is not installed.")
 
     monkeypatch.setattr(recorder, "movie_writer", missing)
     stale = tmp_path / "AU4.mp4"
     stale.write_bytes(b"of an earlier run")
-    assert main(["express", "AU4", "--frames", "4", "--size", "64", "--series", "--out", str(tmp_path)]) == 0
-    out, err = capsys.readouterr()
+    out, err = run("express", "AU4", "--frames", "4", "--size", "64", "--series", "--out", str(tmp_path))
     assert err == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed.\n"
     assert "AU4.mp4" not in out
     assert not stale.exists()

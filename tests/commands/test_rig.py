@@ -40,12 +40,11 @@ def test_a_rig_of_a_face_file(face, tmp_path):
     assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
 
 
-def test_pictures_beside_a_rig_are_listed(face, tmp_path, capsys):
+def test_pictures_beside_a_rig_are_listed(face, tmp_path, run):
     pytest.importorskip("pxr")
     path = fw.write_face(replace(face, texture=np.full((8, 8, 3), 90, np.uint8)), tmp_path / "anna.face")
     options = ["--shapes", "browInnerUp", "--wrinkles", "none", "--level", "0", "--format", "usd"]
-    assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
-    said = capsys.readouterr().out
+    said = run("rig", str(path), *options, "--out", str(tmp_path / "out")).out
     names = [file.name for file in (tmp_path / "out").iterdir()]
     assert "anna_face.jpg" in names
     assert all(name in said for name in names)
@@ -82,15 +81,16 @@ def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkey
 
 
 @pytest.mark.slow
-def test_expressions_and_patterns_are_written_as_animations(tmp_path, capsys):
+def test_expressions_and_patterns_are_written_as_animations(tmp_path, run):
     quick = ["--no-movie", "--size", "60", "--max-level", "1", "--out", str(tmp_path / "out")]
     path = tmp_path / "frown.glb"
-    assert main(["express", "frowning", "--frames", "6", "--save-animation", str(path), *quick]) == 0
-    assert "frown.glb" in capsys.readouterr().out
+    assert "frown.glb" in run("express", "frowning", "--frames", "6", "--save-animation", str(path), *quick).out
     content, _ = read_glb(path)
     (animation,) = content["animations"]
     assert len(animation["channels"]) == len(content["meshes"])
     assert main(["pattern", "dimple", "--frames", "3", "--save-animation", str(tmp_path / "d.pc2"), *quick]) == 0
     assert (tmp_path / "d.obj").exists()
-    assert main(["express", "frowning", "--save-animation", str(tmp_path / "x.fbx"), *quick]) == 1
-    assert "must end in .glb" in capsys.readouterr().err
+    assert (
+        "must end in .glb"
+        in run("express", "frowning", "--save-animation", str(tmp_path / "x.fbx"), *quick, code=1).err
+    )

@@ -38,7 +38,7 @@ def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
 
 
 @pytest.mark.slow
-def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsys):
+def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, run):
     face = fw.default_face()
     face.mesh.save(tmp_path / "face.ply")
     write_landmarks(face.landmarks, tmp_path / "face.json")
@@ -46,8 +46,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, capsy
     folder = tmp_path / "out"
     options = ["--expression", "AU4", "--no-movie", "--view", "left_eye", "--out", str(folder)]
     options += ["--save-mesh", "obj", "--save-animation", str(tmp_path / "drops.glb")]
-    assert main(["tear", "dripping", *FEW, *source, *options]) == 0
-    out, err = capsys.readouterr()
+    out, err = run("tear", "dripping", *FEW, *source, *options)
     assert err == ""
     pictures = {"tear_dripping.png", "tear_dripping_closeup.png"}
     assert {path.name for path in folder.iterdir()} == pictures | {"tear_dripping.obj", "tear_dripping.mtl"}

@@ -62,14 +62,31 @@ def browser():
 
 
 @pytest.fixture
-def page(browser, studio):
+def opened(browser):
+    """Opens pages of a studio, and closes them after the test; `before` is called with a page that is still empty."""
+    pages = []
+
+    def opened(url, before=lambda page: None, width=1180, height=560, **options):
+        page = browser.new_page(viewport={"width": width, "height": height}, **options)
+        pages.append(page)
+        before(page)
+        page.goto(url)
+        page.wait_for_selector("body[data-step]", timeout=60_000)
+        return page
+
+    yield opened
+    for page in pages:
+        page.close()
+
+
+@pytest.fixture
+def page(opened, studio):
     """The page of the studio, small, with the errors of its console collected."""
-    page = browser.new_page(viewport={"width": 1180, "height": 560})
     errors = []
-    page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(studio.url)
-    page.wait_for_selector("body[data-step]", timeout=60_000)
-    yield page
-    page.close()
+
+    def listen(page):
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+
+    yield opened(studio.url, listen)
     assert not errors

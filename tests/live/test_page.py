@@ -21,14 +21,13 @@ from __future__ import annotations
 
 import io
 import json
-import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image
-from studio_pages import head_files, port
+from studio_pages import head_files, port, until
 
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
@@ -38,15 +37,6 @@ from facewrinkle.plotting import Scene, Style
 pytestmark = pytest.mark.slow
 
 SLIDER = "input[type=range][aria-label='{}']"
-
-
-def until(right, seconds=30.0):
-    """Wait until something holds; the page forbids strings of code, so it is asked from here."""
-    end = time.monotonic() + seconds
-    while not (value := right()):
-        assert time.monotonic() < end
-        time.sleep(0.05)
-    return value
 
 
 def shown(page, studio):
@@ -59,6 +49,13 @@ def shown(page, studio):
 
 def picture(page):
     return np.asarray(Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB"), float)
+
+
+def find(page, text):
+    """Go to the first control of a name by the list of all controls."""
+    page.keyboard.press("Control+k")
+    page.keyboard.type(text)
+    page.keyboard.press("Enter")
 
 
 def test_a_slider_by_keyboard_changes_the_face_and_undo_takes_it_back(page, studio):
@@ -121,7 +118,7 @@ def test_what_is_not_0_is_counted_and_has_another_slider_below(page, studio):
     until(active.is_hidden)
 
 
-def test_a_slider_does_not_jump_back_when_documents_come_late(browser, studio):
+def test_a_slider_does_not_jump_back_when_documents_come_late(opened, studio):
     routed, late = [], None
 
     def route(socket):
@@ -134,10 +131,7 @@ def test_a_slider_does_not_jump_back_when_documents_come_late(browser, studio):
         routed.append(socket)
         socket.connect_to_server().on_message(passed)
 
-    page = browser.new_page(viewport={"width": 1180, "height": 560})
-    page.route_web_socket("**/socket", route)
-    page.goto(studio.url)
-    page.wait_for_selector("body[data-step]", timeout=60_000)
+    page = opened(studio.url, lambda page: page.route_web_socket("**/socket", route))
     slider = page.locator(SLIDER.format("Jaw drop"))
     slider.focus()
     late = []
@@ -148,17 +142,15 @@ def test_a_slider_does_not_jump_back_when_documents_come_late(browser, studio):
     assert slider.input_value() == "0"
     page.keyboard.press("ArrowRight")
     until(lambda: page.evaluate("true") and studio.rates == {"AU26": 0.01})
-    page.close()
 
 
 @pytest.mark.parametrize("size", [(390, 844), (768, 1024), (844, 390), (1024, 768)])
-def test_nothing_is_cut_off_on_small_screens(browser, studio, size):
+def test_nothing_is_cut_off_on_small_screens(opened, studio, size):
     key = {"unit": "AU26", "weight": 0.5, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
     studio.change(mixture={"AU12": 0.5}, timeline={"length": 2.0, "loop": True, "keys": {"k": key}})
     width, height = size
-    page = browser.new_page(viewport={"width": width, "height": height})
-    page.goto(studio.url)
-    page.wait_for_selector(".track", timeout=60_000)
+    page = opened(studio.url, width=width, height=height)
+    page.wait_for_selector(".track")
     for side, control in (("Sliders", "#search"), ("Details", "#tab-save"), ("Sliders", "#search")):
         button = page.get_by_role("button", name=side)
         if width <= 1080 and button.get_attribute("aria-expanded") == "false":
@@ -178,25 +170,20 @@ def test_nothing_is_cut_off_on_small_screens(browser, studio, size):
     if width <= 1080:
         page.get_by_role("button", name="Sliders").click()
         assert page.locator("#search").is_hidden()
-        page.keyboard.press("Control+k")
-        page.keyboard.type("lip corner puller")
-        page.keyboard.press("Enter")
+        find(page, "lip corner puller")
         assert page.evaluate("document.activeElement.ariaLabel") == "Lip corner puller"
-    page.close()
 
 
-def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(browser, face, tmp_path):
+def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(opened, face, tmp_path):
     session = {"facewrinkle session": 1, "intensity": 0.5, "face": "other.ply"}
     (tmp_path / "session.json").write_text(json.dumps(session))
-    page = browser.new_page(viewport={"width": 1180, "height": 560})
     with Studio(face, browser=False, save_to=tmp_path) as studio:
-        page.goto(studio.url)
+        page = opened(studio.url)
         page.get_by_role("button", name="Resume").click()
         until(lambda: "other.ply' is not open" in page.inner_text("#message"))
         assert page.locator("#offer").is_visible()
         page.get_by_role("button", name="Start new").click()
         until(page.locator("#offer").is_hidden)
-    page.close()
 
 
 def test_search_finds_everyday_words(page):
@@ -315,17 +302,15 @@ def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):
     assert [each for each in controls if each != "sliders"] == [each for each in reached if each != "sliders"]
 
 
-def test_parts_of_a_scan_have_their_pictures(browser, face):
+def test_parts_of_a_scan_have_their_pictures(opened, face):
     """A sheet before the face: red, green, and clear, where the face is seen; as `Scene` draws it."""
     sheet = pv.Plane(center=(0.0, 20.0, 140.0), i_size=90.0, j_size=60.0, i_resolution=6, j_resolution=6).triangulate()
     colours = np.zeros((64, 96, 4), np.uint8)
     colours[:, :32] = 255, 0, 0, 255
     colours[:, 32:64] = 0, 255, 0, 255
     carried = replace(face, parts={"other": Part(sheet, "skull", texture=colours)})
-    page = browser.new_page(viewport={"width": 1180, "height": 560})
     with Studio(carried, browser=False) as studio:
-        page.goto(studio.url)
-        page.wait_for_selector("body[data-step]", timeout=60_000)
+        page = opened(studio.url)
         shown(page, studio)
         until(lambda: page.evaluate("app.view.photos.has('own other')"))
         shown(page, studio)
@@ -337,7 +322,6 @@ def test_parts_of_a_scan_have_their_pictures(browser, face):
         height, width = mine.shape[:2]
         view = view_of(page.evaluate("app.cameraNumbers()"), carried)
         frame = studio.frame()
-    page.close()
     with Scene(carried, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(frame), float)
     seen = [(mine[round(p["y"]), round(p["x"])], theirs[round(p["y"]), round(p["x"])]) for p in pixels]
@@ -459,9 +443,7 @@ def test_a_muscle_is_pulled_along_its_fibres(page, studio):
 
 
 def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):
-    page.keyboard.press("Control+k")
-    page.keyboard.type("jaw drop")
-    page.keyboard.press("Enter")
+    find(page, "jaw drop")
     page.keyboard.press("End")
     until(lambda: page.evaluate("app.data.mixture.AU26") == 1.0)
     page.keyboard.press("Control+k")
@@ -475,9 +457,7 @@ def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio)
     until(lambda: studio.document["mixtures"] == {"Open wide": {"AU26": 1.0}})
     studio.rates = {}
     until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "0")
-    page.keyboard.press("Control+k")
-    page.keyboard.type("open wide")
-    page.keyboard.press("Enter")
+    find(page, "open wide")
     until(lambda: studio.rates == {"AU26": 1.0})
 
 
@@ -564,14 +544,12 @@ def test_the_tour_leads_through_the_page(page):
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_words_are_readable_in_the_colours_that_the_system_asks_for(browser, studio, scheme):
+def test_words_are_readable_in_the_colours_that_the_system_asks_for(opened, studio, scheme):
     """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons."""
-    page = browser.new_page(color_scheme=scheme)
-    page.goto(studio.url)
+    page = opened(studio.url, color_scheme=scheme)
     names = ("panel", "raised", "main", "text", "quiet", "accent", "error")
     read = "(names) => names.map((name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`))"
     colours = dict(zip(names, page.evaluate(read, list(names)), strict=True))
-    page.close()
 
     def luminance(name):
         share = np.array([int(colours[name].strip()[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
@@ -584,7 +562,7 @@ def test_words_are_readable_in_the_colours_that_the_system_asks_for(browser, stu
         assert (high + 0.05) / (low + 0.05) > 4.5, (words, ground)
 
 
-def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, face):
+def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(opened, face):
     routed = []
 
     def route(socket):
@@ -592,10 +570,7 @@ def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, 
         socket.connect_to_server()
 
     with Studio(face, browser=False) as first:
-        page = browser.new_page(viewport={"width": 800, "height": 400})
-        page.route_web_socket("**/socket", route)
-        page.goto(first.url)
-        page.wait_for_selector("body[data-step]", timeout=60_000)
+        page = opened(first.url, lambda page: page.route_web_socket("**/socket", route))
         routed[0].close(code=1001)
         until(lambda: "reconnecting" not in page.inner_text("#state") and len(routed) == 2)
         first.rates = {"AU26": 1.0}
@@ -608,4 +583,3 @@ def test_a_lost_connection_comes_back_and_a_new_server_is_not_mistaken(browser, 
         page.goto(second.url)
         page.reload()  # else the address differs by its fragment alone
         page.wait_for_selector("body[data-step]", timeout=60_000)
-    page.close()

@@ -12,12 +12,11 @@ from __future__ import annotations
 import json
 import socket
 import tempfile
-import time
 from http.client import HTTPResponse
 from pathlib import Path
 
 import pytest
-from studio_pages import head_files, port, sent
+from studio_pages import head_files, port, sent, until
 
 from facewrinkle.live import server
 from facewrinkle.live.protocol import LARGEST_MESSAGE
@@ -124,15 +123,11 @@ def test_a_page_that_leaves_while_it_sends_is_no_error(studio, caplog):
     def folders():
         return set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
 
-    before, end = folders(), time.monotonic() + 20.0
+    before = folders()
     with socket.create_connection(("127.0.0.1", port(studio))) as page:
         page.sendall(request(studio, FILE + b"abc", length=100_000))
-        while folders() == before:
-            assert time.monotonic() < end
-            time.sleep(0.01)
-    while folders() != before:
-        assert time.monotonic() < end
-        time.sleep(0.01)
+        until(lambda: folders() != before)
+    until(lambda: folders() == before)
     assert not caplog.records
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
-import time
 
 import pytest
 
 pytest.importorskip("anywidget", reason="the widget needs anywidget")
 
-from studio_pages import decoded, pages
+from studio_pages import decoded, pages, until
 
 from facewrinkle.live.server import page_files
 from facewrinkle.live.widget import bundled, style
@@ -26,12 +25,8 @@ class Notebook:
     def say(self, do, **words):
         self.widget._received(self.widget, {"text": json.dumps({"do": do, **words})}, [])
 
-    def until(self, right, seconds=20.0):
-        end = time.monotonic() + seconds
-        while not (found := [each for each in list(self.sent) if right(each)]):
-            assert time.monotonic() < end
-            time.sleep(0.02)
-        return found[0]
+    def until(self, right):
+        return until(lambda: next((each for each in list(self.sent) if right(each)), None))
 
 
 def texts(kind):
@@ -55,10 +50,7 @@ def test_a_widget_shows_and_changes_the_studio(studio, monkeypatch):
         assert "reboot" in notebook.until(texts("error"))[0]["text"]
     finally:
         widget.close()
-    end = time.monotonic() + 5.0
-    while pages(studio) and time.monotonic() < end:
-        time.sleep(0.02)
-    assert not pages(studio)
+    until(lambda: not pages(studio))
 
 
 def test_its_style_stays_in_the_widget():
