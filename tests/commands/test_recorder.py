@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -106,10 +107,8 @@ def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
 
 
 def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, run):
-    def missing(*_: object) -> None:
-        raise MissingPackageError("movies need the package imageio, which is not installed.")
-
-    monkeypatch.setattr(recorder, "movie_writer", missing)
+    missing = MissingPackageError("movies need the package imageio, which is not installed.")
+    monkeypatch.setattr(recorder, "movie_writer", Mock(side_effect=missing))
     stale = tmp_path / "AU4.mp4"
     stale.write_bytes(b"of an earlier run")
     out, err = run("express", "AU4", "--frames", "4", "--size", "64", "--series", "--out", str(tmp_path))
