@@ -49,7 +49,6 @@ def tear(
     reveal: Literal["length", "height"] | None = None,
     seed: Whole = 0,
     seconds: float = 4.0,
-    plain: bool = False,
     output: OutputOptions | None = None,
 ) -> None:
     """Write pictures and a movie of a crying face.
@@ -78,8 +77,6 @@ def tear(
         Random seed of the tears.
     seconds
         Length of the movie.
-    plain
-        Render the movie without refraction, which is faster.
     """
     output, stem = output or OutputOptions(), f"tear_{kind}"
     source = source or FaceOptions()
@@ -110,7 +107,7 @@ def tear(
     if places and output.view is None:
         style = replace(style, view=_close(face, places, tears))
     recorder = Recorder(folder, stem, output, report)
-    _record(crying, recorder, style, plain=plain)
+    _record(crying, recorder, style)
     unit = {} if face.landmarks else {"unit of the mesh": f"{face.unit:.4g} mm"}
     recorder.tabulate(stem, {"tears": str(len(tears)), **unit})
 
@@ -188,25 +185,24 @@ class Crying:
             yield frame
 
 
-def _record(crying: Crying, recorder: Recorder, close: Style, *, plain: bool) -> None:
+def _record(crying: Crying, recorder: Recorder, close: Style) -> None:
     """Play a face that cries, and write its files."""
     face, moments = crying.face, crying.moments()
     styles = Style(close.size) if face.landmarks else replace(close, view=whole_view(close)), close
     series: list[tuple[float, pv.PolyData]] = []
     rows: list[list[Image]] = [[], []]
     with ExitStack() as stack:
-        quick = [stack.enter_context(TearScene(face, style, refraction=not plain)) for style in styles]
-        still = [stack.enter_context(TearScene(face, style)) for style in styles] if plain else quick
+        scenes = [stack.enter_context(TearScene(face, style)) for style in styles]
 
         def draw(frame: pv.PolyData) -> Drawing:
-            return beside(scene.begun(frame, crying.now) for scene in quick)
+            return beside(scene.begun(frame, crying.now) for scene in scenes)
 
         def watch(number: int, frame: pv.PolyData) -> None:
             if recorder.output.series and crying.now:
                 merged = pv.merge(crying.now, merge_points=False) if len(crying.now) > 1 else crying.now[0]
                 series.append((crying.times[number], merged))
             if number in moments:
-                for row, scene in zip(rows, still, strict=True):
+                for row, scene in zip(rows, scenes, strict=True):
                     row.extend([scene.picture(frame, crying.now)] * moments.count(number))
             if number == moments[-1]:
                 recorder.save_mesh(frame, face, tears=crying.now)

@@ -80,8 +80,6 @@ class TearScene(Scene):
     ----------
     face : Face
     style : Style, optional
-    refraction : bool
-        If False, tears are drawn in one pass, as plain translucent surfaces.
 
     Examples
     --------
@@ -93,9 +91,8 @@ class TearScene(Scene):
     (80, 60, 3)
     """
 
-    def __init__(self, face: Face, style: Style | None = None, *, refraction: bool = True) -> None:
+    def __init__(self, face: Face, style: Style | None = None) -> None:
         super().__init__(face, style)
-        self.refraction = refraction
         self._tears: list[Any] = []
         width, height = self.style.size
         focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
@@ -103,7 +100,7 @@ class TearScene(Scene):
         self._fragment = {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": colour}
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
-        """Show a frame and tears, and render (twice, with refraction)."""
+        """Show a frame and tears, and render twice."""
         self._show_all(frame, tears)
         window_of(self.plotter).Render()
 
@@ -117,32 +114,16 @@ class TearScene(Scene):
         return self._begun()
 
     def _show_all(self, frame: pv.PolyData, tears: Iterable[pv.PolyData]) -> None:
-        """Show a frame and tears; with refraction, the frame is rendered before."""
+        """Show a frame and tears; if there are any, the frame is rendered before."""
         self._wait()
         for actor in self._tears:
             self.plotter.renderer.RemoveActor(actor)
         self.show(frame)
-        tears = list(tears)
-        behind = None
-        if tears and self.refraction:
+        self._tears, tears = [], list(tears)
+        if tears:
             behind = pv.Texture(rendered(self.plotter))
             behind.interpolate = True
-        self._tears = [self._plain(tear) if behind is None else self._wet(tear, behind) for tear in tears]
-
-    def _plain(self, tear: pv.PolyData) -> Any:
-        """Add a tear without refraction, which is quicker to draw: for movies."""
-        return self.plotter.add_mesh(
-            tear,
-            color="#f4f1ec",
-            opacity=0.25,
-            specular=1.0,
-            specular_power=80.0,
-            diffuse=0.5,
-            smooth_shading=True,
-            culling="back",
-            reset_camera=False,
-            render=False,
-        )
+            self._tears = [self._wet(tear, behind) for tear in tears]
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
         mapper = vtkPolyDataMapper()

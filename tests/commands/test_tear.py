@@ -17,7 +17,7 @@ FEW = ["--size", str(SIZE), "--seconds", "0.8", "--fps", "10"]
 @pytest.fixture(scope="module")
 def weeping(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tear") / "new"
-    assert main(["tear", "weeping", *FEW, "--plain", "--series", "--out", str(folder)]) == 0
+    assert main(["tear", "weeping", *FEW, "--series", "--out", str(folder)]) == 0
     return folder
 
 
@@ -71,7 +71,6 @@ def test_the_paper_s_tears_have_other_shapes(tmp_path):
             "--size",
             "32",
             "--no-movie",
-            "--plain",
             "--series",
             "--out",
             str(folder),
@@ -92,7 +91,7 @@ def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
     mesh, out = tmp_path / "ball.ply", tmp_path / "out"
     pv.Icosphere(radius=0.9, nsub=4).save(mesh)
     starts = ["--face", str(mesh), "--start", "0.3,0.4,0.75", "--start", "-0.3,0.4,0.75"]
-    quick = ["--seconds", "1.6", "--fps", "5", "--size", "48", "--no-movie", "--plain", "--series", "--out", str(out)]
+    quick = ["--seconds", "1.6", "--fps", "5", "--size", "48", "--no-movie", "--series", "--out", str(out)]
     assert main(["tear", "weeping", *starts, *quick, "--quiet"]) == 0
     water = series_meshes(out / "tear_weeping_tears.vtkhdf")[-1]
     assert water.n_open_edges == 0

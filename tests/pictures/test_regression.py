@@ -66,11 +66,10 @@ LOOKS = {
 FIELDS = ("W", "epsilon", "lambda", "gamma", "split_gamma", "muscle", "level")
 CHEEKS = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.05, -0.4), 2.5)
 TEARS = {
-    "hanging": ("dripping", 0.75, True),
-    "falling": ("dripping", 0.96, True),
-    "running": ("shedding", 1.0, True),
-    "arrived": ("weeping", 3.2, True),
-    "plain": ("joy", 2.0, False),
+    "hanging": ("dripping", 0.75),
+    "falling": ("dripping", 0.96),
+    "running": ("shedding", 1.0),
+    "arrived": ("weeping", 3.2),
 }
 
 
@@ -196,9 +195,9 @@ def test_fields(name, verify):
 
 @pytest.mark.parametrize("name", TEARS)
 def test_tears(name, verify):
-    of, time, refraction = TEARS[name]
+    of, time = TEARS[name]
     face = fw.default_face()
-    with TearScene(face, style(CHEEKS), refraction=refraction) as scene:
+    with TearScene(face, style(CHEEKS)) as scene:
         scene.draw(face.mesh, surfaces(preset(of, face), time))
         verify(scene.plotter, f"tears_{name}")
 

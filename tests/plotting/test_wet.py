@@ -48,13 +48,6 @@ def test_darker_where_it_is_only_wet_skin(pictures):
     assert wet[film].mean() < dry[film].mean()
 
 
-def test_plain_is_a_fallback_of_one_pass(face, tear, pictures):
-    with TearScene(face, CLOSE, refraction=False) as scene:
-        plain = scene.picture(face.mesh, [tear])
-    assert (difference(plain, pictures[0]) > 6).mean() > 0.005
-    assert not np.array_equal(plain, pictures[1])
-
-
 def test_a_drop_bends_what_is_behind_it(face):
     drop = fw.DrippingTear(face, "l", size=5.0)
     mesh = drop.surface(drop.begin + drop.hang)

@@ -36,7 +36,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "express": ("express", "AU12", "--frames", "8", *SMALL, "--save-mesh", "glb"),
     "play": ("play", "animation.vtkhdf", *SMALL, "--save-mesh", "obj"),
     "pattern": ("pattern", "dimple_l", "--frames", "4", *SMALL, "--save-mesh", "ply"),
-    "tear": ("tear", "one_tear", "--seconds", "0.4", "--plain", *SMALL),
+    "tear": ("tear", "one_tear", "--seconds", "0.4", *SMALL),
     "fit": ("fit", "head.ply", "--landmarks", "head.json"),
     "demo": ("demo",),
     "info": ("info", "head.ply"),
