@@ -14,7 +14,7 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.geometry.equations import anisotropy, deepest, edge_compression
+from facewrinkle.geometry.equations import EdgeWeights, anisotropy, deepest
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import StrainField, compression_along
 from facewrinkle.plotting import Style, figure, picture, side_by_side
@@ -33,7 +33,7 @@ middle = int(np.argmin(np.linalg.norm(points, axis=1)))
 by_edges, by_gradient = [], []
 for turn in turns:
     along = np.tile([np.cos(turn), np.sin(turn), 0.0], (len(points), 1))
-    by_edges.append(edge_compression(points, squeezed, rings, along)[middle])
+    by_edges.append(EdgeWeights(points, rings, np.arange(len(points)), along).epsilon(squeezed)[middle])
     by_gradient.append(compression_along(field.strain(squeezed), field.metric, normals, along)[middle])
 exact = 1.0 - np.hypot(0.8 * np.cos(turns), np.sin(turns))
 

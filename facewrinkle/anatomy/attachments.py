@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..geometry.normals import vertex_normals
-from ..geometry.rigid_alignment import RigidAlignment, closest_rotations
+from ..geometry.rigid_alignment import closest_rotations, rigid_motion
 from ..geometry.topology import vertex_rings
 from ..mesh import joined
 from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
@@ -62,7 +62,7 @@ class Attachments:
         size: float,
     ) -> None:
         self._parts, self._eyes, self._mandible, self._size = parts, eyes, mandible, size
-        self._still = RigidAlignment(points)
+        self._still = points
         skin = points, triangles, size
         self._on_skin = {name: _OnSkin(part.mesh, *skin) for name, part in parts.items() if part.follows == "skin"}
         self._normals = {name: _normals(part.mesh) for name, part in parts.items()}
@@ -84,7 +84,7 @@ class Attachments:
         a matrix (4, 4), moves it after that turn.
         """
         mandible = np.eye(4) if mandible is None else mandible
-        pose = self._still.pose(points, STILL * self._size) if pose is None else pose
+        pose = rigid_motion(self._still, points, STILL * self._size) if pose is None else pose
         turn, shift = pose[:3, :3], pose[:3, 3]
         eyes = {eye.side: eye for eye in self._eyes}
         out = {}

@@ -16,7 +16,7 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle
 from ..array_types import Array, IntArray
 from ..errors import check_range
-from ..geometry.rigid_alignment import RigidAlignment
+from ..geometry.rigid_alignment import rigid_motion
 from ..motion.base import Undriven
 from .action_units import looks_of
 from .recorded import OFF_REST, Recorded, same_places
@@ -85,7 +85,7 @@ class PartMotion:
         for eye in self._face.eyes:
             if (pieces := self._pieces.get(f"eye_{eye.side}")) is not None:
                 ball = max(pieces, key=lambda piece: len(piece.rows)).thin
-                turn = RigidAlignment(ball.rest).pose(ball.at(time), 0.1 * eye.radius, rounds=1)[:3, :3]
+                turn = rigid_motion(ball.rest, ball.at(time), 0.1 * eye.radius, rounds=1)[:3, :3]
                 gaze = np.linalg.solve(pose[:3, :3], turn @ eye.gaze)
                 out[eye.side] = gaze / np.linalg.norm(gaze)
         return out
@@ -159,7 +159,7 @@ class Playback(Undriven):
         # A pose that is not recorded shows in the positions: most of the head moves as one.
         baked = (recorded.deltas is None or recorded.bones is not None) and face.landmarks
         self._some = slice(None, None, max(len(face.points) // POINTS_FOR_POSE, 1))
-        self._head = RigidAlignment(self._rest[self._some]) if baked else None
+        self._head = self._rest[self._some] if baked else None
         self._still = STILL * face.frame.pupil_distance if baked else 0.0
         muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}
         looks = looks_of(recorded.names).items()
@@ -211,5 +211,5 @@ class Playback(Undriven):
         if self._head is None:
             return pose
         rest, numbers = self._rest[self._some], self._numbers[self._some]
-        baked = self._head.pose(replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
+        baked = rigid_motion(self._head, replace(recorded, pose=None).positions_at(time, rest, numbers), self._still)
         return baked if pose is None else pose @ baked

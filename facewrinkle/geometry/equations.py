@@ -212,46 +212,12 @@ def bulge_height(k0: float | Array, alpha: float) -> float | Array:
     return k0 * (0.5 * ratio)
 
 
-def edge_compression(
-    rest: npt.ArrayLike,
-    deformed: npt.ArrayLike,
-    rings: tuple[IntArray, IntArray],
-    directions: npt.ArrayLike,
-) -> Array:
-    """Return the compression along a direction, from the shortening of the edges around each vertex (Eqs. 8-9).
+class EdgeWeights:
+    """Compression along a direction, from the shortening of the edges around some vertices of a mesh (Eqs. 8-9).
 
     ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``. The
     absolute value is not printed in the paper but needed: with the signed cosine the denominator vanishes on every
     symmetric ring.
-
-    Parameters
-    ----------
-    rest, deformed : array_like, shape (n, 3)
-    rings : tuple of ndarray
-        Neighbours of each vertex, as (indptr, indices); see :func:`facewrinkle.geometry.topology.vertex_rings`.
-    directions : array_like, shape (n, 3)
-        Unit directions at rest.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
-        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
-
-    Examples
-    --------
-    >>> from facewrinkle.geometry.topology import vertex_rings
-    >>> square = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> rings = vertex_rings([[0, 1, 2]], 3)
-    >>> edge_compression(square, 0.9 * square, rings, np.tile([1.0, 0, 0], (3, 1))).round(12).tolist()
-    [0.1, 0.1, 0.1]
-    """
-    x0, x1, m = (np.asarray(each, dtype=np.float64) for each in (rest, deformed, directions))
-    return EdgeWeights(x0, rings, np.arange(len(x0)), m).epsilon(x1)
-
-
-class EdgeWeights:
-    """The edges around some vertices of a mesh at rest, with their weights along a direction each (Eqs. 8-9).
 
     Parameters
     ----------
@@ -290,7 +256,11 @@ class EdgeWeights:
         self._n = len(vertices)
 
     def epsilon(self, deformed: Array) -> Array:
-        """Return the compression (p,) in the deformed mesh (n, 3)."""
+        """Return the compression (p,) in the deformed mesh (n, 3).
+
+        1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
+        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
+        """
         shrinkage = 1.0 - np.linalg.norm(deformed[self._j] - deformed[self._i], axis=1) / self._length
         return np.asarray(np.bincount(self._owner, self._weight * shrinkage, self._n), np.float64)
 

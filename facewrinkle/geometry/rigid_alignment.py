@@ -33,41 +33,37 @@ def closest_rotations(covariances: Array) -> Array:
     return np.asarray(left @ right)
 
 
-class RigidAlignment:
-    """Finds the rigid motion of points of which most move together.
+def rigid_motion(rest: Array, now: Array, tolerance: float, rounds: int = 12) -> Array:
+    """Return the rotation and shift that take most points from rest to `now`, as a matrix (4, 4).
+
+    Points that this leaves farther off than the tolerance count little (Geman and McClure's weights, anew after each
+    least-squares fit).
 
     Parameters
     ----------
-    rest : ndarray, shape (n, 3)
+    rest, now : ndarray, shape (n, 3)
+    tolerance : float
+    rounds : int
+        Number of fits.
 
     Examples
     --------
     >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-    >>> RigidAlignment(corners).pose(corners + [0.0, 2.0, 0.0], 0.01)[:3, 3].round(9).tolist()
+    >>> rigid_motion(corners, corners + [0.0, 2.0, 0.0], 0.01)[:3, 3].round(9).tolist()
     [0.0, 2.0, 0.0]
     """
-
-    def __init__(self, rest: Array) -> None:
-        self.rest = rest
-
-    def pose(self, now: Array, tolerance: float, rounds: int = 12) -> Array:
-        """Return the rotation and shift that take most points from rest to `now`, as a matrix (4, 4).
-
-        Points that this leaves farther off than the tolerance count little (Geman and McClure's weights, anew after
-        each least-squares fit).
-        """
-        turn, shift = np.eye(3), np.zeros(3)
-        weights = 1.0 / (1.0 + ((now - self.rest) ** 2).sum(axis=1) / tolerance**2) ** 2
-        if weights.mean() < 0.2:  # the head has moved
-            weights = np.ones(len(now))
-        for _ in range(rounds):
-            total = weights.sum()
-            before, after = weights @ self.rest / total, weights @ now / total
-            turn = closest_rotations((self.rest - before).T @ ((now - after) * weights[:, None])).T
-            shift = after - turn @ before
-            off = ((now - self.rest @ turn.T - shift) ** 2).sum(axis=1)
-            scale = max(tolerance**2, float(np.median(off)))
-            weights = 1.0 / (1.0 + off / scale) ** 2
-        out = np.eye(4)
-        out[:3, :3], out[:3, 3] = turn, shift
-        return out
+    turn, shift = np.eye(3), np.zeros(3)
+    weights = 1.0 / (1.0 + ((now - rest) ** 2).sum(axis=1) / tolerance**2) ** 2
+    if weights.mean() < 0.2:  # the head has moved
+        weights = np.ones(len(now))
+    for _ in range(rounds):
+        total = weights.sum()
+        before, after = weights @ rest / total, weights @ now / total
+        turn = closest_rotations((rest - before).T @ ((now - after) * weights[:, None])).T
+        shift = after - turn @ before
+        off = ((now - rest @ turn.T - shift) ** 2).sum(axis=1)
+        scale = max(tolerance**2, float(np.median(off)))
+        weights = 1.0 / (1.0 + off / scale) ** 2
+    out = np.eye(4)
+    out[:3, :3], out[:3, 3] = turn, shift
+    return out

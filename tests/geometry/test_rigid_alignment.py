@@ -2,7 +2,7 @@
 
 what               checked against
 closest_rotations  scipy's `Rotation.align_vectors`; batches against one at a time; determinants for mirrored points
-RigidAlignment     a known rotation and shift, with some points that moved otherwise
+rigid_motion       a known rotation and shift, with some points that moved otherwise
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.geometry.rigid_alignment import RigidAlignment, closest_rotations
+from facewrinkle.geometry.rigid_alignment import closest_rotations, rigid_motion
 
 
 def test_rotations_are_those_of_scipy():
@@ -40,6 +40,6 @@ def test_points_that_moved_otherwise_do_not_count():
     turn, shift = Rotation.from_rotvec([0.1, 0.2, -0.3]).as_matrix(), np.array([5.0, -2.0, 1.0])
     now = rest @ turn.T + shift
     now[:30] += rng.normal(size=(30, 3))
-    pose = RigidAlignment(rest).pose(now, 1e-3)
+    pose = rigid_motion(rest, now, 1e-3)
     assert np.allclose(pose[:3, :3], turn, atol=1e-4)
     assert np.allclose(pose[:3, 3], shift, atol=1e-4)

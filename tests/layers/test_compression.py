@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from facewrinkle.geometry.equations import edge_compression
+from facewrinkle.geometry.equations import EdgeWeights
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.layers.compression import (
@@ -38,7 +38,8 @@ def gradient_compression(points, triangles, deformed, directions):
 
 
 def edges_compression(points, triangles, deformed, directions):
-    return edge_compression(points, deformed, vertex_rings(triangles, len(points)), directions)
+    rings = vertex_rings(triangles, len(points))
+    return EdgeWeights(points, rings, np.arange(len(points)), directions).epsilon(deformed)
 
 
 METHODS = {"gradient": gradient_compression, "edges": edges_compression}
