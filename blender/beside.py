@@ -107,7 +107,7 @@ def _water(name):
     material.use_nodes = True
     material.node_tree.nodes.clear()
     make = Nodes(material.node_tree)
-    mirror = make.node("ShaderNodeBsdfGlossy")
+    mirror = make.node("ShaderNodeBsdfAnisotropic")
     make.fill(mirror, Roughness=0.02)
     outside = make.math("SUBTRACT", 1.0, make.node("ShaderNodeNewGeometry").outputs["Backfacing"])
     share = make.math("MULTIPLY", make.node("ShaderNodeFresnel", 1.33).outputs[0], outside)
