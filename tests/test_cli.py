@@ -73,7 +73,6 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
         ("express AU1 --identity jaw=nan", "jaw must lie in [-1, 1], received nan"),
         ("express AU1 --identity jaw=1 --face nan.obj", "leave out --face, or --identity"),
         ("express AU1 --identity jaw=1 --face none.face", "leave out --face, or --identity"),
-        ("pattern forehead --number 5 --spacing 3", "--number and --spacing exclude each other"),
         ("fit nan.obj --units furlong", "unknown unit 'furlong'"),
         ("fit nan.obj --texture none.png", "there is no file 'none.png'"),
         ("fit nan.obj --out empty.glb/folder", "a file stands there"),

@@ -31,7 +31,6 @@ def pattern(
     extent: str | None = None,
     depth: float | None = None,
     number: float | None = None,
-    spacing: float | None = None,
     sharpness: float | None = None,
     style: str | None = None,
     variation: float | None = None,
@@ -62,8 +61,6 @@ def pattern(
         Depth from bulge to furrow, mm. Default: typical for faces, in proportion to the extent.
     number
         Number of wrinkles.
-    spacing
-        Distance between wrinkles, mm; replaces --number.
     sharpness
         Sharpness of the furrows.
     style
@@ -92,12 +89,9 @@ def pattern(
     Style(output.pixels, output.view or "front")  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("strength", strength, 0.0, 1.0)
-    if number is not None and spacing is not None:
-        raise ParameterError("--number and --spacing exclude each other: leave one of them out.")
     options = given(
         depth=depth,
         number=number,
-        spacing=spacing,
         sharpness=sharpness,
         style=style,
         variation=variation,

@@ -40,7 +40,6 @@ def play(
     speed: float = 1.0,
     max_level: Whole | None = None,
     moments: Whole = 5,
-    follow: bool = False,
     folds: FoldOptions | None = None,
     output: OutputOptions | None = None,
 ) -> None:
@@ -71,14 +70,12 @@ def play(
     moments
         Number of pictures. The clip is split into as many equal parts, and each picture shows the deepest wrinkles of
         one.
-    follow
-        Turn the camera with the head.
     """
     output, folds = output or OutputOptions(), folds or FoldOptions()
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
-    styles = [Style(output.pixels, view, follow=follow) for view in ("front", output.view or "cheeks")]
+    styles = [Style(output.pixels, view) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
         refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)
         take = read_take(file, take_fps).gained({} if gain is None else parse_weights(gain))
