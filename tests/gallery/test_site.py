@@ -167,6 +167,16 @@ def shown(thing):
     return bool(doctest.DocTestParser().get_examples(examples))
 
 
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/architecture.rst"])
+def test_files_that_are_named_for_contributors_exist(page):
+    root = DOCS.parent
+    text = (root / page).read_text(encoding="utf-8")
+    named = {name for name in re.findall(r"`([\w./]+\.(?:py|js|toml|json|rst))`", text) if "module.py" not in name}
+    assert len(named) > 10
+    there = [path.relative_to(root).as_posix() for path in root.glob("[!.]*/**/*") if path.suffix]
+    assert [name for name in sorted(named) if not any(f"/{path}".endswith(f"/{name}") for path in there)] == []
+
+
 def papers():
     return (DOCS / "papers.rst").read_text(encoding="utf-8")
 
