@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -14,12 +12,6 @@ from ..files import write_whole
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
 from .shards import read_table
 from .spec import Spec, code_digest
-
-SHOWN = (
-    "identity_age", "identity_skin", "camera_yaw", "camera_pitch",
-    "furrows", "deepest", "light_key", "visible_landmarks",
-)  # fmt: skip
-"""Columns of the table that the card shows as histograms."""
 
 BIASES = """\
 - All people with the built-in head have its topology, its eyes and its one haircut; they differ in shape, age and
@@ -35,21 +27,20 @@ BIASES = """\
 
 
 def write_card(folder: Path, spec: Spec, count: int) -> None:
-    """Write README.md and a picture of distributions."""
-    table = read_table(folder, ("index", "attempt", *SHOWN))
-    redrawn = float(np.mean(np.array(table["attempt"], bool))) if len(table["index"]) else 0.0
-    write_whole(folder / "distributions.png", _histograms(table))
-    write_whole(folder / "README.md", _text(spec, count, table, redrawn))
+    """Write README.md."""
+    table = read_table(folder, ("index", "attempt"))
+    made = len(set(table["index"]))
+    redrawn = float(np.mean(np.array(table["attempt"], bool))) if made else 0.0
+    write_whole(folder / "README.md", _text(spec, count, made, redrawn))
 
 
-def _text(spec: Spec, count: int, table: dict[str, list[Any]], redrawn: float) -> str:
+def _text(spec: Spec, count: int, made: int, redrawn: float) -> str:
     scans = "".join(f"- {Path(scan.path).name}: {scan.licence}\n" for scan in spec.faces.scans)
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(PARTS))
     faces = spec.written["faces"]
     named = [entry | {"path": Path(entry["path"]).name} for entry in faces["scans"]]
     specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
     regions = ", ".join(f"{number} {name}" for number, name in enumerate(REGIONS))
-    made = len(set(table["index"]))
     pictures = "a picture each" if spec.clip.frames == 1 else f"clips of {spec.clip.frames} pictures"
     return f"""\
 ---
@@ -62,8 +53,6 @@ tags: [synthetic, faces, wrinkles, webdataset]
 {made} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
 facewrinkle {__version__}, code {code_digest()}; {count - made} could not be made. {redrawn:.1%} were drawn again
 because the face was not in the picture, showed the inside of its skin, or did not come to rest.
-
-![Distributions](distributions.png)
 
 ## Files
 
@@ -103,17 +92,3 @@ their sums, and makes some samples again.
 {specification}
 ```
 """
-
-
-def _histograms(table: dict[str, list[Any]]) -> bytes:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 4.2), dpi=100, layout="constrained")
-    for axes, name in zip(figure.subplots(2, 4).flat, SHOWN, strict=True):
-        values = [value for value in table.get(name, []) if value is not None]
-        axes.hist(values, bins=20, color="#4a6fa5")
-        axes.set_title(name.replace("_", " "), fontsize=9)
-        axes.tick_params(labelsize=7)
-    file = io.BytesIO()
-    figure.savefig(file, metadata={"Software": None})
-    return file.getvalue()

@@ -87,7 +87,7 @@ def generate(
     >>> folder = tempfile.TemporaryDirectory()
     >>> out = generate({"size": [32, 32], "shard": 2}, f"{folder.name}/small", count=3)
     >>> sorted(path.name for path in out.iterdir())
-    ['README.md', 'dataset.json', 'distributions.png', 'index', 'shard-000000.sha256', 'shard-000000.tar',
+    ['README.md', 'dataset.json', 'index', 'shard-000000.sha256', 'shard-000000.tar',
      'shard-000001.sha256', 'shard-000001.tar']
     >>> folder.cleanup()
     """
