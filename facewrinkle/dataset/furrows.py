@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -94,8 +95,8 @@ def furrows_of(
 class FurrowTracker:
     """Gives furrows the same numbers from frame to frame.
 
-    A furrow is the same as one of the frame before if they share skin: the face at rest tells where each lies. Of
-    several that share some, those that share most go together first; a furrow without a match gets a new number.
+    A furrow is the same as one of the frame before if they share skin: the face at rest tells where each lies. Numbers
+    go on so that as much skin as possible keeps its own; a furrow without a match gets a new number.
 
     Parameters
     ----------
@@ -130,10 +131,8 @@ class FurrowTracker:
             some = np.isfinite(distance)
             shared = np.zeros((len(furrows) + 1, self._last + 1), np.int64)
             np.add.at(shared, (number[own[some]], known[near[some]]), 1)
-            for flat in np.argsort(-shared, axis=None, kind="stable")[: np.count_nonzero(shared)]:
-                now, then = np.unravel_index(flat, shared.shape)
-                if not new[now] and then not in new:
-                    new[now] = then
+            now, then = linear_sum_assignment(shared, maximize=True)
+            new[now] = np.where(shared[now, then] > 0, then, 0)
         fresh = 1 + np.flatnonzero(new[1:] == 0)
         new[fresh] = self._last + 1 + np.arange(len(fresh))
         self._last = int(max(new.max(), self._last))
