@@ -179,6 +179,4 @@ def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
 def _even(image: np.ndarray) -> np.ndarray:
     """Return the picture with an even number of rows and columns; the last is repeated if need be."""
     height, width = image.shape[:2]
-    if height % 2 == width % 2 == 0:
-        return image
     return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

@@ -305,29 +305,6 @@ def test_webdataset_reads_it(small):
     assert json.loads(out.stdout) == [[f"{k:09d}" for k in range(3)], [48, 48, 3], [48, 48], 0]
 
 
-@pytest.mark.slow
-def test_hugging_face_datasets_reads_it(small, tmp_path):
-    pytest.importorskip("datasets")
-    code = HUGGING.format(folder=str(small), cache=str(tmp_path))
-    environment = os.environ | {"HF_HOME": str(tmp_path), "HF_HUB_OFFLINE": "1"}
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
-    rows, streamed, local = json.loads(out.stdout)
-    assert rows == [0, 1, 2]
-    assert streamed == local == [[f"{k:09d}" for k in range(3)], [48, 48], 0]
-
-
-HUGGING = """
-import json, datasets
-table = datasets.load_dataset("parquet", data_files="{folder}/index/*.parquet", split="train", cache_dir="{cache}")
-found = [table["index"]]
-for streaming in (True, False):
-    files = dict(data_files="{folder}/shard-*.tar", split="train", cache_dir="{cache}")
-    read = list(datasets.load_dataset("webdataset", streaming=streaming, **files))
-    found.append([[one["__key__"] for one in read], read[0]["png"].size, read[0]["json"]["plan"]["index"]])
-print(json.dumps([list(found[0]), *found[1:]]))
-"""
-
-
 def test_pandas_reads_the_table(small):
     pandas = pytest.importorskip("pandas")
     table = pandas.read_parquet(small / "index")
