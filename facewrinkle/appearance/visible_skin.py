@@ -7,7 +7,6 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.eyeball import Eyeball
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
@@ -45,7 +44,8 @@ class VisibleSkin:
         for loop in small:
             self._rims[loop] = not face.lining.vertices[loop].all()
         self._lining = face.lining if bag else None
-        self._sockets = _sockets(face)
+        # Eyes with open lids behind which the skin goes on, between lids and ball.
+        self._sockets = [eye for eye in face.eyes if eye.side in face.eyelid_openings and eye.side not in face.lid_rims]
 
     @property
     def by_view(self) -> bool:
@@ -101,8 +101,3 @@ def _faces(points: Array, triangles: IntArray, place: Array) -> BoolArray:
     """True for triangles that turn their front to a place."""
     a, b, c = (points[triangles[:, corner]] for corner in range(3))
     return np.asarray((np.cross(b - a, c - a) * (place - a)).sum(axis=1) >= 0.0)
-
-
-def _sockets(face: Face) -> list[Eyeball]:
-    """The eyes with open lids behind which the skin goes on, between lids and ball."""
-    return [eye for eye in face.eyes if eye.side in face.eyelid_openings and eye.side not in face.lid_rims]
