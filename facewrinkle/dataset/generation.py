@@ -9,13 +9,7 @@ from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as
 from contextlib import contextmanager
 from multiprocessing import get_context
 from pathlib import Path
-from socket import gethostname
 from typing import Any
-
-try:
-    import fcntl
-except ImportError:  # Windows, where runs are not kept apart
-    fcntl = None  # type: ignore[assignment]
 
 from msgspec import to_builtins
 
@@ -28,9 +22,6 @@ from .plan import first_sample_of
 from .sample import Sample, SampleMaker
 from .shards import STATE, Shard, State, arrow, read_state, shards_of, write_shard
 from .spec import Spec, code_digest
-
-RUNNING = ".running"
-"""The file in the folder of a set that a run holds as long as it lasts."""
 
 
 def generate(
@@ -72,8 +63,7 @@ def generate(
     Raises
     ------
     OutputError
-        If the folder holds something else, or a set that other code began, or cannot be written; or while another run
-        is at work in it.
+        If the folder holds something else, or a set that other code began, or cannot be written.
     ParameterError
         If a scheduler cannot be reached.
     FaceWrinkleError
@@ -101,13 +91,10 @@ def generate(
             f"{workers} processes, and {len(shards)} of them at work: each makes whole shards, and {count} samples are "
             f"{len(shards)} of {spec.shard}. For all to work, begin a set with shard = {max(count // workers, 1)}."
         )
-    with _alone(folder):
-        _begin(folder, spec, count)
-        for path in folder.rglob(".[0-9]*.shard-*"):  # of a run that was killed
-            path.unlink(missing_ok=True)
-        for _ in (progress or bar)(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
-            pass
-        write_card(folder, spec, count)
+    _begin(output_folder(folder), spec, count)
+    for _ in (progress or bar)(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
+        pass
+    write_card(folder, spec, count)
     return folder
 
 
@@ -147,36 +134,11 @@ def spec_of(what: Spec | str | Path | dict[str, Any] | None) -> Spec:
     return Spec.read(what) if isinstance(what, str | Path) else Spec.of(what)
 
 
-@contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Keep other runs out of a folder. However a run ends, the system lets go of its file."""
-    path = output_folder(folder) / RUNNING
-    with path.open("a+") as file:
-        try:
-            if fcntl is not None:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.seek(0)
-            raise OutputError(
-                f"another run, {file.read()}, makes the set in {str(folder)!r}. One at a time may: wait for it or end "
-                "it, and run the same again, or name another folder."
-            ) from None
-        except OSError:  # a disk that cannot tell
-            pass
-        file.truncate(0)
-        file.write(f"process {os.getpid()} on {gethostname()}")
-        file.flush()
-        try:
-            yield
-        finally:
-            path.unlink(missing_ok=True)
-
-
 def _begin(folder: Path, spec: Spec, count: int) -> None:
     """Refuse a folder that holds something else; leave a note which set this one will hold."""
     if (folder / STATE).exists():
         _check_same(read_state(folder), folder, spec, count)
-    elif any(path.name != RUNNING for path in folder.iterdir()):
+    elif any(folder.iterdir()):
         raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
     state = to_builtins(State(spec.digest, __version__, code_digest(), count, spec.written))
     write_whole(folder / STATE, json.dumps(state, indent=1))
