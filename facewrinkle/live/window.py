@@ -77,7 +77,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self.stage.tell_face = lambda: self._server.tell_all({"is": "face", **answers.face()})
         self.stage.complain = self._tell
         self.stage.start()
-        atexit.register(self.end)
+        atexit.register(self.close)  # a thread at work in a library when Python ends would make that fail
         try:
             self._first()
         except BaseException:
@@ -200,10 +200,10 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self.stage.close()
         self._server.close()
         self.end()
-        atexit.unregister(self.end)
+        atexit.unregister(self.close)
 
     def end(self) -> None:
-        """Save the session, and end files that are being made: all that must be done before the process ends."""
+        """Save the session, and end files that are being made: all that must be done when a signal ends the process."""
         self._kept.save()
         self._answers.process.stop()
 
