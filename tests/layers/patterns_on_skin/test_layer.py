@@ -109,8 +109,9 @@ def test_triangles_only_where_they_are_needed(slab):
     assert gaps.max() < 7.5 / 2 / 3
 
 
-def test_a_region_between_the_vertices_is_found(slab):
-    center = slab.points[slab.triangles[100]].mean(axis=0)
+@pytest.mark.parametrize("weights", [[1 / 3, 1 / 3, 1 / 3], [0.6, 0.3, 0.1]])
+def test_a_region_between_the_vertices_is_found(slab, weights):
+    center = weights @ slab.points[slab.triangles[100]]
     layer = fw.PatternLayer("dimple", center, size=1.0, depth=0.3)
     frame = played(slab, [layer], 12)[1]
     assert frame["W"].min() < -0.25
