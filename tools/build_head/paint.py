@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
@@ -33,6 +35,15 @@ DIRECTIONS = 96
 
 PIXEL = 1.6
 """Width of a pixel of the views from these directions, mm."""
+
+EAR_RINGS = tuple(f"ear_ring{k}" for k in range(2, 8))
+"""Rings of the cage on the ear, from the back of the helix inwards."""
+
+EAR_ROUNDS, EAR_RIDGES, EAR_LIGHT = 30, 0.7, 0.8
+"""Rounds of averaging that level the folds of the ear; contrast of ridges and hollows, and of slopes up and down."""
+
+HAIRLESS = 40.0
+"""Ears count as this much farther outside the hairline, mm."""
 
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
@@ -68,10 +79,11 @@ class HeadPainter:
 
     @cached_property
     def chart(self) -> Chart:
-        """The chart with the values position, openness, strength of the rings' colours, and share of lip."""
+        """The chart with the values position, openness, strength of the rings' colours, ears, and share of lip."""
         rings = [
             np.column_stack([self._cover(*ring[:2], *ring[3:]) for ring in self.data["paint"]["rings"]]),
-            np.maximum(*(self._cover(*pair, 0.0, 1.0, 0.35, 99) for pair in LIPS)),
+            self._on_ears.astype(np.float64),
+            np.maximum(*(self._cover(*pair, 0.0, 1.0, 0.2, 99) for pair in LIPS)),
         ]
         return Chart(self.plane, self.triangles, np.column_stack([self.points, self._openness(), *rings]))
 
@@ -86,7 +98,19 @@ class HeadPainter:
         ball = np.array(self.data["eye"]["centre"]) + self.data["eye"]["radius"] * _sphere(2000)
         cloud = np.vstack([self.points, self.points[self.triangles].mean(axis=1), ball])
         sky = openness(self.points, normals, np.vstack([cloud, cloud * [-1.0, 1.0, 1.0]]))
-        return averaged(sky, self.triangles, 3)
+        return averaged(sky, self.triangles, 3) * self._ear_folds(normals)
+
+    @cached_property
+    def _on_ears(self) -> BoolArray:
+        """True for points (n,) on the ears, from the back of the helix to the floor of the concha."""
+        return np.any([self.between(*pair, 21)[0] for pair in pairwise(EAR_RINGS)], axis=0)
+
+    def _ear_folds(self, normals: Array) -> Array:
+        """Factor (n,) of the light on the ears' folds, finer than the head's triangles: from above, and on the ridges."""
+        smooth = averaged(np.column_stack([self.points, normals]), self.triangles, EAR_ROUNDS)
+        ridge = np.einsum("ni,ni->n", self.points - smooth[:, :3], normals)
+        light = EAR_RIDGES * np.tanh(ridge / 0.5) + EAR_LIGHT * (normals[:, 1] - smooth[:, 4])
+        return 1.0 + averaged(np.where(self._on_ears, light, 0.0), self.triangles, 3)
 
     def colours(self, plane: Array) -> NDArray[np.uint8]:
         """Return colours (q, 3) without fine detail at places (q, 2) of the chart of both halves."""
@@ -111,13 +135,14 @@ class HeadPainter:
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
-        places, sky, rings, lip = values[:, :3], values[:, 3], values[:, 4:-1], values[:, -1:]
+        places, sky, rings, ear, lip = np.split(values, [3, 4, values.shape[1] - 2, values.shape[1] - 1], axis=1)
+        sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
         skin = complexion(places, self.landmarks, frame)
         tint, strength = paint["brow"]
         skin += (strength * _brow_shade(np.array(self.data["brow"]["line"]), places))[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
             skin += rings[:, k, None] * (np.array(ring[2]) - skin)
-        return skin, np.clip(sky, 0.0, 1.0), hair_cover(places, self.landmarks, frame), lip
+        return skin, sky, hair_cover(places, self.landmarks, frame) - HAIRLESS * ear, lip
 
 
 def shaded(skin: Array, sky: Array) -> Array:
@@ -141,8 +166,9 @@ def mottled(places: Array, lip: Array) -> Array:
     shares += np.stack([0.010 * brown, 0.015 * brown, 0.021 * brown], axis=1)
     shares += freckle[:, None] * [0.05, 0.09, 0.11]
     skin = 1.0 - shares - 0.026 * pores[:, None] * [0.8, 1.0, 1.05]
-    lines = noise(places * [1.0, 0.13, 0.2], 0.75, 9) + 0.6 * noise(places * [1.0, 0.25, 0.3], 1.9, 10)
-    red = 1.0 - 0.022 * lines[:, None] - 0.03 * blood[:, None]
+    wavy = places * [1.0, 0.12, 0.12] + 0.5 * noise(places, 2.5, 11)[:, None] * [1.0, 0.0, 0.0]
+    lines = smoothstep(1.0 - np.abs(noise(wavy, 0.9, 9)) / 0.7) + 0.5 * noise(wavy, 2.2, 10)
+    red = 1.0 - 0.035 * lines[:, None] - 0.02 * blood[:, None]
     return skin + lip * (red - skin)
 
 
@@ -182,12 +208,13 @@ def openness(points: Array, normals: Array, cloud: Array) -> Array:
 
 
 def averaged(values: Array, triangles: IntArray, rounds: int) -> Array:
-    """Return values (n,) of vertices, averaged with their neighbours' a number of times."""
+    """Return values (n,) or (n, k) of vertices, averaged with their neighbours' a number of times."""
     i, j = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
-    count = np.bincount(i, minlength=len(values)) + np.bincount(j, minlength=len(values))
+    both = np.concatenate([i, j]), np.concatenate([j, i])
+    links = sparse.csr_array((np.ones(len(both[0])), both), shape=(len(values), len(values)))
+    count = links.sum(axis=1)
     for _ in range(rounds):
-        total = np.bincount(i, values[j], len(values)) + np.bincount(j, values[i], len(values))
-        values = 0.5 * values + 0.5 * total / count
+        values = 0.5 * values + 0.5 * ((links @ values).T / count).T
     return values
 
 
@@ -232,7 +259,7 @@ def _combed(line: Array, brow: dict[str, Any]) -> Array:
     count, knots = brow["count"], len(brow["heights"])
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))
-    along = (np.arange(count) + random[0]) / count
+    along = ((np.arange(count) + random[0]) / count) ** 0.8  # thinner towards the nose
     across = 0.8 * np.arcsin(2.0 * random[1] - 1.0)  # denser in the middle
     x, y, width, lean, slope_x, slope_y = (
         np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
