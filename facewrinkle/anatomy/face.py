@@ -83,6 +83,8 @@ class Face:
         Likeness of the shape to a face, at most 1, if landmarks were found by the shape.
     age : float
         In [-1, 1]: above 0, the depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest; below, how young.
+    iris : float
+        In [-1, 1]: the colour of the irises of painted eyes, from blue over grey to dark brown.
     template : Face, optional
         The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional
@@ -120,6 +122,7 @@ class Face:
     report: tuple[str, ...] = ()
     likeness: float | None = None
     age: float = 0.0
+    iris: float = 0.0
     template: Face | None = None
 
     @classmethod

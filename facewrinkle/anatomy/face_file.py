@@ -60,6 +60,7 @@ def write_face(face: Face, path: str | Path) -> Path:
         "version": VERSION,
         "unit": face.unit,
         "age": face.age,
+        "iris": face.iris,
         "landmark_names": np.array(names),
         "landmarks": np.array([face.landmarks[name] for name in names]),
         "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
@@ -202,6 +203,7 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
         report=tuple(data["report"].tolist()),
         likeness=float(data["likeness"]) if "likeness" in data else None,
         age=float(data["age"]),
+        iris=float(data.get("iris", 0.0)),
     )
     if data["varies_head"]:
         face = dataclasses.replace(face, template=mean_face(face.atlas))

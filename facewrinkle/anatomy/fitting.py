@@ -113,7 +113,8 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
-    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, texture=head.texture, brows=head.brows, age=person.age)
+    seen = {"texture": head.texture, "brows": head.brows, "age": person.age, "iris": person.iris}
+    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))
     restore(face, folds_of_head())
@@ -268,7 +269,7 @@ def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
     landmarks = {**face.landmarks, **changed}
     _check_on_mesh(changed, face.mesh, frame_of(landmarks).pupil_distance)
     estimated = tuple(name for name in face.estimated if name not in moved)
-    kept = ("texture", "brows", "source_points", "report", "likeness", "age", "template")
+    kept = ("texture", "brows", "source_points", "report", "likeness", "age", "iris", "template")
     return Face.from_landmarks(
         face.mesh,
         landmarks,

@@ -20,7 +20,7 @@ from ..geometry.interpolation import smoothstep
 from .head import DATA, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame, frame_of
 
-COLOURS = ("skin", "hair")
+COLOURS = ("skin", "hair", "iris")
 """Parameters that change no shape."""
 
 TINTS = {
@@ -57,6 +57,9 @@ thirty-two labelled faces).
 
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
+
+CHILDREN = 0.1
+"""Share of random people that are children."""
 
 # --- The hairline around the scalp; mm on a face of average size ---
 
@@ -97,10 +100,14 @@ class Identity:
         From a receding to a strong chin.
     nose_length, nose_width : float
         From a short to a long, and a narrow to a broad nose.
+    mouth : float
+        From a narrow to a wide mouth.
     brow : float
         From a flat to a heavy ridge above the eyes.
     eye_spacing : float
         From close to wide-set eyes.
+    eye_fold : float
+        From a deep crease of the upper lid to none, with a fold over the inner corner of the eye.
     lips : float
         From thin to full lips.
     cheeks : float
@@ -109,10 +116,14 @@ class Identity:
         From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
     sex : float
         From feminine to masculine.
+    child : float
+        From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
     skin : float
         From fair to dark skin.
     hair : float
         From fair to black hair; with `age` it turns grey.
+    iris : float
+        From blue over grey to dark brown irises.
 
     Raises
     ------
@@ -131,14 +142,18 @@ class Identity:
     chin: float = 0.0
     nose_length: float = 0.0
     nose_width: float = 0.0
+    mouth: float = 0.0
     brow: float = 0.0
     eye_spacing: float = 0.0
+    eye_fold: float = 0.0
     lips: float = 0.0
     cheeks: float = 0.0
     age: float = 0.0
     sex: float = 0.0
+    child: float = 0.0
     skin: float = 0.0
     hair: float = 0.0
+    iris: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -174,7 +189,7 @@ class Identity:
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
         """Return a random person, with all parameters in [-spread, spread]; the same for the same seed.
 
-        Hair is never fairer than the skin.
+        One in ten is a child; the colours are :meth:`plausible`.
 
         Examples
         --------
@@ -184,9 +199,21 @@ class Identity:
         check_range("spread", spread, 0.0, 1.0)
         if seed is not None:
             seed = check_whole("seed", seed, 0, 2**63)
-        values = np.random.default_rng(seed).uniform(-spread, spread, len(dataclasses.fields(cls)))
-        somebody = cls(*values.tolist())
-        return dataclasses.replace(somebody, hair=max(somebody.hair, somebody.skin))
+        random = np.random.default_rng(seed)
+        somebody = cls(*random.uniform(-spread, spread, len(dataclasses.fields(cls))).tolist())
+        child = abs(somebody.child) if random.random() < CHILDREN else 0.0
+        return dataclasses.replace(somebody, child=child).plausible()
+
+    def plausible(self) -> Self:
+        """Return the person with hair and irises that are no fairer than the skin; children look young.
+
+        Examples
+        --------
+        >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
+        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, iris=0.5)
+        """
+        age = min(self.age, -self.child) if self.child > 0.0 else self.age
+        return dataclasses.replace(self, hair=max(self.hair, self.skin), iris=max(self.iris, self.skin), age=age)
 
 
 def head_of(identity: Identity) -> Head:
@@ -197,7 +224,7 @@ def head_of(identity: Identity) -> Head:
     Distance of the angle of the jaw from the middle, mm, from a narrow to a square jaw:
 
     >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
-    [58, 64, 70]
+    [54, 60, 66]
     """
     mean = load_head()
     if identity == Identity():
@@ -255,6 +282,10 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
     typed: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
     places = np.vstack([cage, eye])
     shift = np.zeros_like(places)
+    weights = dict(weights)
+    for name, weight in list(weights.items()):
+        for other, share in typed["parameters"][name].get("of", {}).items():
+            weights[other] = weights.get(other, 0.0) + weight * share
     for name, weight in weights.items():
         move = typed["parameters"][name]
         shift += weight * np.array(move["stretch"]) * (places - typed["origin"])
@@ -320,7 +351,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     >>> small = {"width": 0.5, "length": -1.0, "nose_length": -1.0, "chin": -1.0, "jaw": -1.0, "age": -1.0}
     >>> faces = fw.default_face(), fw.default_face(small)
     >>> [round(childlike(face.landmarks, face.frame), 1) for face in faces]
-    [0.0, 0.9]
+    [0.0, 1.0]
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance

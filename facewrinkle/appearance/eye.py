@@ -29,8 +29,6 @@ COLOURS = {
     name: np.array(colour, dtype=np.float64)
     for name, colour in {
         "pupil": (8, 8, 10),
-        "iris": (98, 116, 122),
-        "collar": (128, 104, 72),
         "limbus": (34, 38, 42),
         "sclera": (212, 204, 199),
         "corner": (202, 148, 138),
@@ -38,6 +36,15 @@ COLOURS = {
         "tears": (226, 186, 180),
     }.items()
 }
+
+
+IRISES = np.array(
+    [[(104, 138, 168), (132, 140, 140)], [(98, 116, 122), (128, 104, 72)], [(66, 40, 24), (88, 54, 30)]], dtype=np.float64
+)
+"""Colours of the iris and its collar around the pupil in blue, grey and dark brown eyes."""
+
+FULL_COLOUR = 0.6
+"""Irises are blue below minus this parameter, and dark brown above it."""
 
 
 class PaintedEye:
@@ -81,7 +88,7 @@ class PaintedEye:
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
         self.angles = angle * eye.radius / adult
-        self.tints = _eye_paint(self.angles, spoke)
+        self.tints = _eye_paint(self.angles, spoke, face.iris)
         self.sphere = _directions(angle, spoke)
         bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
         self.cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
@@ -157,8 +164,8 @@ def _directions(angle: Array, spoke: Array) -> Array:
     return np.stack([away * np.cos(spoke), away * np.sin(spoke), np.cos(np.radians(angle))], axis=1)
 
 
-def _eye_paint(angle: Array, spoke: Array) -> Array:
-    """Colours (n, 3) of points at angles from the axis, degrees, on spokes, radians."""
+def _eye_paint(angle: Array, spoke: Array, iris_colour: float) -> Array:
+    """Colours (n, 3) of points at angles from the axis, degrees, on spokes, radians, of an eye from blue to brown."""
     across = np.clip((angle - PUPIL) / (IRIS - PUPIL), 0.0, 1.0)
     wave = 0.5 * np.sin(7.0 * across + 3.0 * np.sin(5.0 * spoke))
     fibres = 0.55 * np.sin(29.0 * spoke + wave) * np.sin(11.0 * spoke + 4.0 * across) + 0.45 * np.sin(
@@ -167,7 +174,9 @@ def _eye_paint(angle: Array, spoke: Array) -> Array:
     collar = np.exp(-(((across - 0.28 - 0.05 * np.sin(9.0 * spoke)) / 0.16) ** 2))[:, None]
     # Light from above gathers in the lower half of the iris.
     glow = 0.86 + 0.24 * np.clip(-np.sin(spoke), -0.6, 1.0) * across
-    iris = COLOURS["iris"] + 0.75 * collar * (COLOURS["collar"] - COLOURS["iris"])
+    pigment = min(abs(iris_colour) / FULL_COLOUR, 1.0)
+    ground, ring = IRISES[1] + pigment * (IRISES[2 if iris_colour > 0.0 else 0] - IRISES[1])
+    iris = ground + 0.75 * collar * (ring - ground)
     iris = iris * ((1.0 + 0.20 * fibres) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
     vein = smoothstep((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)
     red = smoothstep((angle - 36.0) / 50.0) + 0.25 * vein * smoothstep((angle - 38.0) / 14.0)

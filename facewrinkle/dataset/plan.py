@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from ..anatomy.atlas import load_atlas
+from ..anatomy.identity import Identity
 from .spec import Expressions, Spec
 
 
@@ -100,8 +101,7 @@ def person_of(spec: Spec, number: int) -> Person:
     random = spec.random(number, "face")
     weights = np.array([spec.faces.built_in, *(scan.weight for scan in spec.faces.scans)])
     chosen = int(random.choice(len(weights), p=weights / weights.sum()))
-    identity = spec.drawn("identity", spec.random(number, "identity"))
-    identity["hair"] = max(identity["hair"], identity["skin"])  # as in Identity.random
+    identity = asdict(Identity(**spec.drawn("identity", spec.random(number, "identity"))).plausible())
     if chosen:
         identity = {"age": identity["age"]}
     folds = spec.drawn("folds", spec.random(number, "folds"))
