@@ -7,13 +7,14 @@ mirrored; one triangle straddles the middle of the neck rim, which makes the cou
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
@@ -29,6 +30,16 @@ SEAT = 0.25
 
 LIP_GAP = 0.2
 """Height of the gap between closed lips over the vertices of the lower one, mm."""
+
+
+HAIR_COLOUR = (50.0, 38.0, 31.0)
+"""Red, green and blue of cropped hair."""
+
+BROW_COLOUR = (78.0, 56.0, 47.0)
+"""The same of the hairs of the brows."""
+
+HAIR_LIGHT = 127.0
+"""Stored light of hair that has this colour."""
 
 
 def both_sides(points: Array) -> Array:
@@ -108,6 +119,8 @@ class BrowHairs:
         Barycentric coordinates of the points in these triangles.
     heights : ndarray, shape (p,)
         Heights of a hair's points above the skin, in the unit of the mesh.
+    colour : ndarray, shape (3,)
+        Mean of the hairs' red, green and blue, from 0 to 255.
 
     Examples
     --------
@@ -124,6 +137,7 @@ class BrowHairs:
     triangles: IntArray
     weights: Array
     heights: Array
+    colour: Array = field(default_factory=lambda: np.array(BROW_COLOUR))
 
     def polylines(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> Array:
         """Points (k, p, 3) of the hairs on the skin as it is now, given its points and vertex normals (n, 3)."""
@@ -135,6 +149,35 @@ class BrowHairs:
         below = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
         return below + self.heights[:, None] * up, up
+
+
+@dataclass(frozen=True)
+class Paint:
+    """Colours of the skin of a head, and the cropped hair over them.
+
+    Parameters
+    ----------
+    skin : ndarray of uint8, shape (..., 3)
+    share, light : ndarray of uint8, shape (...)
+        Share of hair in the colour, 255 where it covers the skin; its light, in units of :data:`HAIR_LIGHT`.
+    """
+
+    skin: NDArray[np.uint8]
+    share: NDArray[np.uint8]
+    light: NDArray[np.uint8]
+
+    def colours(
+        self, tint: npt.ArrayLike = 1.0, hair: npt.ArrayLike = HAIR_COLOUR, density: float = 0.0
+    ) -> NDArray[np.uint8]:
+        """Return the colours (..., 3) under hair of a colour, with the skin times a tint.
+
+        Density is -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
+        """
+        out = np.rint(np.minimum(np.asarray(tint) * self.skin, 255.0))
+        where = self.share > 0
+        share = 1.0 - (1.0 - self.share[where, None] / 255.0) ** (1.0 + density)
+        out[where] += share * (np.asarray(hair) * self.light[where, None] / HAIR_LIGHT - out[where])
+        return np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
 
 
 @dataclass(frozen=True)
@@ -158,6 +201,8 @@ class Head:
         The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
     brows : BrowHairs
     mould : Mould
+    paint : tuple of two Paint
+        What `colour` and `texture` are made of.
 
     Examples
     --------
@@ -178,6 +223,7 @@ class Head:
     texture: NDArray[np.uint8]
     brows: BrowHairs
     mould: Mould
+    paint: tuple[Paint, Paint]
 
 
 @cache
@@ -203,7 +249,9 @@ def cage_data() -> dict[str, Any]:
 
 def unpacked(data: dict[str, NDArray[Any]]) -> Head:
     """Return the head from its arrays as they are stored."""
-    data["texture"] = _decoded(data["texture"])
+    share, light = np.split(_decoded(data["hair"]), 2)
+    paint = Paint(data["colour"], *data["colour_hair"]), Paint(_decoded(data["texture"]), share, light)
+    data |= {"colour": paint[0].colours(), "texture": paint[1].colours()}
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
@@ -221,6 +269,7 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
         texture=data["texture"],
         brows=hairs,
         mould=Mould(weights, data["lid_share"], data["lips"], data["twins"]),
+        paint=paint,
     )
 
 

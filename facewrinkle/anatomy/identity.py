@@ -6,21 +6,19 @@ import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
 from ..geometry.interpolation import smoothstep
-from .head import DATA, Head, cage_data, load_head, pair_of_eyes
-from .landmarks import FaceFrame, frame_of
+from .head import DATA, HAIR_COLOUR, Head, cage_data, load_head, pair_of_eyes
+from .landmarks import FaceFrame
 
-COLOURS = ("skin", "hair", "iris")
+COLOURS = ("skin", "hair", "hair_density", "iris")
 """Parameters that change no shape."""
 
 TINTS = {
@@ -32,22 +30,11 @@ TINTS = {
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn grey, and its colour then."""
 
-DARK, DARK_FADE = 130.0, 50.0
-"""In the mean head's texture, where hair grows, texels darker than the first brightness are partly hair, and those
-darker still by the second are all hair.
-"""
+GREYEST = 0.85
+"""Share of hair that is grey at age 1."""
 
-HAIRLINE_FADE = (-12.0, 6.0)
-"""Hair begins at the first signed distance from the hairline, mm, and is dense the second one farther inside."""
-
-TEXELS = 4
-"""The texture's distances from the hairline are computed once for a square of this many texels on a side."""
-
-
-GREYEST, BROWN, BRIGHTEST = 0.85, 40.0, 200.0
-"""Share of hair that is grey at age 1; the brightness of the mean head's hair, whose strands keep their contrast; and
-that of grey hair at most.
-"""
+BROWS_SHARE = 0.5
+"""Brows differ from those of the mean head by this share of what hair does."""
 
 CHILD, ADULT = 0.24, 0.31
 """Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its
@@ -122,6 +109,8 @@ class Identity:
         From fair to dark skin.
     hair : float
         From fair to black hair; with `age` it turns grey.
+    hair_density : float
+        From a shaved head to dense hair.
     iris : float
         From blue over grey to dark brown irises.
 
@@ -153,6 +142,7 @@ class Identity:
     child: float = 0.0
     skin: float = 0.0
     hair: float = 0.0
+    hair_density: float = 0.0
     iris: float = 0.0
 
     def __post_init__(self) -> None:
@@ -210,7 +200,7 @@ class Identity:
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
-        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, iris=0.5)
+        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, hair_density=0.0, iris=0.5)
         """
         age = min(self.age, -self.child) if self.child > 0.0 else self.age
         return dataclasses.replace(self, hair=max(self.hair, self.skin), iris=max(self.iris, self.skin), age=age)
@@ -240,41 +230,19 @@ def head_of(identity: Identity) -> Head:
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
-    if identity.skin == identity.hair == 0.0 and identity.age <= GREYING:
+    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GREYING:
         return head
-    colour, texture = (_tinted(c, h, identity) for c, h in zip((mean.colour, mean.texture), _hair(), strict=True))
-    return dataclasses.replace(head, colour=colour, texture=texture)
-
-
-def _tinted(colour: NDArray[np.uint8], hair: Array, identity: Identity) -> NDArray[np.uint8]:
-    """Colours (..., 3) of the mean head, tinted for a person; `hair` (...) is the share of hair in each."""
     skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
-    strands = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
-    grey = smoothstep((identity.age - GREYING) / (1.0 - GREYING)) * GREYEST
-    brightness, share = colour.mean(axis=-1, keepdims=True), hair[..., None]
-    strands = strands * np.minimum(70.0 / np.maximum(brightness, 1.0), 1.0)  # brighter is skin between thin hair
-    shown = colour * (skin + share * (strands - skin))
-    shown += grey * share * (np.minimum(GREY * (0.5 + 0.5 * brightness / BROWN), BRIGHTEST) - shown)
-    return np.rint(np.clip(shown, 0.0, 255.0)).astype(np.uint8)
-
-
-@cache
-def _hair() -> tuple[Array, Array]:
-    """Share (0 to 1) of hair in the mean head's colours (n,) and in its texture (s, s)."""
-    from scipy.interpolate import LinearNDInterpolator  # takes a fifth of a second to import
-
-    mean = load_head()
-    cover = hair_cover(mean.points, mean.landmarks, frame_of(mean.landmarks))
-    size = len(mean.texture)
-    at = (np.arange(size // TEXELS) + 0.5) * TEXELS / size
-    u, v = np.meshgrid(at, at[::-1])
-    coarse = LinearNDInterpolator(mean.uv, cover, fill_value=float(cover.min()))(u, v)
-    flat = np.repeat(np.repeat(coarse, TEXELS, axis=0), TEXELS, axis=1)
-    out = []
-    for colour, distance in ((mean.colour, cover), (mean.texture, flat)):
-        dark = smoothstep((DARK - colour.mean(axis=-1)) / DARK_FADE)
-        out.append(dark * smoothstep((distance - HAIRLINE_FADE[0]) / HAIRLINE_FADE[1]))
-    return out[0], out[1]
+    tint = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
+    grey = GREYEST * smoothstep((identity.age - GREYING) / (1.0 - GREYING))
+    strands, brows = (
+        (1.0 - share * grey) * tint**share * colour + share * grey * GREY
+        for colour, share in ((HAIR_COLOUR, 1.0), (mean.brows.colour, BROWS_SHARE))
+    )
+    colour, texture = (paint.colours(skin, strands, identity.hair_density) for paint in mean.paint)
+    return dataclasses.replace(
+        head, colour=colour, texture=texture, brows=dataclasses.replace(mean.brows, colour=brows)
+    )
 
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:

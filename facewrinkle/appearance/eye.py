@@ -39,7 +39,12 @@ COLOURS = {
 
 
 IRISES = np.array(
-    [[(104, 138, 168), (132, 140, 140)], [(98, 116, 122), (128, 104, 72)], [(66, 40, 24), (88, 54, 30)]], dtype=np.float64
+    [
+        [(104, 138, 168), (132, 140, 140)],
+        [(98, 116, 122), (128, 104, 72)],
+        [(66, 40, 24), (88, 54, 30)],
+    ],
+    dtype=np.float64,
 )
 """Colours of the iris and its collar around the pupil in blue, grey and dark brown eyes."""
 

@@ -156,7 +156,7 @@ class Brows(Hairs):
         aside, bend = random.uniform(-8.0, 8.0, shape), random.normal(0.0, 3.5, shape)
         self._aside = width * (aside * (1.0 - 0.5 * share) + bend * share**2)
         self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share**2), (k * self.STRANDS, p))
-        self.tint = np.array([78.0, 56.0, 47.0]) * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+        self.tint = hairs.colour * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
     def lines(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.cavities import INSIDE_DEPTH, Cavities
 from ..anatomy.face import Face
+from ..anatomy.head import HAIR_COLOUR
 from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
@@ -46,8 +47,6 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
 )
 
 BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
-
-HAIR_COLOUR = (50.0, 38.0, 31.0)
 
 SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 60.0, 12.0
 """Height over which sideburns lose their colour downwards, and how far behind the zygion they reach."""

@@ -263,7 +263,7 @@ def measured(identity: Identity) -> dict[str, float]:
 
 
 def test_random_adults_measure_as_people_do() -> None:
-    """Means within a deviation of the survey's, deviations within .4 to 1.6 of its, 98 in 100 within its percentiles."""
+    """Means within a deviation of the survey's, deviations .4 to 1.6 of its, and 98 in 100 within its percentiles."""
     adults = [someone for someone in map(Identity.random, range(120)) if someone.child == 0.0]
     people = [measured(someone) for someone in adults]
     for name, (men, women) in SURVEY.items():

@@ -303,12 +303,16 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     low, high = chart.min(axis=0), chart.max(axis=0)
     middle, span = 0.5 * (low + high), float((high - low).max())
     painter = HeadPainter(half.points, half.fine_triangles(), plane, partial(between, half), data, named)
+    texture, hair = painter.texture(middle, span)
+    colour, vertex_hair = painter.colours(chart)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),
         "uv": 0.5 + (chart - middle) / span,
-        "texture": painter.texture(middle, span),
-        "colour": painter.colours(chart),
+        "texture": texture,
+        "hair": np.vstack(list(hair)),
+        "colour": colour,
+        "colour_hair": vertex_hair,
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
         "eye_radius": np.array(eye["radius"]),
@@ -331,8 +335,8 @@ def build_head() -> Head:
 
 
 def stored(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Return the arrays of the head as they are stored, with the texture as a JPEG."""
-    return {**arrays, "texture": _encoded(arrays["texture"])}
+    """Return the arrays of the head as they are stored, with the images as JPEG."""
+    return {**arrays, "texture": _encoded(arrays["texture"]), "hair": _encoded(arrays["hair"])}
 
 
 def _encoded(image: NDArray[np.uint8]) -> NDArray[np.uint8]:

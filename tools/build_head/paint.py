@@ -14,9 +14,10 @@ from scipy import sparse
 from scipy.ndimage import map_coordinates
 from scipy.spatial import cKDTree
 
+from facewrinkle.anatomy.head import HAIR_LIGHT
 from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of
-from facewrinkle.appearance.skin_paint import HAIR_COLOUR, complexion
+from facewrinkle.appearance.skin_paint import complexion
 from facewrinkle.geometry.depth_buffer import sampled_depth_buffer
 from facewrinkle.geometry.interpolation import smoothstep
 from facewrinkle.geometry.normals import vertex_normals
@@ -106,19 +107,22 @@ class HeadPainter:
         return np.any([self.between(*pair, 21)[0] for pair in pairwise(EAR_RINGS)], axis=0)
 
     def _ear_folds(self, normals: Array) -> Array:
-        """Factor (n,) of the light on the ears' folds, finer than the head's triangles: from above, and on the ridges."""
+        """Factor (n,) of the light on folds of the ears that no triangle shows: from above, and on the ridges."""
         smooth = averaged(np.column_stack([self.points, normals]), self.triangles, EAR_ROUNDS)
         ridge = np.einsum("ni,ni->n", self.points - smooth[:, :3], normals)
         light = EAR_RIDGES * np.tanh(ridge / 0.5) + EAR_LIGHT * (normals[:, 1] - smooth[:, 4])
         return 1.0 + averaged(np.where(self._on_ears, light, 0.0), self.triangles, 3)
 
-    def colours(self, plane: Array) -> NDArray[np.uint8]:
-        """Return colours (q, 3) without fine detail at places (q, 2) of the chart of both halves."""
-        skin, sky, cover, _ = self._without_detail(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
-        return _bytes(_cropped(shaded(skin, sky), np.tile(HAIR_COLOUR, (len(sky), 1)), sky, cover))
+    def colours(self, plane: Array) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return colours (q, 3) of the bald skin at places (q, 2) of the chart of both halves, and hair (2, q) on it.
 
-    def texture(self, middle: Array, span: float) -> NDArray[np.uint8]:
-        """Return the colour as a square image, first row at v = 1."""
+        Both are without fine detail; the hair is its share of the colour, and its light.
+        """
+        skin, sky, cover, _ = self._without_detail(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
+        return _bytes(shaded(skin, sky)), hair(cover, sky, np.ones(len(sky)))
+
+    def texture(self, middle: Array, span: float) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return the same as square images (s, s, 3) and (2, s, s), first row at v = 1."""
         centres = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
         u, v = np.meshgrid(centres[TEXELS // 2 :], centres[::-1])
         values = self.chart(np.stack([u.ravel(), v.ravel()], axis=1) * span + middle, most=32)
@@ -127,10 +131,12 @@ class HeadPainter:
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
             ragged = cover + 1.2 * noise(places, 9.0, 21) + 2.6 * noise(places, 0.42, 22)
-            hair = np.array(HAIR_COLOUR) * strands(places)[:, None]
-            halves.append(_cropped(shaded(skin * mottled(places, lip), sky), hair, sky, ragged))
-        right, left = (_bytes(half).reshape(TEXELS, -1, 3) for half in halves)
-        return np.concatenate([right[:, ::-1], left], axis=1)
+            halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
+        (right, right_hair), (left, left_hair) = halves
+        shape = TEXELS, TEXELS // 2
+        colour = np.concatenate([right.reshape(*shape, 3)[:, ::-1], left.reshape(*shape, 3)], axis=1)
+        grown = np.concatenate([right_hair.reshape(2, *shape)[..., ::-1], left_hair.reshape(2, *shape)], axis=2)
+        return colour, grown
 
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
         """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
@@ -150,10 +156,14 @@ def shaded(skin: Array, sky: Array) -> Array:
     return skin * (SHADE + (1.0 - SHADE) * sky[:, None])
 
 
-def _cropped(skin: Array, hair: Array, sky: Array, cover: Array) -> Array:
-    """Colour (n, 3) of skin under hair that grows denser from the hairline inwards."""
-    dense = smoothstep((cover + 1.0) / 17.0)[:, None]
-    return skin + 0.93 * dense * (hair * (0.5 + 0.5 * sky[:, None]) - skin)
+def hair(cover: Array, sky: Array, strands: Array) -> NDArray[np.uint8]:
+    """Return the share of hair (255 is all hair), denser from the hairline inwards, and its light (2, n).
+
+    The light is in units of :data:`facewrinkle.anatomy.head.HAIR_LIGHT`.
+    """
+    dense = smoothstep((cover + 1.0) / 17.0)
+    light = np.where(dense > 0.0, strands * (0.5 + 0.5 * sky), 0.75)
+    return _bytes(np.stack([255.0 * dense, HAIR_LIGHT * light]))
 
 
 def mottled(places: Array, lip: Array) -> Array:
@@ -259,7 +269,7 @@ def _combed(line: Array, brow: dict[str, Any]) -> Array:
     count, knots = brow["count"], len(brow["heights"])
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))
-    along = ((np.arange(count) + random[0]) / count) ** 0.8  # thinner towards the nose
+    along = ((np.arange(count) + random[0]) / count) ** 0.87  # thinner towards the nose
     across = 0.8 * np.arcsin(2.0 * random[1] - 1.0)  # denser in the middle
     x, y, width, lean, slope_x, slope_y = (
         np.interp(along, stations, values) for values in (*line.T, *np.gradient(line[:, :2], axis=0).T)
