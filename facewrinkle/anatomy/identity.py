@@ -319,7 +319,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     >>> small = {"width": 0.5, "length": -1.0, "nose_length": -1.0, "chin": -1.0, "jaw": -1.0, "age": -1.0}
     >>> faces = fw.default_face(), fw.default_face(small)
     >>> [round(childlike(face.landmarks, face.frame), 1) for face in faces]
-    [0.0, 1.0]
+    [0.0, 0.9]
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance
