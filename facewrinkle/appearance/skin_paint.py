@@ -1,4 +1,4 @@
-"""Colours of skin by its place on a face: red, yellow and grey zones, eye sockets, lips, and cropped hair;
+"""Colours of skin by its place on a face: red, yellow and grey zones, eye sockets, lips, and shaved hair;
 and the shading of furrows.
 
 Landmarks place everything, so it fits any mesh. Colours are numbers from 0 to 255; lengths are mm on a face whose
@@ -48,8 +48,8 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
 
 BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
-SIDEBURN_HEIGHT, SIDEBURN_BEHIND = 60.0, 12.0
-"""Height over which sideburns lose their colour downwards, and how far behind the zygion they reach."""
+SHAVED = 0.35
+"""Share of the hair's colour on a shaved head: dense hair would end in a line as coarse as the mesh."""
 
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
@@ -78,7 +78,7 @@ LID_STRENGTH = 0.75
 
 
 class SkinPainter:
-    """Paints a face that has no colours of its own: skin, lips, cropped hair, and the dark of mouth and nostrils.
+    """Paints a face that has no colours of its own: skin, lips, shaved hair, and the dark of mouth and nostrils.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ class SkinPainter:
         red = np.maximum(lips(points, landmarks, frame), creased)
         colour += 0.7 * red[:, None] * (np.array(LIP_COLOUR) - colour)
         if self._hair:
-            hair = 0.93 * (smoothstep(hair_cover(points, landmarks, frame) / 14.0) * self._fading(points))[:, None]
+            hair = SHAVED * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
             colour += hair * (np.array(HAIR_COLOUR) - colour)
         depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
         far = smoothstep(2.0 * depth / HIDDEN_DEPTH - 1.0)  # so far behind what is seen, there are no rims of nostrils
@@ -130,13 +130,6 @@ class SkinPainter:
             strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
             colour += strength[:, None] * (flesh(behind) - colour)
         return np.asarray(np.rint(colour), dtype=np.uint8)
-
-    def _fading(self, points: Array) -> Array:
-        """Share (n,) of the hair's colour: it is shaved shorter before the ears, where it would be a dark line."""
-        where, ear = (self._face.frame.local_mm(place) for place in (points, self._face.landmarks["zygion_l"]))
-        before = smoothstep((where[:, 2] - ear[2] + SIDEBURN_BEHIND) / 8.0)
-        low = 1.0 - smoothstep((where[:, 1] - ear[1] + 4.0) / SIDEBURN_HEIGHT)
-        return np.asarray(1.0 - before * low)
 
     def _by_corners(self, points: Array) -> Array:
         """Nearness (0 to 1) of points to the corners of the mouth, where the lips end in a crease."""

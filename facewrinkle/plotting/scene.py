@@ -38,6 +38,10 @@ BACKGROUND = ("#20242a", "#3a4048")
 """Colours of the background at the bottom and at the top."""
 
 
+CLAY = (196, 184, 172)
+"""Red, green and blue of skin that is shown as clay."""
+
+
 class Scene:
     """A camera, lights and a face in front of them, off screen.
 
@@ -148,7 +152,7 @@ class Scene:
         """Place the camera, and make the hairs, of which none is drawn thinner than a pixel."""
         appearance = self._appearance
         aim(self.plotter, self.face, self.style)
-        hairy = self.style.brows and self.style.scalars is None
+        hairy = self.style.brows and self.style.scalars is None and not self.style.clay
         lashes = appearance.lashes if hairy and self.style.eyes else []
         self._lashes = {row.eye.side: row.cards(pixel) for row in lashes}
         self._brows = appearance.brows.cards(pixel) if hairy and appearance.brows is not None else None
@@ -186,7 +190,7 @@ class Scene:
         skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
         viewpoint = np.append(self.plotter.camera.position, 1.0)
         viewpoint = (seen.pose @ viewpoint if self.style.follow else viewpoint)[:3]
-        textured = self._texture is not None and skin.active_texture_coordinates is not None
+        textured = self._texture is not None and skin.active_texture_coordinates is not None and not self.style.clay
         paint = None if self.style.scalars is not None else self._paint(seen, textured)
         if paint is not None:
             skin.point_data["paint"] = paint  # colours, or factors of those of the texture
@@ -218,6 +222,8 @@ class Scene:
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
         """Colours of the vertices, or factors of those of the texture; None if there are none."""
+        if self.style.clay:
+            return _clay(seen.skin.n_points, seen.shade)
         if textured:
             return seen.shade
         if has_colours(seen.skin):
@@ -233,6 +239,9 @@ class Scene:
 
     def _show_eyes(self, seen: Seen) -> None:
         eyes = {f"eye_{side}": seen.eyes[side] for side in self._eyes}
+        if self.style.clay:
+            for eye in eyes.values():
+                eye.point_data["paint"] = _clay(eye.n_points)
         self._put_all(eyes, "eyes", EYE_MATERIAL, **EYE_LIGHTING)
         rims = {f"rim_{side}": rim for side, rim in seen.lid_margins.items()} if self.style.eyes else {}
         self._put_all(rims, "rims", SKIN_MATERIAL, **SKIN_LIGHTING)
@@ -339,6 +348,12 @@ class Scene:
         elif material is not None and not quick:
             relief = self._relief.shading if name == "skin" and self._relief is not None else None
             material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief)
+
+
+def _clay(n: int, shade: npt.NDArray[np.uint8] | None = None) -> npt.NDArray[np.uint8]:
+    """Colors (n, 3) of clay, times factors of furrows (n, 3), as bytes."""
+    factors = np.full((n, 3), 255, np.uint8) if shade is None else shade
+    return np.asarray(np.array(CLAY) / 255.0 * factors, dtype=np.uint8)
 
 
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:

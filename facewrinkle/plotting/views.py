@@ -138,6 +138,8 @@ class Style:
         Colour by this array of the frame in place of skin.
     eyes, brows : bool
         Draw eyes; draw brows and lashes.
+    clay : bool
+        Show skin and eyes in the color of clay, without brows, lashes and the face's own colors.
     quick : bool
         One headlight and no anti-aliasing.
     microrelief : bool
@@ -157,6 +159,7 @@ class Style:
     scalars: str | None = None
     eyes: bool = True
     brows: bool = True
+    clay: bool = False
     quick: bool = False
     follow: bool = False
     microrelief: bool = True

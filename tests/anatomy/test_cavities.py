@@ -12,9 +12,10 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
 from facewrinkle.anatomy.face import Face
+from facewrinkle.anatomy.head import HAIR_COLOUR
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import companion_meshes
-from facewrinkle.appearance.skin_paint import HAIR_COLOUR, SkinPainter
+from facewrinkle.appearance.skin_paint import SHAVED, SkinPainter, complexion
 from facewrinkle.mesh import to_polydata
 
 
@@ -84,12 +85,13 @@ def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
         assert SkinPainter(bagged)(bagged.landmarks[name][None]).astype(float).mean() > 100.0
 
 
-def test_hair_grows_on_whole_heads_only(face):
+def test_whole_heads_alone_are_shaved(face):
     crown = face.frame.origin + np.array([[0.0, 90.0, -70.0]])
-    np.testing.assert_allclose(SkinPainter(face)(crown)[0], HAIR_COLOUR, atol=20.0)
+    bare = complexion(crown, face.landmarks, face.frame)
+    np.testing.assert_allclose(SkinPainter(face)(crown), bare + SHAVED * (HAIR_COLOUR - bare), atol=1.0)
     front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
     mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
-    assert SkinPainter(mask)(crown).mean() > 120.0
+    np.testing.assert_allclose(SkinPainter(mask)(crown), bare, atol=1.0)
 
 
 def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
