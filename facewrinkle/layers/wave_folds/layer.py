@@ -32,6 +32,23 @@ AROUND = (0.12, 0.4)
 """Distances from a landmark, in distances between the pupils, up to which its factor holds, and from which 1 does."""
 
 
+GOLDEN = 0.6180339887
+"""Multiples of it, less whole numbers, fill the interval from 0 to 1 evenly."""
+
+
+def strength_of(seed: int) -> float:
+    """Return the factor of the depth of a person's lines, from .35 to 1.4: people differ fourfold.
+
+    Seed 0 has 1, and lines that are stronger than those of three in four.
+
+    Examples
+    --------
+    >>> [round(strength_of(seed), 2) for seed in range(6)]
+    [1.0, 0.59, 1.39, 0.82, 0.48, 1.13]
+    """
+    return float(4.0 ** ((0.75 + seed * GOLDEN) % 1.0 - 0.75))
+
+
 class WaveFolds(Layer):
     """The layer of folds that grow where the skin is compressed.
 
@@ -50,7 +67,8 @@ class WaveFolds(Layer):
     irregularity : float
         0: as parallel and even as the compression lets them be; 1: as on people.
     seed : int
-        Another seed is another person's lines; another identity of the head keeps them.
+        Another seed is another person's lines, of another strength (:func:`strength_of`); another identity of the head
+        keeps them.
     age : float
         In [0, 1]: lines that stay at rest, where the face folds in life. At 0 there are none. Default: the age of the
         face.
@@ -151,7 +169,7 @@ class WaveFolds(Layer):
         """
         self._face = face
         self._age = max(face.age, 0.0) if self.age is None else self.age
-        self._depth = self.depth * face.fold_depth
+        self._depth = self.depth * face.fold_depth * strength_of(self.style.seed)
         self._amounts = amounts(self.amount, face)
         self._field = self._found(face, self._amounts, self._age)
         if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines]):
