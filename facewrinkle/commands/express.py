@@ -95,6 +95,7 @@ def express(
         folds=folds,
         size=output.pixels,
         view=output.view,
+        clay=output.clay,
     )
     stem = re.sub(r"[^\w.=-]+", "_", name)[:100]  # the names of files must not become too long
     if maps is not None:
@@ -130,6 +131,8 @@ class Performance:
         Of a picture, pixels.
     view : str, optional
         Of the close-up. Default: where the wrinkles are.
+    clay : bool
+        Show the face as clay.
     """
 
     face: Face
@@ -140,6 +143,7 @@ class Performance:
     folds: FoldOptions = field(default_factory=FoldOptions)
     size: tuple[int, int] = (800, 800)
     view: str | None = None
+    clay: bool = False
 
     def __post_init__(self) -> None:
         check_whole("the number of frames", self.frames, 1, 1e9)
@@ -218,7 +222,7 @@ def record(
         *_, frame = rehearsal.run(15)  # enough to show where the wrinkles will be
         close = closeup(frame, face)
     simulation = performance.simulation()
-    styles = [Style(performance.size, view) for view in ("front", close)]
+    styles = [Style(performance.size, view, clay=performance.clay) for view in ("front", close)]
     peaks: list[pv.PolyData] = []
 
     def watch(number: int, frame: pv.PolyData) -> None:

@@ -23,6 +23,7 @@ from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
+from ..plotting.views import Style
 from ..progress import bar
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
@@ -347,6 +348,8 @@ class OutputOptions:
         Size of each picture in pixels: 800, or 800x600.
     view
         View of the close-ups, such as forehead or left_eye. Default: where the wrinkles or tears are.
+    clay
+        Show the face as clay, without colors, brows and lashes.
     fps
         Frames per second of the movie.
     movie
@@ -369,6 +372,7 @@ class OutputOptions:
 
     size: str = "800"
     view: str | None = None
+    clay: bool = False
     fps: float = 25.0
     movie: Annotated[bool, Parameter(negative="--no-movie")] = True
     series: bool = False
@@ -382,6 +386,10 @@ class OutputOptions:
     def pixels(self) -> tuple[int, int]:
         """Width and height of a picture."""
         return parse_size(self.size)
+
+    def style(self, view: str) -> Style:
+        """Return the style of a picture; a view that is unknown is refused."""
+        return Style(self.pixels, view, clay=self.clay)
 
     def folder(self, name: str, face: str = "") -> Path:
         """Return the folder that was asked for, or else output/FACE/NAME; without FACE for the built-in head."""

@@ -15,7 +15,7 @@ from ..geometry.interpolation import smoothstep
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..motion.base import Still
 from ..plotting import closeup, picture, side_by_side
-from ..plotting.views import Style, View, surface_view, whole_view
+from ..plotting.views import View, surface_view, whole_view
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, OutputOptions, Report, Vector, Whole, given, parse_mixture, parse_numbers
 from .recorder import Clip, Recorder, Scenes
@@ -86,7 +86,7 @@ def pattern(
     """
     output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
-    Style(output.pixels, output.view or "front")  # refuses an unknown one
+    output.style(output.view or "front")  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)
     check_range("strength", strength, 0.0, 1.0)
     options = given(
@@ -167,7 +167,7 @@ def _run(layers: list[PatternLayer], seconds: float) -> None:
 def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
     """Play a clip, write its files, and print what came out."""
     face, output = clip.face, recorder.output
-    front = Style(output.pixels)
+    front = output.style("front")
     near = _close(face, simulation.layers) if output.view is None and not face.landmarks else output.view
     if not face.landmarks:
         front = replace(front, view=whole_view(replace(front, view=near or "front")))

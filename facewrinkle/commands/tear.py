@@ -91,7 +91,7 @@ def tear(
         check_range("speed", speed, 1e-6, 1e9)
     seconds, fps = check_range("seconds", seconds, 0.1, 1e4), check_range("fps", output.fps, 1.0, 100.0)
     frames = check_whole("seconds times fps", round(seconds * fps), MOMENTS, 1e6)
-    style = Style(output.pixels, output.view or "cheeks")
+    style = output.style(output.view or "cheeks")
     places = [parse_numbers("start", place, (3,)) for place in start or ()]
     if places and expression is not None:
         raise ParameterError("--expression belongs to a face, --start to a mesh that is none: leave out one of them.")
@@ -188,7 +188,7 @@ class Crying:
 def _record(crying: Crying, recorder: Recorder, close: Style) -> None:
     """Play a face that cries, and write its files."""
     face, moments = crying.face, crying.moments()
-    styles = Style(close.size) if face.landmarks else replace(close, view=whole_view(close)), close
+    styles = replace(close, view="front") if face.landmarks else replace(close, view=whole_view(close)), close
     series: list[tuple[float, pv.PolyData]] = []
     rows: list[list[Image]] = [[], []]
     with ExitStack() as stack:

@@ -50,6 +50,18 @@ def test_scene_shows_the_last_frame_and_forgets_the_others(face, wrinkled, bare)
     assert difference(alone[0], alone[2]).max() > 30
 
 
+def test_clay_has_one_color_and_shows_the_same_form(face, wrinkled):
+    """All pixels of the face have the hue of clay; where it is furrowed it is darker, as skin is."""
+    image = picture(wrinkled, face, Style(SMALL, clay=True)).astype(float)
+    skin = image[image.sum(axis=2) > 250.0]
+    hue = skin / skin.sum(axis=1, keepdims=True)
+    colored = picture(wrinkled, face, Style(SMALL)).astype(float)
+    many = colored[colored.sum(axis=2) > 250.0]
+    assert hue.std(axis=0).max() < 0.4 * (many / many.sum(axis=1, keepdims=True)).std(axis=0).max()
+    bare = picture(face.mesh, face, Style(SMALL, clay=True))
+    assert difference(image, bare).max() > 30
+
+
 def test_stale_normals_are_not_trusted(face):
     moved = face.mesh.copy()
     moved.points[:, 2] += 6.0 * np.sin(moved.points[:, 1] / 4.0)
