@@ -53,7 +53,9 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     corners = triangles[centre.triangle]
     # From a corner or on an edge, angles are undefined: start a little inside, and shift the result.
     start = (1.0 - 1e-3) * centre.point + 1e-3 * points[corners].mean(axis=0)
-    right, upward = tangents(np.cross(*np.diff(points[corners], axis=0)), up)
+    flat = np.cross(*np.diff(points[corners], axis=0))
+    # Directions are those on the smooth surface: on an edge, either of its triangles would turn them another way.
+    right, upward = tilted(np.array(tangents(centre.normal, up)), centre.normal, flat / np.linalg.norm(flat))
     rays, shift = points[corners] - start, start - centre.point
     distance, angle = np.full(len(points), np.inf), np.zeros(len(points))
     distance[corners] = np.linalg.norm(rays, axis=1)
@@ -77,6 +79,19 @@ def tangents(normal: Array, up: npt.ArrayLike) -> tuple[Array, Array]:
     length = np.linalg.norm(upward)
     upward = upward / length if length > 1e-9 * np.linalg.norm(up) else np.zeros(3)
     return np.cross(upward, normal), upward
+
+
+def tilted(vectors: Array, normal: Array, other: Array) -> Array:
+    """Vectors (k, 3), turned as the least rotation that takes one unit normal to another does.
+
+    Examples
+    --------
+    >>> tilted(np.array([[1.0, 0, 0], [0, 1, 0]]), np.array([0.0, 0, 1]), np.array([1.0, 0, 0])).tolist()
+    [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    """
+    axis = np.cross(normal, other)
+    turned = vectors + np.cross(axis, vectors) + np.cross(axis, np.cross(axis, vectors)) / (1.0 + normal @ other)
+    return np.asarray(turned)
 
 
 def gradients(points: Array, triangles: IntArray, values: Array) -> Array:

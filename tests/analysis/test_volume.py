@@ -52,7 +52,7 @@ def test_the_displaced_volume_is_that_of_the_closed_form():
 @pytest.mark.slow
 def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
     for rung in report("volume").numbers["head"].values():
-        assert abs(rung["default mesh"] - rung["bounded"]) < 1.0
+        assert abs(rung["default mesh"] - rung["bounded"]) < 1.2
 
 
 def test_the_ladder_ends_with_what_the_frames_hold(face):

@@ -305,7 +305,7 @@ def test_pandas_reads_the_table(small):
     table = pandas.read_parquet(small / "index")
     assert sorted(table["index"]) == list(range(3))
     assert table["person"].nunique() == 2
-    assert table["identity_age"].between(-0.5, 1.0).all()
+    assert table["identity_age"].between(-0.9, 1.0).all()
 
 
 def test_the_card_tells_what_it_is(small):
