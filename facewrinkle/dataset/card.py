@@ -14,8 +14,8 @@ from .shards import read_table
 from .spec import Spec, code_digest
 
 BIASES = """\
-- All people with the built-in head have its topology, its eyes and its one haircut; they differ in shape, age and
-  colour. Nobody wears a beard, make-up, glasses, jewellery, a hat or clothes: heads end in bare necks.
+- All people with the built-in head have its topology, and cropped or shaved hair; they differ in shape, age and
+  colours. Nobody wears a beard, make-up, glasses, jewellery, a hat or clothes: heads end in bare necks.
 - The ranges are those of the specification, not of any population: ages and complexions are even, not as in a country.
 - Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
   face, no hand and no strand of hair; cameras have no noise, blur or distortion.
