@@ -42,7 +42,7 @@ def assert_equal(ours, theirs):
 @pytest.fixture
 def every_field_set():
     """A face none of whose fields has its default."""
-    face = fw.default_face({"jaw": 0.5, "age": 0.75})
+    face = fw.default_face({"jaw": 0.5, "age": 0.75, "iris": 0.5})
     rest = fw.Face.from_landmarks(face.mesh, face.landmarks, 2.5, None, ("trichion", "gonion_l"))
     hat = Part(pv.Sphere(radius=90.0, center=(0, 120, 0)), "mandible", "l", face.texture[::4], np.arange(842)[::-1])
     hat.mesh.cell_data["part"] = np.zeros(hat.mesh.n_cells, int)
@@ -56,6 +56,7 @@ def every_field_set():
         report=("Dropped specks: 1.",),
         likeness=0.87,
         age=face.age,
+        iris=face.iris,
         template=face.template,
     )
 

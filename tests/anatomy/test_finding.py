@@ -159,7 +159,7 @@ DRAWN = {
 @pytest.mark.parametrize("noise", [0.0, 0.01])
 @pytest.mark.parametrize("drawn", DRAWN.values(), ids=DRAWN)
 def test_corners_of_the_mouth_are_found_where_they_are_drawn_to(drawn, noise):
-    face, rng = template(), np.random.default_rng(2)
+    face = template()
 
     def moved(points):
         there = points.copy()
@@ -172,12 +172,16 @@ def test_corners_of_the_mouth_are_found_where_they_are_drawn_to(drawn, noise):
         Pose(np.eye(3), np.zeros(3), 1.0, np.ones(3)),
         np.array([face.landmarks[n] for n in MOUTH_LANDMARKS]),
     )
-    points = moved(face.points) + noise * rng.normal(size=face.points.shape)
-    found, meeting = furrow(points, face.triangles, pose, expected[:, :2])
     upper, lower = moved(expected)[2:, 1]
-    assert lower < meeting < upper
-    off, went = (np.linalg.norm(a - moved(expected)[:2, :2], axis=1) for a in (found, expected[:2, :2]))
-    assert (off < np.maximum(0.05 + 2.0 * noise, 0.35 * went)).all(), (off, went)
+    places = []
+    for seed in range(12 if noise else 1):
+        rough = noise * np.random.default_rng(seed).normal(size=face.points.shape)
+        found, meeting = furrow(moved(face.points) + rough, face.triangles, pose, expected[:, :2])
+        assert lower < meeting < upper
+        places.append(found)
+    off = np.linalg.norm(np.array(places) - moved(expected)[:2, :2], axis=2).mean(axis=0)
+    went = np.linalg.norm(expected[:2, :2] - moved(expected)[:2, :2], axis=1)
+    assert (off < np.maximum(0.05 + 2.5 * noise, 0.35 * went)).all(), (off, went)
     ball = pv.Icosphere(radius=1.4, nsub=5)  # a smooth chin has no corners of a mouth
     smooth = np.asarray(ball.points, dtype=np.float64) * [0.8, 1.2, 0.8] + [0.0, -0.5, -0.8]
     assert furrow(smooth, ball.regular_faces, pose, expected[:, :2]) is None

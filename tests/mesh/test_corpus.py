@@ -54,7 +54,7 @@ def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
 
 
 def test_mended_faces_keep_their_shape():
-    """Points stay where they were, but where triangles were turned over, which is reported."""
+    """Points stay where they were, but at triangles that were turned over, which is reported, and neighbors."""
     kept = 0
     for dirty in dirty_faces():
         if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
@@ -63,7 +63,7 @@ def test_mended_faces_keep_their_shape():
                 face = fw.fit_face(dirty.mesh, dirty.landmarks)
             moved = (face.points != np.asarray(dirty.mesh.points)[face.source_points]).any(axis=1)
             flat = [int(line.split()[-1].rstrip(".")) for line in face.report if "turned over" in line]
-            assert moved.sum() <= 3 * sum(flat), (dirty.name, face.report)
+            assert moved.sum() <= 4 * sum(flat), (dirty.name, face.report)
             kept += not moved.any()
     assert kept >= 2
 

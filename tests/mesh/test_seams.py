@@ -132,8 +132,7 @@ def test_patterns_on_one_part_of_several_keep_the_seams_of_all(fingerprint):
     both.point_data.active_texture_coordinates_name = "Texture Coordinates"
     add_seams(both, np.concatenate([corner_texture(one)] * 2))
     before = fingerprint(both)
-    with pytest.warns(fw.FaceWrinkleWarning, match="refined"):
-        laid = both.facewrinkle.pattern("dimple", centre=(0, 0, -40), size=30.0, depth=3.0)
+    laid = both.facewrinkle.pattern("dimple", center=(0, 0, -40), size=30.0, depth=3.0)
     assert fingerprint(both) == before
     far = np.asarray(laid.points)[laid.regular_faces][:, 0, 0] > 100.0
     np.testing.assert_array_equal(corner_texture(laid)[far], corner_texture(other))

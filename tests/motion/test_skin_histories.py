@@ -154,7 +154,7 @@ def test_a_steady_state_is_that_of_a_ramp(skins, name):
     rates = fw.EXPRESSIONS[name]
     for share in (0.2, 0.4, 0.6, 0.8):
         held(skins[1], {k: share * rate for k, rate in rates.items()}, 6)
-    one, other = (held(skin, rates, 150) for skin in skins)
+    one, other = (held(skin, rates, 300) for skin in skins)
     assert np.abs(one - other).max() < 1e-6
 
 
