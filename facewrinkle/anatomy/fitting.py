@@ -298,7 +298,7 @@ def _parts(clean: CleanSurface, landmarks: Mapping[str, Array]) -> tuple[dict[st
     """The other parts of a face's file, by name, and sentences on them."""
     if clean.others is None:
         return {}, ()
-    parts, specks = named_parts(clean.others, clean.mesh, landmarks, frame_of(landmarks))
+    parts, specks = named_parts(clean.others, clean.mesh, landmarks, frame_of(landmarks), clean.names)
     told = []
     if parts:
         listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())

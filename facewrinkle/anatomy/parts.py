@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -21,7 +22,20 @@ from .landmarks import FaceFrame, mouth_middle
 
 Follows = Literal["skull", "mandible", "eye", "skin"]
 
-# Every connected piece gets its name from the first section below that it fits, in this order. Lengths are in distances
+# --- The file says what a piece is --------------------------------------------------------------------------
+
+WORDS = {
+    "lashes": r"(?<![fp])lash",  # no flash, no splash
+    "fuzz": r"brow(?!n)",
+    "glasses": r"glasses|spectacles|goggles",
+    "tongue": r"tongue",
+    "teeth": r"teeth|tooth|gums?(?![a-z])",
+    "hair": r"(?<!c)hair",
+    "eye": r"eye(?![ _-]*(lid|lash|brow|line|glasses|socket|shell|edge|occlusion))|cornea|sclera|pupil",
+}
+"""Regular expressions for what files call each kind of piece, in small letters."""
+
+# Other pieces get their name from the first section below that they fit, in this order. Lengths are in distances
 # between the pupils. Numbers in brackets are those of the built-in head, whose eyes have a radius of 0.19.
 
 # --- A piece belongs to an eye ----------------------------------------------------------------------------
@@ -155,7 +169,11 @@ def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None
 
 
 def named_parts(
-    others: pv.PolyData, skin: pv.PolyData, landmarks: Mapping[str, Array], frame: FaceFrame
+    others: pv.PolyData,
+    skin: pv.PolyData,
+    landmarks: Mapping[str, Array],
+    frame: FaceFrame,
+    names: Sequence[str] = (),
 ) -> tuple[dict[str, Part], int]:
     """Return eyes, teeth, tongue, lashes, glasses and hair by name, and the number of specks that were dropped.
 
@@ -166,6 +184,8 @@ def named_parts(
     skin : pyvista.PolyData
     landmarks : dict of str to ndarray, shape (3,)
     frame : FaceFrame
+    names : sequence of str, optional
+        What the file calls each piece; one that says what it is counts more than place and size.
 
     Examples
     --------
@@ -176,6 +196,8 @@ def named_parts(
     >>> parts, dropped = named_parts(ball, face.mesh, face.landmarks, face.frame)
     >>> list(parts), dropped
     (['eye_l'], 0)
+    >>> list(named_parts(ball, face.mesh, face.landmarks, face.frame, names=["Head/Monocle_glasses"])[0])
+    ['glasses']
     """
     triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
     local = frame.local(np.asarray(others.points))
@@ -183,7 +205,11 @@ def named_parts(
     away = _height(np.asarray(others.points), skin) / frame.pupil_distance
     pieces = [(piece, np.unique(triangles[piece])) for piece in _pieces(label)]
     eyes = {side: _socket([local[used] for _, used in pieces], marks[f"eye_{side}_centre"]) for side in "lr"}
-    kinds = [_kind(local[used], away[used], marks, eyes) for _, used in pieces]
+    said = map(kind_said, names or len(pieces) * [""])
+    kinds = [
+        _sided(kind, local[used], eyes) if kind else _kind(local[used], away[used], marks, eyes)
+        for (_, used), kind in zip(pieces, said, strict=True)
+    ]
     teeth = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
     bite = _bite(teeth, mouth_middle(marks)[1])
     chosen: dict[str, list[IntArray]] = {}
@@ -192,6 +218,30 @@ def named_parts(
         chosen.setdefault(name, []).append(piece)
     specks = len(chosen.pop("speck", []))
     return {name: _part(name, others, np.sort(np.concatenate(chosen[name]))) for name in sorted(chosen)}, specks
+
+
+def kind_said(name: str) -> str:
+    """Return which of the kinds in :data:`WORDS` a name in a file says, "" for none; of names with "/" between them,
+    the first that says a single one decides.
+
+    Examples
+    --------
+    >>> kind_said("mesh_3/LeftEyelashes"), kind_said("Eye_L/brown hair"), kind_said("Head with eyes and teeth")
+    ('lashes', 'eye', '')
+    """
+    for one in name.lower().split("/"):
+        kinds = [kind for kind, words in WORDS.items() if re.search(words, one)]
+        if len(kinds) == 1:
+            return kinds[0]
+    return ""
+
+
+def _sided(kind: str, points: Array, eyes: Mapping[str, tuple[Array, float]]) -> str:
+    """A kind with the side of the nearer eye, if it is eyes or lashes."""
+    if kind not in ("eye", "lashes"):
+        return kind
+    side = min(eyes, key=lambda side: float(np.linalg.norm(points.mean(axis=0) - eyes[side][0])))
+    return f"{kind}_{side}"
 
 
 def _pieces(label: IntArray) -> list[IntArray]:

@@ -73,9 +73,13 @@ PART = "part"
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, if there are seams."""
 
-IMAGE, IMAGES = "image", "images"
-"""The cell-data array with the number of the image on each triangle, -1 for none, and the field-data array that lists
-the images: files, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; see :func:`images_of`."""
+IMAGE = "image"
+"""The label (see :func:`set_labels`) of each triangle that tells its image: a file, `a.glb#3` for one in a glTF file,
+`a.usdz[b.png]` for one in a USD package."""
+
+NAME = "object name"
+"""The label (see :func:`set_labels`) of each triangle that tells what its file calls it: see
+:class:`facewrinkle.mesh.formats.polygons.Primitive`."""
 
 MESH = "mesh of its file"
 """The cell-data array that numbers the meshes of a file with several; meshes are never joined at their borders, as the
@@ -87,23 +91,42 @@ MOVED = "moved"
 It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
 
 
-def name_images(mesh: pv.PolyData, names: Iterable[str]) -> None:
-    """Store the names of images with a mesh, escaped, as VTK stores ASCII only."""
-    mesh.field_data[IMAGES] = [name.encode("unicode_escape").decode("ascii") for name in names]
+def set_labels(mesh: pv.PolyData, array: str, labels: np.ndarray) -> None:
+    """Store a text for each triangle (m,), "" for none, with the mesh.
 
-
-def images_of(mesh: pv.PolyData) -> list[str]:
-    """The names of the images that :data:`IMAGE` numbers.
+    The cell data `array` number them, from 0, -1 for none, and the field data `array` + "s" list them, escaped, as VTK
+    stores ASCII only.
 
     Examples
     --------
-    >>> sheet = pv.Plane()
-    >>> name_images(sheet, ["größe.png"])
-    >>> images_of(sheet)
-    ['größe.png']
+    >>> sheet = pv.Plane(i_resolution=3, j_resolution=1)
+    >>> set_labels(sheet, "image", np.array(["", "größe.png", ""]))
+    >>> listed_labels(sheet, "image"), sheet.cell_data["image"].tolist()
+    (['größe.png'], [-1, 0, -1])
     """
-    names = np.asarray(mesh.field_data.get(IMAGES, []), dtype=str)
+    known, number = np.unique(labels, return_inverse=True)  # sorted, so "" comes first
+    bare = int("" in known)
+    if len(known) > bare:
+        mesh.cell_data[array] = number.ravel() - bare
+        mesh.field_data[array + "s"] = [name.encode("unicode_escape").decode("ascii") for name in known[bare:].tolist()]
+
+
+def listed_labels(mesh: pv.PolyData, array: str) -> list[str]:
+    """The texts that :func:`set_labels` has numbered."""
+    names = np.asarray(mesh.field_data.get(array + "s", []), dtype=str)
     return [name.encode("ascii").decode("unicode_escape") for name in names.tolist()]
+
+
+def labels_of(mesh: pv.PolyData, array: str) -> np.ndarray:
+    """The texts (m,) that :func:`set_labels` has stored for each triangle, "" for none."""
+    number = np.asarray(mesh.cell_data.get(array, np.full(mesh.n_cells, -1)))
+    return np.array([*listed_labels(mesh, array), ""])[number]
+
+
+def drop_labels(mesh: pv.PolyData, array: str) -> None:
+    """Take away what :func:`set_labels` has stored."""
+    mesh.cell_data.pop(array, None)
+    mesh.field_data.pop(array + "s", None)
 
 
 def to_polydata(

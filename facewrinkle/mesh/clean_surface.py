@@ -12,7 +12,7 @@ from ..checks import vector, vectors
 from ..errors import LARGEST, MeshError, ParameterError, warn
 from ..geometry import topology
 from ..geometry.normals import double_areas
-from .arrays import COLORS, CORNERS, MESH, MOVED, PART, SOURCE, corner_texture, with_data
+from .arrays import COLORS, CORNERS, MESH, MOVED, NAME, PART, SOURCE, corner_texture, drop_labels, labels_of, with_data
 from .formats.reading import MeshLike, read_surface
 from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
 
@@ -41,6 +41,8 @@ class CleanSurface:
     others : pyvista.PolyData, optional
         The other parts of the input, unchanged; the cell data "part" number them, and the point data "source point"
         give the numbers of their points in the input.
+    names : tuple of str
+        What the file of the input calls each of these parts, "" if it does not tell.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class CleanSurface:
     source_points: np.ndarray
     report: tuple[str, ...]
     others: pv.PolyData | None = None
+    names: tuple[str, ...] = ()
 
 
 def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
@@ -142,7 +145,17 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
         at_corners = texture.reshape(-1, 2)[skin.corners]
         if CORNERS in clean.cell_data or of_points is None or not np.array_equal(at_corners, of_points[triangles]):
             clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
-    return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others)
+    drop_labels(clean, NAME)
+    names = () if others is None else _taken_names(others)
+    return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others, names)
+
+
+def _taken_names(others: pv.PolyData) -> tuple[str, ...]:
+    """What the file calls each part, which is taken off the mesh."""
+    first = np.unique(others.cell_data[PART], return_index=True)[1]
+    names = labels_of(others, NAME)[first]
+    drop_labels(others, NAME)
+    return tuple(names.tolist())
 
 
 def _chosen_sheet(

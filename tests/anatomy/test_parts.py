@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from dressed_head import NAMES, ellipsoid, lash, together
+from glb_files import GltfFile
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
@@ -29,6 +30,65 @@ def test_parts_are_told_apart(dressed, pieces, face):
     assert dressed.mesh.n_points == face.mesh.n_points
     assert dressed.report[-1] == "Dropped specks: 1."
     assert "eye_l (720)" in dressed.report[-3]
+
+
+def _as_obj(path, pieces):
+    lines, start = [], 1
+    for number, (name, (points, triangles)) in enumerate(pieces):
+        lines += [f"o Object_{number}", f"usemtl {name}" if number % 2 else f"g {name}"]
+        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in points]
+        lines += [f"f {a} {b} {c}" for a, b, c in triangles + start] + ["usemtl plain"]
+        start += len(points)
+    path.write_text("\n".join(lines))
+
+
+def _as_glb(path, pieces):
+    made = GltfFile()
+    made.content["materials"] = [{"name": name if number % 2 else "plain"} for number, (name, _) in enumerate(pieces)]
+    for number, (name, (points, triangles)) in enumerate(pieces):
+        mesh = made.mesh(points, triangles, material=number)
+        made.node(mesh=mesh, name=f"Object_{number}" if number % 2 else name)
+    made.content["scenes"] = [{"nodes": list(range(len(pieces)))}]
+    made.glb(path)
+
+
+def _as_usd(path, pieces):
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom, Vt
+
+    stage = Usd.Stage.CreateNew(str(path))
+    for number, (name, (points, triangles)) in enumerate(pieces):
+        mesh = UsdGeom.Mesh.Define(stage, f"/root/{name}/mesh_{number}" if number % 2 else f"/root/{name}")
+        mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points.astype(np.float32)))
+        mesh.CreateFaceVertexCountsAttr([3] * len(triangles))
+        mesh.CreateFaceVertexIndicesAttr(triangles.ravel().tolist())
+    stage.Save()
+
+
+@pytest.mark.filterwarnings("ignore::facewrinkle.errors.FaceWrinkleWarning")
+@pytest.mark.parametrize(("write", "ending"), [(_as_obj, "obj"), (_as_glb, "glb"), (_as_usd, "usda")])
+def test_names_in_the_file_count_more_than_place_and_size(face, pieces, tmp_path, write, ending):
+    """Where they say something: an object without a telling name is what its place and size make it."""
+    named = {
+        "Head_with_eyes_and_teeth": ((face.points, face.triangles), None),
+        "Sunglasses_01": (pieces["hair"], "glasses"),
+        "brown_hair": (pieces["other"], "hair"),
+        "LeftEyebrow": (pieces["eye_l"], "fuzz"),
+        "RightEye": (ellipsoid(face, [-0.6, 0.1, 0.5], [0.1, 0.1, 0.1]), "eye_r"),
+        "upperGum": (pieces["glasses"], "upper_teeth"),
+        "Thing": (pieces["eye_r"], "eye_r"),
+        "TONGUE": (pieces["lashes_r"], "tongue"),
+        "lashes": (ellipsoid(face, [0.9, 0.0, 0.3], [0.1, 0.1, 0.1]), "lashes_l"),
+        "Thing_with_teeth_and_hair": (pieces["lower_teeth"], "lower_teeth"),
+    }
+    path = tmp_path / f"face.{ending}"
+    write(path, [(name, piece) for name, (piece, _) in named.items()])
+    parts = fw.fit_face(path, face.landmarks, units="mm").parts
+    for kind in {kind for _, kind in named.values() if kind}:
+        points = np.concatenate([piece[0] for piece, of_kind in named.values() if of_kind == kind])
+        np.testing.assert_allclose(parts[kind].mesh.points, points, atol=1e-4)
+        assert not any("name" in array for array in (*parts[kind].mesh.cell_data, *parts[kind].mesh.field_data))
+    assert len(parts) == len({kind for _, kind in named.values() if kind})
 
 
 @pytest.mark.parametrize("shift", [-0.2, 0.3])

@@ -276,7 +276,8 @@ class Document:
             bones = world[joints] @ bind
         solid = [part for part in mesh["primitives"] if part.get("material") not in self.transparent]
         found = [self._primitive(part, world[node], bones) for part in solid]
-        return [replace(part, mesh=node) for part in found if part is not None]
+        names = f"{self.nodes[node].get('name', '')}/{mesh.get('name', '')}"
+        return [replace(part, mesh=node, name=f"{names}/{part.name}".strip("/")) for part in found if part is not None]
 
     @cached_property
     def transparent(self) -> set[int]:
@@ -321,7 +322,8 @@ class Document:
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
-        return Primitive(points, triangles, at_corners, colors, shapes, image, weights)
+        name = self._name_of_material(primitive)
+        return Primitive(points, triangles, at_corners, colors, shapes, image, weights, name=name)
 
     def _weights(self, attributes: dict[str, Any], n: int, count: int) -> csr_array | None:
         """Weights (n, count) of the bones at each point, from all sets of four that the file has."""
@@ -350,6 +352,13 @@ class Document:
         except (MeshError, KeyError, TypeError, ValueError, AttributeError) as problem:
             warn(f"the texture is left out: a material makes no sense ({type(problem).__name__}: {problem}).")
             return "", None, {}
+
+    def _name_of_material(self, primitive: dict[str, Any]) -> str:
+        """The name of the material of a primitive, "" if it has none."""
+        try:
+            return str(self._at("materials", primitive["material"])["name"])
+        except (MeshError, LookupError, TypeError):  # a mesh is read even if a material makes no sense
+            return ""
 
     def _image_place(self, number: int) -> str:
         """The file of an image, or the name of one within this file."""

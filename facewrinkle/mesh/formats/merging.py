@@ -19,17 +19,17 @@ from ..arrays import (
     COLORS,
     CORNERS,
     IMAGE,
-    IMAGES,
     MESH,
     MOVED,
+    NAME,
     PART,
     TEXTURE,
     add_seams,
     blended,
     corner_texture,
-    images_of,
     joined,
-    name_images,
+    labels_of,
+    set_labels,
     to_polydata,
     use_texture,
     with_data,
@@ -70,6 +70,7 @@ def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyD
         colors[kept] if any(part.colors is not None for part in primitives) else None,
         image=np.concatenate([np.broadcast_to(part.image, m) for part, m in zip(primitives, lengths, strict=True)]),
         mesh=np.repeat([part.mesh for part in primitives], lengths),
+        name=np.repeat([part.name for part in primitives], lengths),
     )
     mesh, shapes = surface_of(whole, path.name), shapes[:, kept]
     if count or skinned.any():  # points on different bones may part
@@ -92,9 +93,10 @@ def surface_of(mesh: Primitive, name: str) -> pv.PolyData:
     if mesh.colors is not None:
         surface.point_data[COLORS] = _colours(mesh.colors)
     set_meshes(surface, np.broadcast_to(mesh.mesh, len(mesh.triangles)))
+    set_labels(surface, NAME, np.broadcast_to(mesh.name, len(mesh.triangles)))
     if mesh.texture is not None:
         set_texture(surface, mesh.texture)
-        set_images(surface, np.broadcast_to(mesh.image, len(mesh.triangles)))
+        set_labels(surface, IMAGE, np.broadcast_to(mesh.image, len(mesh.triangles)))
     return surface
 
 
@@ -115,15 +117,6 @@ def set_meshes(surface: pv.PolyData, owner: np.ndarray) -> None:
     count, label = connected_components(links, directed=False)
     if count > 1:
         surface.cell_data[MESH] = label[owner]
-
-
-def set_images(mesh: pv.PolyData, images: np.ndarray) -> None:
-    """Store the name of the image on each triangle (m,), "" for none, with the mesh."""
-    known, number = np.unique(images, return_inverse=True)  # sorted, so "" comes first
-    bare = int("" in known)
-    if len(known) > bare:
-        mesh.cell_data[IMAGE] = number.ravel() - bare
-        name_images(mesh, known[bare:].tolist())
 
 
 def set_texture(mesh: pv.PolyData, at_corners: np.ndarray) -> None:
@@ -187,10 +180,8 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
     texture = joined_texture([corner_texture(surface) for surface in surfaces], lengths)
     if texture is not None:
         set_texture(mesh, texture)
-    if any(IMAGE in surface.cell_data for surface in surfaces):
-        images = [np.array([*images_of(s), ""]) for s in surfaces]
-        numbered = [np.asarray(s.cell_data.get(IMAGE, np.full(s.n_cells, -1))) for s in surfaces]
-        set_images(mesh, np.concatenate([own[number] for own, number in zip(images, numbered, strict=True)]))
+    for array in (IMAGE, NAME):
+        set_labels(mesh, array, np.concatenate([labels_of(surface, array) for surface in surfaces]))
     return mesh
 
 
@@ -237,10 +228,9 @@ def _check_counts(n_points: int, n_faces: int, name: str) -> None:
 
 def _known_cell_data(data: pv.PolyData, count: int) -> dict[str, np.ndarray]:
     """The cell data of a surface that was read before; other programs may give the same names to anything."""
-    known = {key: np.asarray(data.cell_data[key]) for key in (CORNERS, IMAGE, MESH) if key in data.cell_data}
-    if IMAGES not in data.field_data:
-        known.pop(IMAGE, None)
-    kinds = {CORNERS: ((count, 6), "f"), IMAGE: ((count,), "iu"), MESH: ((count,), "iu")}
+    labels = {array: ((count,), "iu") for array in (IMAGE, NAME) if array + "s" in data.field_data}
+    kinds = {CORNERS: ((count, 6), "f"), MESH: ((count,), "iu")} | labels
+    known = {key: np.asarray(data.cell_data[key]) for key in kinds if key in data.cell_data}
     return {key: a for key, a in known.items() if a.shape == kinds[key][0] and a.dtype.kind in kinds[key][1]}
 
 

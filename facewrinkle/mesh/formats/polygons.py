@@ -49,6 +49,9 @@ class Primitive:
     mesh : int or ndarray of int, shape (m,)
         Number of the mesh that it, or each triangle, belongs to: the materials of a mesh of a glTF file are several
         primitives, and the groups of an OBJ file one.
+    name : str or ndarray of str, shape (m,)
+        What the file calls it, or each triangle: several names with "/" between them, the most telling first. Group,
+        object and material of an OBJ file; node, mesh and material of a glTF file; a USD prim and those above it.
     """
 
     points: np.ndarray
@@ -59,6 +62,7 @@ class Primitive:
     image: str | np.ndarray = ""
     weights: csr_array | None = None
     mesh: int | np.ndarray = 0
+    name: str | np.ndarray = ""
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -139,8 +143,8 @@ def read_obj(path: Path) -> Primitive:
     vertices: list[int] = []
     corners: list[int] = []  # the texture coordinates of every corner, -1 for none
     libraries: list[str] = []
-    materials: list[str] = []  # of every face
-    groups: list[str] = []  # of every face
+    pieces: dict[tuple[str, str, str], int] = {}  # the numbers of object, group and material
+    piece_of_face: list[int] = []
     material, thing, group = "", "", ""
     for number, words in _lines(path):
         try:
@@ -156,8 +160,7 @@ def read_obj(path: Path) -> Primitive:
                     counts.append(len(face))
                     vertices += face
                     corners += numbers
-                    materials.append(material)
-                    groups.append(f"{thing}\n{group}")
+                    piece_of_face.append(pieces.setdefault((thing, group, material), len(pieces)))
                 case "usemtl":
                     material = " ".join(words[1:])
                 case "o":
@@ -171,18 +174,22 @@ def read_obj(path: Path) -> Primitive:
     order = np.array(vertices, dtype=np.int64)
     triangles, of_triangle = split_polygons(path, _array(points, 3), np.array(counts, dtype=np.int64), order)
     of_corners = textured(order, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
+    piece = np.array(piece_of_face, dtype=np.int64)[of_triangle]
     images = np.array("")
     if of_corners is not None:
         known = images_of_materials(path.parent, libraries)
-        places = {name: image_place(path.parent, known.get(name, "")) for name in sorted(set(materials))}
-        images = np.array([places[name] for name in materials])[of_triangle]
+        places = {name: image_place(path.parent, known.get(name, "")) for name in sorted({name for *_, name in pieces})}
+        images = np.array([places[name] for *_, name in pieces])[piece]
     return Primitive(
         _array(points, 3),
         order[triangles],
         None if of_corners is None else of_corners[triangles],
         _array(colors, 3) if 0 < len(colors) == len(points) else None,
         image=images,
-        mesh=np.unique(groups, return_inverse=True)[1][of_triangle],
+        mesh=np.unique([f"{thing}\n{group}" for thing, group, _ in pieces], return_inverse=True)[1][piece],
+        name=np.array([f"{group}/{thing}/{material}".strip("/") for thing, group, material in pieces], dtype=str)[
+            piece
+        ],
     )
 
 

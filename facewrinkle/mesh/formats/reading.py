@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 
 from ...errors import MeshError
 from ...files import check_file, check_inside, reading, text_of
-from ..arrays import COLORS, IMAGE, IMAGES, TEXTURE, numbers, to_polydata, use_texture
+from ..arrays import COLORS, IMAGE, NAME, TEXTURE, drop_labels, numbers, to_polydata, use_texture
 from .gltf import read_gltf_file
 from .merging import from_dataset, merged_primitives, surface_of
 from .ply import read_ply
@@ -47,8 +47,9 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     """Return the triangles of a file or of a mesh of another library, with the points numbered as in the source.
 
     Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
-    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. Point data
-    and field data are kept; lines and loose points are ignored.
+    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. The names
+    that a file gives its objects are listed by the field data "object names", and numbered by the cell data "object
+    name". Point data and field data are kept; lines and loose points are ignored.
 
     Parameters
     ----------
@@ -115,7 +116,10 @@ def _read_by_ending(path: Path) -> pv.PolyData:
         case ending if ending in USD:
             return merged_primitives(read_usd_file(path), path)[0]
         case ending if ending in OF_VTK:
-            return _without_images(from_dataset(_read_with_vtk(path), path.name))
+            mesh = from_dataset(_read_with_vtk(path), path.name)
+            for array in (IMAGE, NAME):  # its file may have come from anywhere
+                drop_labels(mesh, array)
+            return mesh
     if path.suffix == ".face":
         raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
@@ -141,13 +145,6 @@ def _read_with_vtk(path: Path) -> Any:
             "export it again, or as OBJ or PLY."
         )
     return data
-
-
-def _without_images(mesh: pv.PolyData) -> pv.PolyData:
-    """Return a mesh without the images that it names: its file may have come from anywhere."""
-    mesh.cell_data.pop(IMAGE, None)
-    mesh.field_data.pop(IMAGES, None)
-    return mesh
 
 
 def _check_pieces(path: Path) -> None:

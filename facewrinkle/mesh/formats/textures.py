@@ -15,7 +15,7 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, reading
-from ..arrays import COLORS, CORNERS, IMAGE, IMAGES, corner_texture, images_of
+from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, listed_labels
 from .gltf import Document
 from .merging import set_texture
 from .reading import GLTF, MeshLike, read_surface
@@ -115,7 +115,7 @@ def read_texture(source: MeshLike) -> Image | None:
         counts = np.bincount(numbers[numbers >= 0])
         if not counts.any():
             return None
-        names = images_of(surface)
+        names = listed_labels(surface, IMAGE)
         if len(names) > 1:
             taken, *others = [repr(_short(names[number])) for number in np.argsort(-counts, kind="stable")]
             warn(f"{name} has several textures; took {taken}, which most faces have, and not {', '.join(others)}.")
@@ -151,7 +151,7 @@ def merged_texture(mesh: pv.PolyData) -> Image | None:
     images: dict[int, Image] = {}
     for number in np.unique(numbers[numbers >= 0]).tolist():
         try:
-            images[number] = _opened(images_of(mesh)[number])
+            images[number] = _opened(listed_labels(mesh, IMAGE)[number])
         except MeshError as problem:
             warn(f"the texture is left out: {problem}")
     if not images:
@@ -187,7 +187,7 @@ def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
     if not isinstance(source, str | Path):
         return ()
     folder = Path(os.path.expanduser(source)).parent
-    outside = [str(Path(name).resolve()) for name in images_of(mesh) if is_outside(folder, name)]
+    outside = [str(Path(name).resolve()) for name in listed_labels(mesh, IMAGE) if is_outside(folder, name)]
     return (f"Read images from outside the folder of the mesh: {', '.join(outside)}.",) if outside else ()
 
 
@@ -221,7 +221,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
         place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
         place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat: each triangle lies in one tile
         if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
-            repeated.append(_short(images_of(mesh)[number]))
+            repeated.append(_short(listed_labels(mesh, IMAGE)[number]))
         place = np.clip(place, 0.0, 1.0)
         x = left + BORDER + place[..., 0] * (w - 2 * BORDER)
         y = BORDER + (1.0 - place[..., 1]) * (h - 2 * BORDER)
@@ -232,9 +232,8 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
             f"images that are repeated on the mesh, {', '.join(repeated)}, are cut off where they are put into one "
             "with others. Bake the textures into one image."
         )
-    for name in (CORNERS, IMAGE):  # the merged image is in no file
-        mesh.cell_data.pop(name, None)
-    mesh.field_data.pop(IMAGES, None)
+    mesh.cell_data.pop(CORNERS, None)
+    drop_labels(mesh, IMAGE)  # the merged image is in no file
     set_texture(mesh, corners)
     return out
 

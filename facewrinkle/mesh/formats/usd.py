@@ -101,7 +101,8 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
     face = np.repeat(np.arange(len(sizes)), sizes)[split[:, 0]]
     images = "" if texture is None else _inside(path, _images(mesh, len(sizes)))[face]
     colors = _colors(mesh, len(points), time)
-    return Primitive(placed, vertices[split].astype(np.int64), texture, colors, image=images)
+    name = "/".join(reversed(str(mesh.GetPath()).split("/")))
+    return Primitive(placed, vertices[split].astype(np.int64), texture, colors, image=images, name=name)
 
 
 def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:

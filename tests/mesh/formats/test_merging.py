@@ -51,6 +51,15 @@ def obj(path, heading, shared=False):
     path.write_text("\n".join(lines))
 
 
+def test_meshes_keep_the_names_of_their_objects_when_they_are_put_together(tmp_path):
+    obj(tmp_path / "a.obj", "o")
+    sheet = pv.Plane(i_resolution=9, j_resolution=9, center=(9.0, 0.0, 0.0))
+    with pytest.warns(FaceWrinkleWarning, match="separate parts"):
+        surface = prepare(pv.MultiBlock([sheet, read_surface(tmp_path / "a.obj"), sheet.translate((9.0, 0.0, 0.0))]))
+    assert surface.names == ("part_0", "part_1", "")
+    np.testing.assert_array_equal(np.bincount(surface.others.cell_data["part"]), [32, 32, 162])
+
+
 def save(kind, path):
     match kind:
         case "glb":

@@ -14,7 +14,7 @@ from small_meshes import cap, same_triangles, sphere
 from facewrinkle.errors import FaceWrinkleWarning, MeshError
 from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface
-from facewrinkle.mesh.arrays import IMAGE, MESH
+from facewrinkle.mesh.arrays import IMAGE, MESH, NAME
 
 FACES = Path(__file__).parents[4] / "shared" / "faces"
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
@@ -322,7 +322,7 @@ KINDS = {"nan": [np.nan, np.nan], "text": ["skin", "eye"], "rows": [[0, 1], [1, 
 
 
 @pytest.mark.parametrize(
-    ("name", "kind"), [(n, k) for n in ("mesh", MESH, IMAGE) for k in KINDS if (n, k) != (MESH, "numbers")]
+    ("name", "kind"), [(n, k) for n in ("mesh", MESH, IMAGE, NAME) for k in KINDS if (n, k) != (MESH, "numbers")]
 )
 def test_arrays_of_others_change_nothing(name, kind):
     """Cell data of other programs may have any name; halves of a surface that lie apart are joined all the same."""
