@@ -1,3 +1,4 @@
+from . import accessor as accessor
 from . import anatomy as anatomy
 from . import animation as animation
 from . import appearance as appearance

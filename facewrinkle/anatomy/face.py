@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import html
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -180,6 +181,19 @@ class Face:
 
     def __repr__(self) -> str:
         return f"Face({self.mesh.n_cells} triangles, {len(self.landmarks)} landmarks, {len(self.muscles)} muscles)"
+
+    def _repr_html_(self) -> str:
+        """Return the table that notebooks show."""
+        rows = {
+            "Triangles": self.mesh.n_cells,
+            "Unit": f"{self.unit:g} mm",
+            "Landmarks": f"{len(self.landmarks)}, of which estimated: {', '.join(self.estimated) or 'none'}",
+            "Muscles": len(self.muscles),
+            "Parts": ", ".join(self.parts) or "none",
+            "Likeness": "not measured" if self.likeness is None else f"{self.likeness:.2f}",
+        }
+        lines = (f"<tr><td>{name}</td><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
+        return f"<table><tr><th>Face</th><th>Information</th></tr>{''.join(lines)}</table>"
 
     @property
     def points(self) -> Array:

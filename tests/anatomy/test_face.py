@@ -11,6 +11,7 @@ copies                      with_muscles leaves the face as it was
 from __future__ import annotations
 
 import dataclasses
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -28,6 +29,20 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import to_polydata
 
 # --- the whole ----------------------------------------------------------------------------------
+
+
+def test_notebooks_show_what_a_face_has(face):
+    hat = fw.anatomy.parts.Part(pv.Sphere(), follows="skull")
+    seen = dataclasses.replace(face, parts={"<hat>": hat, "eye_l": hat}, estimated=("chin",), likeness=0.876, unit=10.0)
+    table = [[cell.text for cell in row] for row in ElementTree.fromstring(seen._repr_html_())]
+    assert dict(table[1:]) == {
+        "Triangles": str(face.mesh.n_cells),
+        "Unit": "10 mm",
+        "Landmarks": f"{len(face.landmarks)}, of which estimated: chin",
+        "Muscles": str(len(face.muscles)),
+        "Parts": "<hat>, eye_l",
+        "Likeness": "0.88",
+    }
 
 
 def test_two_built_in_faces_share_no_memory():
