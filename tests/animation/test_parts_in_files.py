@@ -263,7 +263,7 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
 def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, command):
     if command == "tear":
         fw.write_face(dressed, tmp_path / "a.face")
-        given = ["shedding", "--face", str(tmp_path / "a.face"), "--seconds", "0.5", "--fps", "8", "--plain"]
+        given = ["shedding", "--face", str(tmp_path / "a.face"), "--seconds", "0.5", "--fps", "8", "--clay"]
     else:
         write_landmarks({name: 1e-3 * p for name, p in dressed.landmarks.items()}, tmp_path / "a.json")
         given = [str(animated), "--landmarks", str(tmp_path / "a.json"), "--fps", "8", "--max-level", "1"]
