@@ -38,6 +38,9 @@ from .stage import Shown as Frame
 LARGEST_UPLOAD = 256 * 2**20
 """Bytes of a file that is sent."""
 
+UPLOAD_TIME = 600.0
+"""Seconds that the files of a form may take to arrive."""
+
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of the page, by their endings."""
 
@@ -145,13 +148,16 @@ async def received(request: web.Request, folder: Path) -> None:
     Raises
     ------
     ParameterError
-        For too large files, two of one name, and a form that makes no sense or does not arrive.
+        For too large files, two of one name, and a form that makes no sense or does not arrive in time.
     """
     try:
-        parts: Any = await request.clone(client_max_size=LARGEST_UPLOAD).multipart()
-        async for part in parts:
-            with (folder / Path(part.filename).name).open("xb") as file:
-                file.write(await part.read())
+        async with asyncio.timeout(UPLOAD_TIME):
+            parts: Any = await request.clone(client_max_size=LARGEST_UPLOAD).multipart()
+            async for part in parts:
+                with (folder / Path(part.filename).name).open("xb") as file:
+                    file.write(await part.read())
+    except TimeoutError:
+        raise ParameterError(f"the files were not received within {UPLOAD_TIME:g} s. Send smaller ones.") from None
     except Exception as problem:  # a form can be bad in many ways, and a page leave at any time
         raise ParameterError(f"the files were not received: {' '.join(str(problem).split())}.") from None
 

@@ -3,6 +3,7 @@
 the key and the origin | refused without
 names, number and size | an error as a sentence
 forms that make no sense | the same, and nothing in the terminal
+forms that never end     | the same, after a while
 what names other files | only those that were sent with it
 undo                   | the face before
 """
@@ -10,6 +11,7 @@ undo                   | the face before
 from __future__ import annotations
 
 import json
+import select
 import socket
 import tempfile
 from http.client import HTTPResponse
@@ -116,6 +118,22 @@ def test_bad_forms_are_sentences(studio, kind, body, caplog):
     status, text = answer(studio, body, kind)
     assert status == 400
     assert json.loads(text)["error"].endswith(".")
+    assert not caplog.records
+
+
+def test_a_page_that_trickles_is_told_that_it_took_too_long(studio, monkeypatch, caplog):
+    monkeypatch.setattr(server, "UPLOAD_TIME", 0.5)
+    with socket.create_connection(("127.0.0.1", port(studio)), timeout=20.0) as page:
+        page.sendall(request(studio, FILE, length=len(FILE) + 200))
+        left = 200  # 10 s
+        while left and not select.select([page], [], [], 0.05)[0]:
+            page.sendall(b"a")
+            left -= 1
+        told = HTTPResponse(page)
+        told.begin()
+        assert told.status == 400
+        assert "0.5 s" in json.loads(told.read())["error"]
+        page.sendall(left * b"a")
     assert not caplog.records
 
 

@@ -7,6 +7,7 @@ saved files                 | in one folder, never over another file
 live weights                | units of ARKit's shapes
 sliders that do nothing     | their reasons, on faces without eyes, mouth or muscles
 handles of muscles          | every muscle that pulls has one on the skin, apart from others; sides are mirrored
+a disk that is full         | told once, and the session is saved at the end, when there is room again
 what cannot be done         | a sentence, and the document as it was
 """
 
@@ -19,6 +20,7 @@ import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -30,9 +32,11 @@ import facewrinkle as fw
 from facewrinkle.errors import (
     FaceWrinkleError,
     MissingPackageError,
+    OutputError,
     ParameterError,
     UnknownNameError,
 )
+from facewrinkle.live import saving
 from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_effect
 from facewrinkle.live.document import START, Document
 from facewrinkle.live.saving import atlas_with, environment
@@ -252,6 +256,18 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     with pytest.raises(FaceWrinkleError, match="still moves after 0.3 s"):
         studio.frame(timeout=0.3)
     studio.stage.play(False)
+
+
+def test_a_session_that_could_not_be_saved_is_saved_at_the_end(face, tmp_path, monkeypatch, capsys):
+    with Studio(face, browser=False, save_to=tmp_path) as studio:
+        with page(studio) as seen, monkeypatch.context() as disk:
+            disk.setattr(saving, "write_whole", Mock(side_effect=OutputError("no space left.")))
+            seen.change("intensity", 0.3)
+            told = seen.heard("error")["text"]
+        assert "no space left" in told
+        assert not list(tmp_path.iterdir())
+    assert json.loads((tmp_path / "session.json").read_text())["intensity"] == 0.3
+    assert capsys.readouterr().err.splitlines() == [told]
 
 
 @pytest.mark.slow
