@@ -12,7 +12,7 @@ from functools import cache
 import numpy as np
 from scipy import sparse
 from scipy.interpolate import BSpline
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import solveh_banded
 from scipy.ndimage import gaussian_filter, map_coordinates
 from scipy.spatial.transform import Rotation
 
@@ -53,12 +53,16 @@ class Basis:
 
         The metric (2, 2, rows, columns) is symmetric: entries for x and x, x and y, y and x, y and y.
         """
-        (m, n, _), (rows, columns) = right.shape, metric.shape[2:]
-        down = np.einsum("ri,rk->rik", self.down, self.down).reshape(rows, m * m)
-        across = np.einsum("cj,cl->cjl", self.across, self.across).reshape(columns, n * n)
-        products = (down.T @ metric @ across).reshape(2, 2, m, m, n, n)
-        matrix = products.transpose(2, 4, 0, 3, 5, 1).reshape(2 * m * n, 2 * m * n)
-        return np.asarray(cho_solve(cho_factor(matrix + self.stiffness), right.ravel())).reshape(right.shape)
+        m, n, _ = right.shape
+        across = np.einsum("cj,cl->cjl", self.across, self.across).reshape(-1, n * n)
+        matrix = self.stiffness.copy().reshape(m, n, 2, m, n, 2)
+        for apart in range(4):  # splines farther apart do not overlap
+            i = np.arange(m - apart)
+            products = (self.down[:, i + apart] * self.down[:, i]).T @ metric @ across
+            matrix[i + apart, :, :, i] += products.reshape(2, 2, -1, n, n).transpose(2, 3, 0, 4, 1)
+        lower = matrix.reshape(2 * m * n, 2 * m * n)
+        diagonals = [np.append(np.diagonal(lower, -k), np.zeros(k)) for k in range(6 * n + 8)]
+        return np.asarray(solveh_banded(diagonals, right.ravel(), lower=True)).reshape(right.shape)
 
 
 def _splines(low: float, high: float, at: Array) -> Array:
