@@ -12,7 +12,6 @@ import numpy as np
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
-from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..animation.action_units import ARKIT, units_of
@@ -129,7 +128,7 @@ class Answers:
         built_in = not shown and self._library[""].face.template is None and not self._source
         return {
             "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
-            "identity": sorted(Identity.__dataclass_fields__) if built_in and face.landmarks else [],
+            "identity": built_in and bool(face.landmarks),
             "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},
             **of_face(face, self._library[shown].clip),
         }

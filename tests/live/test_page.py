@@ -2,6 +2,7 @@
 
 sliders by keyboard and by number | the document of the studio, and the pixels
 search, lock, undo, reset         | the same
+parameters of a person            | each has a slider
 what is not 0                     | counted, and in another slider, which does the same
 small screens                     | nothing lies outside, and the face is seen beside what is open
 picks                             | VTK's ray through the same pixel
@@ -21,7 +22,7 @@ from __future__ import annotations
 
 import io
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -29,6 +30,7 @@ import pyvista as pv
 from PIL import Image
 from studio_pages import head_files, port, until
 
+from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
 from facewrinkle.live.wishes import view_of
@@ -191,6 +193,18 @@ def test_search_finds_everyday_words(page):
     page.keyboard.type("crow's feet")
     until(lambda: page.locator("#sliders .row:visible").count() == 1)
     assert "Cheek raiser" in page.locator("#sliders .row:visible").inner_text()
+
+
+def test_each_parameter_of_a_person_has_a_slider(page, studio):
+    page.get_by_role("tab", name="Face").click()
+    page.evaluate(
+        """() => { for (const input of document.querySelectorAll("#panel-face input[type=range]")) {
+        input.value = 0.5; input.dispatchEvent(new Event("input")); } }"""
+    )
+    names = [field.name for field in fields(Identity)]
+    until(lambda: studio.document["identity"] == dict.fromkeys(names, 0.5))
+    shown(page, studio)
+    assert page.locator("#panel-face output", has_text="0.50").count() == len(names)
 
 
 def test_picks_are_those_of_vtk(page, studio):

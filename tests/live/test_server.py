@@ -1,6 +1,7 @@
 """The server of the studio, over real sockets.
 
 frames that a page was sent                 | the frame of the simulation, to the step of the quantisation
+colours of a person                         | of the eyes, the brows and the photo of the skin
 who may connect: key, origin, host          | refused with the right code, and nobody else notices
 messages: oversized, malformed              | an answer without a traceback, or the end of that page
 an error in the simulation                  | is told; the next change goes on
@@ -15,11 +16,13 @@ import socket
 import time
 from contextlib import suppress
 from http.client import HTTPConnection
+from io import BytesIO
 from unittest.mock import Mock
 
 import aiohttp
 import numpy as np
 import pytest
+from PIL import Image
 from studio_pages import page, pages, port, restored, root
 
 import facewrinkle as fw
@@ -56,6 +59,20 @@ def test_a_frame_is_that_of_the_simulation(studio, seen):
     assert {tuple(sorted(triangle)) for triangle in drawn.tolist()} == faces
     assert frame.n_cells > studio.face.mesh.n_cells  # it was refined
     assert seen.photos["skin"][:2] == b"\xff\xd8"  # the texture came as JPEG
+
+
+def test_colours_of_a_person_are_shown(studio, seen):
+    def colours(**person):
+        seen.change("identity", person)
+        seen.settled(studio)
+        skin = Image.open(BytesIO(seen.photos["skin"])).convert("L")
+        return seen.arrays["eye_l"]["colour"].mean(axis=0), seen.arrays["brows"]["tint"].mean(), np.percentile(skin, 2)
+
+    blue, fair, shaved = colours(iris=-1.0, hair=-1.0, hair_density=-1.0)
+    brown, black, dense = colours(iris=1.0, hair=1.0, hair_density=1.0)
+    assert blue[2] - blue[0] > brown[2] - brown[0] + 10.0
+    assert fair > black + 10.0
+    assert shaved > dense + 50.0
 
 
 def test_the_frames_of_the_studio_are_those_of_a_simulation_of_its_own(face):

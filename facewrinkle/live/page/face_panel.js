@@ -1,7 +1,23 @@
 // The tab of the face itself: which one it is, its landmarks, and the parameters of the built-in head.
 
-import { element, titled } from "./sliders.js";
+import { element } from "./sliders.js";
 
+const PERSON = { // parameters of the built-in head: what each is called, and what it goes from and to
+  Person: { age: ["Age", "younger", "older"], sex: ["Sex", "feminine", "masculine"], child: ["Child", "mature", "a child's proportions"] },
+  "Shape of the head": {
+    width: ["Width", "narrow", "wide"], length: ["Length", "short", "long"], jaw: ["Jaw", "narrow", "square"], chin: ["Chin", "receding", "strong"],
+    cheeks: ["Cheeks", "hollow", "full"],
+  },
+  "Shape of eyes, nose and mouth": {
+    brow: ["Brow ridge", "flat", "heavy"], eye_spacing: ["Eye spacing", "close", "wide-set"],
+    eye_fold: ["Eyelid fold", "a deep crease", "none, with a fold over the inner corner"], nose_length: ["Nose length", "short", "long"],
+    nose_width: ["Nose width", "narrow", "broad"], mouth: ["Mouth width", "narrow", "wide"], lips: ["Lips", "thin", "full"],
+  },
+  Colors: {
+    skin: ["Skin color", "fair", "dark"], iris: ["Eye color", "blue over grey", "dark brown"], hair: ["Hair color", "fair", "black"],
+    hair_density: ["Hair density", "shaved", "dense"],
+  },
+};
 
 export class FacePanel {
   constructor(panels, app) {
@@ -11,9 +27,16 @@ export class FacePanel {
     this.back = element("button", { text: "Reset landmarks", disabled: true, onclick: () => app.connection.change([[["landmarks"], {}]]) });
     this.about = element("p");
     this.report = element("ul", { class: "report" });
-    this.person = element("div");
     this.rows = new Map();
-    this.panels = panels;
+    this.person = element("div");
+    for (const [group, parameters] of Object.entries(PERSON)) {
+      this.person.append(element("h2", { text: group }));
+      for (const [name, [label, low, high]] of Object.entries(parameters)) {
+        const made = panels.numberRow(label, ["identity", name], [-1, 1], 2, 0, `From ${low} to ${high}; 0 is the average head`);
+        this.rows.set(name, made);
+        this.person.append(made.line);
+      }
+    }
     this.content = [
       element("div", { class: "actions" }, this.choice, element("button", { text: "Open …", title: "Open a mesh, an animation or a .face file, or drop it onto the page", onclick: () => app.opening.choose() })),
       this.about,
@@ -38,17 +61,7 @@ export class FacePanel {
     ].filter(Boolean).join(" ");
     this.about.hidden = !this.about.textContent;
     this.report.replaceChildren(...report.map((text) => element("li", { text })));
-    if (this.person.dataset.names === identity.join()) return;
-    this.person.dataset.names = identity.join();
-    this.rows.clear();
-    this.person.replaceChildren();
-    if (!identity.length) return;
-    this.person.append(element("h2", { text: "Person" }));
-    for (const name of identity) {
-      const made = this.panels.numberRow(titled(name), ["identity", name], [-1, 1], 2, 0, "From -1 to 1; 0 is the average head");
-      this.rows.set(name, made);
-      this.person.append(made.line);
-    }
+    this.person.hidden = !identity;
   }
 
   update(data) {
