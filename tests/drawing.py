@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pyvista as pv
+from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene
@@ -16,10 +17,7 @@ SMALL = (160, 200)
 @lru_cache(maxsize=4)
 def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
     """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed."""
-    simulation = fw.Simulation(fw.default_face()) if wrinkles else fw.Simulation(fw.default_face(), layers=[])
-    simulation.express(expression)
-    *_, frame = simulation.run(15)
-    return frame
+    return after(fw.Simulation(fw.default_face(), layers=None if wrinkles else []), expression, 15)
 
 
 def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -6,16 +6,9 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import Delaunay
 
-from facewrinkle.geometry.closest_point import closest
 from facewrinkle.geometry.interpolation import barycentric, interpolated
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh.arrays import closest_places
-
-
-def fingerprint(mesh: pv.PolyData) -> tuple:
-    """All that a function could change in its input."""
-    data = [(name, mesh[name].tobytes(), mesh[name].dtype) for name in mesh.point_data]
-    return mesh.points.tobytes(), mesh.points.dtype, mesh.faces.tobytes(), data, mesh.active_scalars_name
 
 
 def mesh_of(points: np.ndarray, triangles: np.ndarray, **point_data: np.ndarray) -> pv.PolyData:
@@ -82,14 +75,3 @@ def signed_distances(points: np.ndarray, skin: pv.PolyData) -> np.ndarray:
     normals = interpolated(vertex_normals(vertices, triangles), corners, barycentric(near, vertices[corners]))
     away = np.asarray(points, dtype=float) - near
     return np.copysign(np.linalg.norm(away, axis=1), (away * normals).sum(axis=1))
-
-
-def heights_over(mesh: pv.PolyData, places: np.ndarray) -> np.ndarray:
-    """Distances (n,) of places from a mesh, negative behind it."""
-    points, triangles = np.asarray(mesh.points, np.float64), np.asarray(mesh.regular_faces, np.int32)
-    normals, heights = vertex_normals(points, triangles), []
-    for place in np.asarray(places, np.float64):
-        triangle, weights, distance = closest(points, triangles, place)
-        own = triangles[triangle]
-        heights.append(np.copysign(distance, (place - weights @ points[own]) @ (weights @ normals[own])))
-    return np.array(heights)

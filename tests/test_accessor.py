@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from small_meshes import heights_over
+from small_meshes import signed_distances
 
 import facewrinkle as fw
 import facewrinkle.accessor
@@ -167,7 +167,7 @@ def test_it_is_closed_outside_and_where_it_was_led(round_ball, where):
     water = round_ball.facewrinkle.tear(**options[where], width=4.0, roughness=0.0)
     assert water.n_open_edges == 0
     assert water.volume > 0.0
-    assert heights_over(round_ball, water.points).min() >= -1e-6
+    assert signed_distances(water.points, round_ball).min() >= -1e-6
     _, near = water.find_closest_cell(way[:2], return_closest_point=True)
     assert np.linalg.norm(near - way[:2], axis=1).max() < 0.5
 

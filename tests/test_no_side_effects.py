@@ -19,6 +19,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 
 import facewrinkle as fw
 import facewrinkle.accessor
@@ -143,9 +144,7 @@ def test_what_works_while_a_face_moves_changes_nothing(face, monkeypatch):
     for cls in CLASSES:
         watch(cls, calls, monkeypatch)
     layers = [fw.MuscleWrinkles(), *fw.PatternLayer.presets("frown", face)]
-    simulation = fw.Simulation(face, layers=layers)
-    simulation.express({"AU4": 1.0, "AU12": 0.5})
-    *_, frame = simulation.run(2)
+    frame = after(fw.Simulation(face, layers=layers), {"AU4": 1.0, "AU12": 0.5}, 2)
     shed = fw.SheddingTear(face, start="l")
     assert not shed.meets(fw.SheddingTear(face, start="r"))
     for tear in (shed, fw.DrippingTear(face, "r")):

@@ -16,6 +16,7 @@ from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from expressions import after
 
 import facewrinkle as fw
 
@@ -57,13 +58,9 @@ def test_the_same_bytes_in_threads_and_processes(here, kind):
 
 def test_faces_and_frames_are_pickled():
     face = fw.default_face()
-    sim = fw.Simulation(face)
-    sim.express("surprise")
-    *_, frame = sim.run(3)
+    frame = after(fw.Simulation(face), "surprise", 3)
     again, moved = pickle.loads(pickle.dumps((face, frame)))
     np.testing.assert_array_equal(moved.points, frame.points)
     assert set(moved.point_data) == set(frame.point_data)
-    other = fw.Simulation(again)
-    other.express("surprise")
-    *_, same = other.run(3)
+    same = after(fw.Simulation(again), "surprise", 3)
     np.testing.assert_array_equal(same.points, frame.points)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from expressions import after
 
 import facewrinkle as fw
 from analysis.folds import measured, spacings
@@ -15,8 +16,7 @@ pytestmark = pytest.mark.slow
 def raised(face):
     """A simulation that holds the brows up, without layers, and its frame."""
     sim = fw.Simulation(face, layers=[])
-    sim.express("surprise")
-    *_, frame = sim.run(20)
+    frame = after(sim, "surprise", 20)
     return sim, frame
 
 
@@ -34,8 +34,7 @@ def test_the_angle_is_that_between_lines_and_compression(face, raised, axis, low
 def test_spacings_are_those_of_the_furrows(face):
     """On a forehead whose triangles are fine enough."""
     sim = fw.Simulation(face)
-    sim.express("surprise")
-    *_, _ = sim.run(20)
+    after(sim, "surprise", 20)
     up = face.frame.local(sim.vertices.points)[:, 1] * face.frame.pupil_distance
     gaps = np.concatenate(spacings(sim, {"W": np.cos(up * 2.0 * np.pi / 16.0)}))
     assert len(gaps) > 5

@@ -10,19 +10,11 @@ import pytest
 from analysis.performance import PAPER
 from analysis.refinement import Gap, at_equal_count, blind_spots, gap, smallest_angles
 from analysis.surfaces import rates_of, settled, wrinkled_surface, wrinkling
-from facewrinkle.geometry.interpolation import barycentric
 
 
 def test_smallest_angles_of_known_triangles():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.5, np.sqrt(0.75), 0]])
     assert smallest_angles(points, np.array([[0, 1, 2], [0, 1, 3]])) == pytest.approx([45.0, 60.0])
-
-
-def test_barycentric_coordinates_give_the_points_back():
-    rng = np.random.default_rng(0)
-    corners, shares = rng.normal(size=(20, 3, 3)), rng.dirichlet([1.0, 1.0, 1.0], 20)
-    points = np.einsum("kc,kcj->kj", shares, corners)
-    np.testing.assert_allclose(barycentric(points, corners), shares, atol=1e-9)
 
 
 def test_a_mesh_is_not_off_itself(face):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from expressions import after
 from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
@@ -161,9 +162,7 @@ def any_face(request, face, real_face):
 @pytest.mark.parametrize("what", ["AU12", "AU10", "happiness"])
 def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
     """Its deepest line starts beside the wing, goes outwards and down, and stays outside of the corner all the way."""
-    sim = fw.Simulation(any_face)
-    sim.express(what)
-    *_, frame = sim.run(20)
+    frame = after(fw.Simulation(any_face), what, 20)
     axes, unit = any_face.frame.axes, any_face.unit
     w, moved = np.asarray(frame["W"]), np.asarray(frame.points) @ axes.T * unit
     rest = np.asarray(frame["rest"])

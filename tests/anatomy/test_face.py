@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -195,9 +196,7 @@ def test_the_skull_lies_below_the_skin(face, real_face, stem):
 
 
 def test_landmarks_move_with_the_skin(face):
-    sim = fw.Simulation(face)
-    sim.express({"AU1": 1.0, "AU2": 1.0, "AU27": 1.0})
-    *_, frame = sim.run(25)
+    frame = after(fw.Simulation(face), {"AU1": 1.0, "AU2": 1.0, "AU27": 1.0}, 25)
     assert frame.n_points > face.mesh.n_points
     now = face.landmarks_on(frame)
     assert list(now) == list(face.landmarks)

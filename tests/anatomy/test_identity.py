@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from expressions import after
 from small_meshes import smallest_angles
 
 import facewrinkle as fw
@@ -217,9 +218,7 @@ def test_a_child_s_folds_are_faint(face):
     assert baby.fold_depth < 1.2 * CHILDS_FOLDS * YOUNG_FOLDS + 0.1
     assert fold_depth(face.landmarks, face.frame, -0.5) == pytest.approx(0.5 * (1.0 + YOUNG_FOLDS))
     for name, who in (("adult", face), ("baby", baby)):
-        simulation = fw.Simulation(who)
-        simulation.express("happiness")
-        *_, frame = simulation.run(12)
+        frame = after(fw.Simulation(who), "happiness", 12)
         points, w = np.asarray(frame.point_data["rest"]), np.abs(frame["W"])
         marks, size = who.landmarks, who.frame.pupil_distance
         crows = np.linalg.norm(points - marks["eye_l_outer"] - 0.2 * size * who.frame.axes[0], axis=1) < 0.12 * size

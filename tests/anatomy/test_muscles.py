@@ -293,9 +293,6 @@ def test_lips_that_purse_are_pushed_forward():
     assert (~near & (r < 1.0)).any()
 
 
-# --- invariance ---------------------------------------------------------------------------------
-
-
 # --- styles, copies, errors ---------------------------------------------------------------------
 
 
@@ -375,11 +372,9 @@ LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])
 FAN = ([(-10, 40, 0), (10, 40, 0)], [(-4, 0, 0), (4, 0, 0)])
 PATH = [(0.0, 40.0, 0.0), (6.0, 18.0, 0.0), (0.0, 0.0, 0.0)]
 BAD = {
-    "attachment is insertion": (lambda: LinearMuscle((1, 2, 3), (1, 2, 3), 0.5, 4.0), "coincide"),
     "angle 0": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), 0.0, 4.0), "max_angle"),
     "angle of a half space": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), math.pi / 2, 4.0), "max_angle"),
     "angle nan": (lambda: LinearMuscle((0, 0, 0), (0, 1, 0), math.nan, 4.0), "max_angle"),
-    "short radius": (lambda: LinearMuscle((0, 0, 0), (0, 5, 0), 0.5, 4.9), "radius"),
     "radius nan": (lambda: LinearMuscle((0, 0, 0), (0, 5, 0), 0.5, math.nan), "radius"),
     "two coordinates": (lambda: LinearMuscle((0, 0), (0, 5, 0), 0.5, 6.0), "attachment"),
     "words": (lambda: LinearMuscle("abc", (0, 5, 0), 0.5, 6.0), "attachment"),
@@ -390,34 +385,13 @@ BAD = {
     "axis nan": (lambda: sphincter(semi_major=math.nan, thickness=3.0), "positive"),
     "lateral almost normal": (lambda: sphincter(lateral=(0.1, 0.2, 0.3), normal=(0.2, 0.4, 0.6)), "lateral"),
     "nan coordinate": (lambda: LinearMuscle((0, 0, 0), (0, math.nan, 0), 0.5, 6.0), "insertion"),
-    "lines coincide": (lambda: SheetMuscle(LINES[0], LINES[0]), "distinct"),
     "line is a point": (lambda: SheetMuscle([(0, 4, 0), (0, 4, 0)], LINES[1], width=3.0), "attachment line"),
-    "line along the fibres": (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "along the fibers"),
-    "three points": (lambda: SheetMuscle([*LINES[0], (0, 0, 0)], LINES[1]), "pair"),
-    "negative length": (lambda: SheetMuscle(*LINES, length=-3.0), "length must be at least 0"),
-    "negative width": (lambda: SheetMuscle(*LINES, width=-3.0), "width must be at least 0"),
     "negative thickness": (lambda: SheetMuscle(*LINES, thickness=-3.0), "positive"),
     "axis 0": (lambda: sphincter(semi_major=0.0), "positive"),
     "minor axis negative": (lambda: sphincter(semi_minor=-1.0), "positive"),
     "no normal": (lambda: sphincter(normal=(0, 0, 0)), "normal"),
-    "lateral is normal": (lambda: sphincter(lateral=(0, 0, 2), normal=(0, 0, 1)), "lateral"),
-    "inner 1": (lambda: sphincter(inner=1.0), "inner"),
-    "inner negative": (lambda: sphincter(inner=-0.1), "inner"),
     "inner nan": (lambda: sphincter(inner=math.nan), "inner"),
-    "dead zone": (lambda: sphincter(dead_zone=1.0), "dead_zone"),
-    "beta1": (lambda: sphincter(beta1=3.2), "beta1"),
-    "beta2": (lambda: sphincter(beta2=-0.1), "beta2"),
-    "no angle": (lambda: sphincter(beta1=0.0, beta2=0.0), "no angle"),
-    "no wrinkles": (lambda: Wrinkles(count=0), "number of wrinkles"),
-    "half a wrinkle": (lambda: Wrinkles(count=1.5), "number of wrinkles"),
-    "start 1": (lambda: Wrinkles(start=1.0), "lambda_w"),
-    "start negative": (lambda: Wrinkles(start=-0.1), "lambda_w"),
-    "depth negative": (lambda: Wrinkles(depth=-1.0), "depth"),
     "depth nan": (lambda: Wrinkles(depth=math.nan), "depth"),
-    "alpha negative": (lambda: Wrinkles(alpha=-0.5), "alpha"),
-    "core": (lambda: Wrinkles(core=1.1), "core"),
-    "ends": (lambda: Wrinkles(ends="loose"), "ends"),
-    "falloff": (lambda: Wrinkles(falloff="hard"), "falloff"),
     "taper of one": (lambda: Wrinkles(taper=(0.1,)), "taper"),
     "taper of three": (lambda: Wrinkles(taper=(0.1, 0.2, 0.3)), "taper"),
     "taper word": (lambda: Wrinkles(taper="x"), "taper"),
@@ -425,7 +399,6 @@ BAD = {
     "taper negative": (lambda: Wrinkles(taper=(0.1, -0.1)), "taper"),
     "taper too long": (lambda: Wrinkles(taper=2.1), "taper"),
     "flat points": (lambda: linear().coordinates([1.0, 2.0, 3.0]), "points"),
-    "points in a plane": (lambda: sheet().force([[1.0, 2.0]]), "points"),
     "two points": (lambda: Crease(PATH[:2], (1, 0, 0), 9.0), "path must be three points"),
     "a path of words": (lambda: Crease("abc", (1, 0, 0), 9.0), "path"),
     "crest along the chord": (lambda: Crease(PATH, (0, 3, 0), 9.0), "crest must cross"),
@@ -444,9 +417,9 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_bad_parameters_are_refused(case):
-    call, message = BAD[case]
+@pytest.mark.parametrize(("call", "message"), BAD.values(), ids=BAD)
+def test_bad_parameters_are_refused(call, message):
+    """Those of `test_messages` too."""
     with pytest.raises(ParameterError, match=message):
         call()
 

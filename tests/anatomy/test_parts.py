@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from dressed_head import NAMES, ellipsoid, lash, together
+from expressions import after
 from glb_files import GltfFile
 from scipy.spatial.transform import Rotation
 
@@ -354,9 +355,7 @@ def test_everything_goes_with_a_head_that_moves(dressed):
 
 def test_the_expression_does_not_shift_the_hair(dressed):
     for expression in ("surprise", "happiness", "fear"):
-        sim = fw.Simulation(dressed, layers=[])
-        sim.express(expression)
-        *_, frame = sim.run(40)
+        frame = after(fw.Simulation(dressed, layers=[]), expression, 40)
         hair = dressed.parts_at(frame)["hair"]
         assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from drawing import held
+from expressions import after
 from eyelids_of_faces import ball_of
 from synthetic_faces import MAKERS, head_with
 
@@ -54,9 +55,7 @@ def test_no_one_looks_past_the_eyes_of_an_open_mask(mask):
 
 
 def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
-    sim = Simulation(face)
-    sim.express("wink")
-    *_, frame = sim.run(10)
+    frame = after(Simulation(face), "wink", 10)
     for eye in (replace(eye, radius=0.9 * eye.radius) for eye in face.eyes):
         rim = LidMargin(eye, face)
         for points in (face.points, np.asarray(frame.points, np.float64)[: len(face.points)]):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from drawing import held
+from expressions import after
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
@@ -38,9 +39,7 @@ def test_skin_without_holes_is_drawn_as_it_is(face):
 def test_small_holes_are_closed_also_when_their_rims_are_split(face):
     holed, gone = cut(face, "pogonion", 0.08)
     assert gone > 1
-    simulation = fw.Simulation(holed)
-    simulation.express("sadness")
-    *_, frame = simulation.run(8)
+    frame = after(fw.Simulation(holed), "sadness", 8)
     for skin in (holed.mesh, frame):
         drawn = VisibleSkin(holed, bag=False).of(skin, AHEAD)
         triangles = drawn.regular_faces

@@ -7,6 +7,7 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import settled
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
@@ -39,9 +40,7 @@ SIZE = (160, 120)
 
 @pytest.fixture(scope="module")
 def frame(face):
-    sim = fw.Simulation(face, folds="paper")
-    sim.express({"surprise": 1.0, "AU26": 1.0})
-    return sim.settle()
+    return settled(fw.Simulation(face, folds="paper"), {"surprise": 1.0, "AU26": 1.0})
 
 
 def labelled(face, frame, tears=(), **camera):

@@ -17,7 +17,7 @@ import pyvista as pv
 from glb_files import read_glb
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_meshes import heights_over
+from small_meshes import signed_distances
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError, ParameterError
@@ -165,7 +165,7 @@ def test_tears_are_meshes_of_their_own(face, take, tmp_path):
     assert samplers["eye_l"] == samplers["face"]
     for number, wet in ((0, False), (FRAMES - 1, True)):
         skin, water = (in_usd(files["usdc"][0], name, times[number]) for name in ("face", "tears_1"))
-        depth = face.unit * heights_over(skin, water.points)
+        depth = face.unit * signed_distances(water.points, skin)
         assert (depth.max() > 0.3) if wet else (depth.max() < -0.2)
     assert {path.name for path in files["pc2"]} >= {"take_tears_1.pc2", "take_tears_2.obj"}
 

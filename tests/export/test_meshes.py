@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from glb_files import read_glb
 
 import facewrinkle as fw
@@ -37,9 +38,7 @@ def moment():
     mesh.point_data["Colors"] = head.mesh["Colors"]
     landmarks = {name: 0.1 * point for name, point in head.landmarks.items()}
     face = fw.fit_face(mesh, landmarks, units="cm", texture=PHOTO)
-    simulation = fw.Simulation(face)
-    simulation.express("frowning")
-    *_, frame = simulation.run(15)
+    frame = after(fw.Simulation(face), "frowning", 15)
     assert frame.n_cells > mesh.n_cells + 500
     assert split_at_seams(frame).n_points > frame.n_points + 50
     return SimpleNamespace(face=face, frame=frame)
@@ -196,9 +195,7 @@ def test_a_glb_stands_upright_whatever_way_the_scan_lies(face, tmp_path, tilt):
 
 
 def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
-    simulation = fw.Simulation(face)
-    simulation.express("AU27")
-    *_, frame = simulation.run(20)
+    frame = after(fw.Simulation(face), "AU27", 20)
     path = fw.write_mesh(frame, tmp_path / "a.glb", face, parts=True)
     scene = trimesh.load_scene(path, process=False)
     assert set(scene.geometry) == {"face", "eye_l", "eye_r", "mouth", "upper_teeth", "lower_teeth", "tongue"}

@@ -16,6 +16,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from squares import square
 
 from facewrinkle.geometry.interpolation import (
     barycentric,
@@ -125,15 +126,7 @@ def test_each_quarter_of_a_triangle_has_a_quarter_of_the_samples(count):
 # --- values at the corners of triangles ------------------------------------------------------------
 
 
-def sheet(n):
-    """An n x n grid of vertices in the plane."""
-    x, y = np.meshgrid(np.arange(n), np.arange(n))
-    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    triangles = np.r_[np.c_[corner, corner + 1, corner + n + 1], np.c_[corner, corner + n + 1, corner + n]]
-    return np.c_[x.ravel(), y.ravel(), 0.0 * x.ravel()].astype(float), triangles
-
-
-POINTS, TRIANGLES = sheet(5)
+POINTS, TRIANGLES = 4.0 * square(4)[0], square(4)[1]
 
 
 def grown(triangles, seed, passes=5):

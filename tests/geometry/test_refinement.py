@@ -18,6 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_meshes import delaunay, smallest_angles
+from squares import square
 
 from facewrinkle.errors import MeshError, ParameterError
 from facewrinkle.geometry.refinement import RedGreenForest
@@ -468,12 +469,6 @@ def nbytes(forest):
     return sum((a if a.base is None else a.base).nbytes for a in arrays.values())
 
 
-def grid(n):
-    """A square of n x n quads, each cut in two."""
-    corner = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).reshape(-1, 1)
-    return np.concatenate([corner + np.array(c) for c in ([0, 1, n + 2], [0, n + 2, n + 1])])
-
-
 @pytest.mark.parametrize("levels", [0, 1, 3])
 def test_a_triangle_takes_at_most_200_bytes(levels):
     """All that the allocator hands out and the forest keeps, spare rows included; it grows in proportion to m."""
@@ -486,7 +481,7 @@ def test_a_triangle_takes_at_most_200_bytes(levels):
             forest.split(np.arange(len(forest.triangles) // 10))
         return forest
 
-    base = grid(int(np.sqrt(25_000 / 4**levels)))
+    _, base = square(int(np.sqrt(25_000 / 4**levels)))
     grown()  # compiles
     tracemalloc.start()
     forest = grown()

@@ -18,6 +18,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from squares import signed_areas
 
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.geometry.untangling import LEAST, LEFT, Untangling, unfolded_shares
@@ -44,10 +45,6 @@ def ball():
     mesh = pv.Icosphere(radius=8.0, nsub=3)
     points, triangles = mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
     return points, triangles, untangling(points, triangles), Orientation(points, triangles)
-
-
-def areas(points, triangles):
-    return 0.5 * np.cross(*(points[triangles[:, k]] - points[triangles[:, 0]] for k in (1, 2)))[:, 2]
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 1.5, 3.0])
@@ -77,8 +74,8 @@ def test_no_triangle_of_a_flat_sheet_is_left_turned_over(flat, seed, count, far)
     given_points = moved.copy()
     after = each.untangled(moved)
     assert np.array_equal(moved, given_points)
-    before = areas(moved, triangles)
-    assert areas(after, triangles).min() > 0.999 * LEAST * AREA
+    before = signed_areas(moved, triangles)
+    assert signed_areas(after, triangles).min() > 0.999 * LEAST * AREA
     stay = np.ones(len(points), bool)
     stay[triangles[before < LEAST * AREA]] = False
     assert np.array_equal(after[stay], moved[stay])
@@ -97,8 +94,8 @@ def test_none_of_a_heap_of_triangles_is_left_turned_over(flat, spread):
             after = each.untangled(moved)
             assert not len(each.turned_over(after))
             if held.any():  # else single triangles at the rim may be turned with all that is around them
-                assert (areas(moved, triangles) <= 0.0).any()
-                assert areas(after, triangles).min() > 0.0
+                assert (signed_areas(moved, triangles) <= 0.0).any()
+                assert signed_areas(after, triangles).min() > 0.0
 
 
 @pytest.mark.parametrize("vertex", [70, 84, 98])
@@ -108,7 +105,7 @@ def test_what_is_turned_over_on_a_bent_sheet_is_found_and_mended(flat, vertex):
     pulled[vertex] += [1.4, 0.2, 0.0]  # beyond its neighbour, in the plane
     angle = pulled[:, 0] / 20.0
     moved = np.column_stack([20.0 * np.sin(angle), pulled[:, 1], 20.0 * np.cos(angle)])
-    np.testing.assert_array_equal(each.turned_over(moved), np.flatnonzero(areas(pulled, triangles) <= 0.0))
+    np.testing.assert_array_equal(each.turned_over(moved), np.flatnonzero(signed_areas(pulled, triangles) <= 0.0))
     after = each.untangled(moved)
     assert not len(each.turned_over(after))
     changed = np.flatnonzero((after != moved).any(axis=1))
@@ -142,7 +139,7 @@ def test_triangles_without_area_are_left_alone(flat):
     moved = points.copy()
     moved[84, :2] += 1.2
     after = each.untangled(moved)
-    assert areas(after, triangles[:-1]).min() > 0.0
+    assert signed_areas(after, triangles[:-1]).min() > 0.0
 
 
 # --- heights over a surface ------------------------------------------------------------------------

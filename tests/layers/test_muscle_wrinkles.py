@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from expressions import after
 from hypothesis import given
 from hypothesis import strategies as st
 from synthetic_faces import head_with
@@ -103,8 +104,7 @@ def deepest_share(sim, frame):
 def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(papers, name):
     for inextensible in (True, False):
         sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
-        sim.express(name)
-        share, _ = deepest_share(sim, list(sim.run(30))[-1])
+        share, _ = deepest_share(sim, after(sim, name, 30))
         assert (share <= 1.0) == inextensible
 
 
@@ -112,8 +112,7 @@ def test_the_bound_can_be_left_out(papers):
     frames = []
     for inextensible in (True, False):
         sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=3.0, inextensible=inextensible)])
-        sim.express("surprise")
-        frame = list(sim.run(25))[-1]
+        frame = after(sim, "surprise", 25)
         frames.append((frame, sim.layers[0].fields()["W"], {m: sim.fields(m) for m in sim.muscles}))
     (_, held, _), (free, heights, fields) = frames
     paper = np.zeros(free.n_points)

@@ -15,6 +15,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas, printed_atlas
@@ -95,8 +96,7 @@ def test_heights_are_those_of_the_printed_loop(printed, expression):
 
 def test_wrinkles_go_along_the_normals_of_the_undeformed_surface(printed):
     sim = fw.Simulation(printed, UNREFINED, layers=[fw.PrintedWrinkles(20)])
-    sim.express("surprise")
-    *_, frame = sim.run(20)
+    frame = after(sim, "surprise", 20)
     bare = sim.skin.points + sim.skin.displacement
     way = np.asarray(frame.points) - bare / printed.unit
     np.testing.assert_allclose(way, frame["W"][:, None] * sim.vertices.normals / printed.unit, rtol=0, atol=1e-6)
@@ -134,9 +134,7 @@ def test_triangles_of_table_1(face):
     """By Eq. 19 alone and one threshold: the paper's order, and each number within a fifth."""
     found = {}
     for expression in TABLE1:
-        sim = fw.Simulation(face, folds="printed")
-        sim.express(expression)
-        *_, frame = sim.run(250)
+        frame = after(fw.Simulation(face, folds="printed"), expression, 250)
         found[expression] = frame.n_cells
     assert sorted(found, key=found.get) == sorted(TABLE1, key=TABLE1.get)
     for expression, count in TABLE1.items():

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.appearance.seen import Appearance
@@ -19,10 +20,7 @@ from facewrinkle.live.visible_parts import VisibleParts
 
 @pytest.fixture(scope="module")
 def laughing(face):
-    sim = fw.Simulation(face)
-    sim.express("laughter")
-    *_, frame = sim.run(12)
-    return frame
+    return after(fw.Simulation(face), "laughter", 12)
 
 
 def parts_of(face, frame, **options):

@@ -25,6 +25,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import settled
 from PIL import Image
 from studio_pages import page, sent
 
@@ -49,9 +50,7 @@ CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 def test_a_frame_is_that_of_a_settled_simulation(studio, face):
     studio.rates = {"AU4": 1.0}
     assert studio.rates == {"AU4": 1.0}
-    sim = fw.Simulation(face)
-    sim.express({"AU4": 1.0})
-    own = sim.settle()
+    own = settled(fw.Simulation(face), {"AU4": 1.0})
     n = face.mesh.n_points
     assert np.abs(np.asarray(studio.frame().points)[:n] - np.asarray(own.points)[:n]).max() < 0.05
     assert studio.undo()
@@ -70,9 +69,7 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     even = studio.frame()["W"][:n]
     studio.change(folds={**studio.document["folds"], "left": 0.0})
     bare = studio.frame()["W"][:n]
-    sim = fw.Simulation(face, layers=[fw.Creases()])
-    sim.express({"AU6": 1.0, "AU12": 1.0})
-    creases = sim.settle()["W"][:n]
+    creases = settled(fw.Simulation(face, layers=[fw.Creases()]), {"AU6": 1.0, "AU12": 1.0})["W"][:n]
     right = face.points[:, 0] < -10.0
     assert np.abs(bare - creases)[left].max() < 0.02
     levelled = np.abs(even - creases) + np.abs(creases)  # each by itself, and they may cancel

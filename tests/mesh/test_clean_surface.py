@@ -11,7 +11,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_meshes import cap, fingerprint, mesh_of, same_triangles, side_by_side, sphere
+from small_meshes import cap, mesh_of, same_triangles, side_by_side, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
 from facewrinkle.mesh import prepare, read_surface, to_polydata
@@ -36,7 +36,7 @@ def test_real_faces_are_turned_outward(name, forward):
     assert same_triangles(turned.triangles, mesh.regular_faces)
 
 
-def test_input_is_copied_and_unchanged():
+def test_input_is_copied_and_unchanged(fingerprint):
     mesh = cap()
     before = fingerprint(mesh)
     read = read_surface(mesh)

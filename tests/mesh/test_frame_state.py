@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
@@ -53,8 +54,7 @@ def test_pose_gazes_and_parts_are_read():
 def test_frames_of_a_simulation_say_where_the_eyes_look(face):
     sim = fw.Simulation(face)
     sim.look(yaw=25.0)
-    sim.express("surprise")
-    *_, last = sim.run(4)
+    last = after(sim, "surprise", 4)
     state = face.state_of(last)
     np.testing.assert_array_equal(state.points, last.points[: len(face.points)])
     for eye in face.eyes:

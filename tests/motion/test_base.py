@@ -16,6 +16,7 @@ import types
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from flat_layers import Flat
 
 import facewrinkle as fw
@@ -153,8 +154,7 @@ def test_the_skin_is_measured_where_the_mesh_is_refined(face):
     sim = fw.Simulation(
         face, layers=[fw.MuscleWrinkles(), Probe(lambda m: (m.principal_compression[0], m.vertices.points))]
     )
-    sim.express("surprise")
-    *_, frame = sim.run(20)
+    frame = after(sim, "surprise", 20)
     most, where = sim.layers[1].seen[-1][1]
     assert frame.n_points > face.mesh.n_points
     assert most.shape == (frame.n_points,)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
@@ -68,9 +69,7 @@ def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(tmp_path):
 
 
 def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
-    simulation = fw.Simulation(seamed)
-    simulation.express("surprise")
-    *_, frame = simulation.run(20)
+    frame = after(fw.Simulation(seamed), "surprise", 20)
     assert frame.n_cells > seamed.mesh.n_cells + 500
     style = Style(SIZE, eyes=False, brows=False)
     for shown in (seamed.mesh, frame):
@@ -88,12 +87,8 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
 
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
-    simulation = fw.Simulation(plain)
-    simulation.express("surprise")
-    *_, frame = simulation.run(20)
-    bare = fw.Simulation(plain, layers=[])
-    bare.express("surprise")
-    *_, smooth = bare.run(20)
+    frame = after(fw.Simulation(plain), "surprise", 20)
+    smooth = after(fw.Simulation(plain, layers=[]), "surprise", 20)
     style = Style(SIZE, "forehead", eyes=False, brows=False)
     middle = (slice(60, 180), slice(60, 180))  # away from the outline and the hair
     contrast = [np.diff(picture(f, plain, style)[middle].astype(float), axis=0).std() for f in (frame, smooth)]

@@ -12,6 +12,7 @@ import json
 
 import numpy as np
 import pytest
+from expressions import settled
 from PIL import Image
 
 import facewrinkle as fw
@@ -28,9 +29,7 @@ SIZE = 2048
 @pytest.fixture(scope="module")
 def raised(face):
     """Maps of raised brows, and the refined skin."""
-    sim = fw.Simulation(face)
-    sim.express("AU1")
-    return fw.bake_maps(face, "AU1", size=SIZE), sim.settle()
+    return fw.bake_maps(face, "AU1", size=SIZE), settled(fw.Simulation(face), "AU1")
 
 
 def barycentric(corners, place):

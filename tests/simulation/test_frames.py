@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
@@ -108,8 +109,7 @@ def labelled(face):
 def test_point_data_goes_through_refinement(labelled, fingerprint):
     before = fingerprint(labelled.mesh)
     sim = fw.Simulation(labelled)
-    sim.express("surprise")
-    frame = list(sim.run(25))[-1]
+    frame = after(sim, "surprise", 25)
     rest, n0 = np.asarray(frame["rest"]), labelled.mesh.n_points
     assert frame.n_points > n0 + 500
     np.testing.assert_allclose(frame["affine"], rest @ np.array([0.3, -1.0, 2.0]) + 5.0, rtol=0, atol=1e-12 * 400)

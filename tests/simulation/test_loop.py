@@ -19,6 +19,7 @@ import weakref
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after, settled
 from flat_layers import Flat
 
 import facewrinkle as fw
@@ -28,13 +29,6 @@ from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.base import Undriven
 from facewrinkle.plotting import Style, picture
 from facewrinkle.simulation.fold_layers import fold_layers
-
-
-def after(sim, what, frames):
-    """The last of some frames that lead to an expression."""
-    sim.express(what)
-    *_, last = sim.run(frames)
-    return last
 
 
 def test_reset_is_a_new_simulation(face, fingerprint):
@@ -206,11 +200,11 @@ def test_eyes_turn_no_farther_than_they_can(face):
 def test_settling_ends_where_many_steps_end(face, expression):
     straight, long = fw.Simulation(face), fw.Simulation(face)
     straight.express(expression)
-    settled, last = straight.settle(within=0.001), after(long, expression, 250)
+    one, last = straight.settle(within=0.001), after(long, expression, 250)
     n = len(face.points)
-    assert np.abs(settled.points[:n] - last.points[:n]).max() < 0.05
+    assert np.abs(one.points[:n] - last.points[:n]).max() < 0.05
     assert straight.time < 0.3 * long.time
-    assert settled["W"].min() == pytest.approx(last["W"].min(), rel=0.02)
+    assert one["W"].min() == pytest.approx(last["W"].min(), rel=0.02)
 
 
 def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(face):
@@ -229,14 +223,13 @@ def test_a_face_that_has_settled_has_the_same_triangles_whatever_came_before(fac
 def test_settling_of_skin_that_begins_at_rest_is_settling_after_a_reset(face):
     sim = fw.Simulation(face, layers=fold_layers(face, "wave", age=0.8))
 
-    def settled(expression, yaw, reset):
+    def moment(expression, yaw, reset):
         reset()
         sim.look(yaw)
-        sim.express(expression)
-        return sim.settle()
+        return settled(sim, expression)
 
     asked = [({"AU4": 0.7, "AU12L": 0.5}, 5.0), ({}, 0.0), ({"AU1": 1.0}, -10.0)]
-    frames = [[settled(*a, reset) for a in asked] for reset in (sim.reset, sim.motion.reset)]
+    frames = [[moment(*a, reset) for a in asked] for reset in (sim.reset, sim.motion.reset)]
     for frame, again in zip(*frames, strict=True):
         assert np.array_equal(frame.regular_faces, again.regular_faces)
         assert np.array_equal(frame.points, again.points)
@@ -246,9 +239,9 @@ def test_settling_of_skin_that_begins_at_rest_is_settling_after_a_reset(face):
 
 def test_settling_keeps_heights_that_have_added_up(face):
     sim = fw.Simulation(face, layers=[fw.PrintedWrinkles(16)])
-    before, settled = after(sim, "surprise", 20), sim.settle()
+    before, rest = after(sim, "surprise", 20), sim.settle()
     n = len(face.points)
-    np.testing.assert_array_equal(settled["W"][:n], before["W"][:n])
+    np.testing.assert_array_equal(rest["W"][:n], before["W"][:n])
     assert np.abs(before["W"][:n]).max() > 0.05
 
 

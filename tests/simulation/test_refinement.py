@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from expressions import after
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
@@ -120,9 +121,7 @@ def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     coarse = face.mesh.decimate(0.9)  # not every share leaves a manifold around lids and lips
     with pytest.warns(fw.FaceWrinkleWarning, match="no opening"):  # too few triangles for lids and lips
         coarse_face = fw.fit_face(coarse, face.landmarks, units="mm")
-    sim = fw.Simulation(coarse_face, fw.Refinement(max_level=4), folds="paper")
-    sim.express("frowning")
-    *_, frame = sim.run(20)
+    frame = after(fw.Simulation(coarse_face, fw.Refinement(max_level=4), folds="paper"), "frowning", 20)
     assert np.abs(frame["W"]).max() > 0.2
 
 

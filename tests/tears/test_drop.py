@@ -76,17 +76,6 @@ def test_down_can_be_given():
     assert tear.surface(tear.end).center[2] < -290.0
 
 
-@pytest.mark.parametrize("side", ["l", "r"])
-def test_never_in_the_skin(face, side):
-    tear = fw.DrippingTear(face, side)
-    for t in np.linspace(tear.begin, tear.end, 25):
-        drop = tear.surface(t)
-        assert_ball(drop)
-        inside = signed_distances(drop.points, face.mesh)
-        assert inside.min() > 0.0
-    assert drop.bounds.y_max < face.landmarks["menton"][1]
-
-
 def test_it_hangs_at_the_moving_lid_and_falls_from_there(face):
     tear, mesh = fw.DrippingTear(face, "l"), face.mesh
     moved = mesh.copy()
@@ -102,15 +91,17 @@ def test_units(face):
     assert fw.DrippingTear(metres, "l", size=3000.0).volume == pytest.approx(fw.DrippingTear(face, "l").volume)
 
 
-@pytest.mark.parametrize("made", ["thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"])
-def test_on_lids_of_all_kinds(real_face, made):
-    face = head_with(made) if made in MAKERS else real_face(made)
-    tear = fw.DrippingTear(face, "r")
-    for t in np.linspace(tear.begin, tear.end, 7):
+@pytest.mark.parametrize("made", ["head", "thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"])
+@pytest.mark.parametrize("side", ["l", "r"])
+def test_never_in_the_skin_on_lids_of_all_kinds(face, real_face, made, side):
+    if made != "head":
+        face = head_with(made) if made in MAKERS else real_face(made)
+    tear = fw.DrippingTear(face, side)
+    for t in np.linspace(tear.begin, tear.end, 25):
         drop = tear.surface(t)
         assert_ball(drop)
-        distance = signed_distances(drop.points, face.mesh)
-        assert distance.min() * face.unit > -1e-6
+        assert signed_distances(drop.points, face.mesh).min() > 0.0
+    assert drop.bounds.y_max < face.landmarks["menton"][1]
     assert tear.volume * face.unit**3 == pytest.approx(np.pi / 6.0 * 27.0)
 
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import after
 from small_meshes import signed_distances
 from spheres import assert_ball, meridian
 from synthetic_faces import MAKERS, head_with
@@ -179,9 +180,7 @@ def test_a_frame_of_a_rigid_motion_moves_the_tear_with_it(face, tear):
 
 def test_it_never_meets_the_lid_that_closes(face):
     """The upper lid comes down over the tear's start: its thickness gives way."""
-    sim = fw.Simulation(face)
-    sim.express("closing_eye")
-    *_, frame = sim.run(30)
+    frame = after(fw.Simulation(face), "closing_eye", 30)
     tear = fw.SheddingTear(face, start="l", height=1.5)
     assert_outside(tear.surface(0.0, frame).points, frame)
 

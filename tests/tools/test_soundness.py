@@ -236,6 +236,7 @@ def test_a_tooth_through_the_middle_of_a_large_triangle_is_found(face, oracle):
         crowns.samples, crowns.at_rest = kept
 
 
+@pytest.mark.slow
 def test_depths_in_teeth_are_those_of_a_naive_search(face, oracle):
     """All samples against a cloud of places on the crowns, which are nearly convex."""
     crowns = next(c for c in oracle.teeth if c.jaw == "upper")

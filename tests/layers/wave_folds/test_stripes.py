@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from expressions import settled
 
 import facewrinkle as fw
 from facewrinkle.geometry.refinement import RedGreenForest
@@ -93,9 +94,7 @@ def test_lines_of_the_forehead_are_weaker_over_the_midline_as_on_captured_faces(
     low, high = (face.frame.local_mm(face.landmarks[name])[1] for name in ("glabella", "trichion"))
     ratios = []
     for seed in range(4):
-        sim = fw.Simulation(face, layers=[fw.WaveFolds(seed=seed)])
-        sim.express({"AU1": 1.0, "AU2": 1.0})
-        frame = sim.settle()
+        frame = settled(fw.Simulation(face, layers=[fw.WaveFolds(seed=seed)]), {"AU1": 1.0, "AU2": 1.0})
         x, y, _ = face.frame.local_mm(np.asarray(frame.points)).T
         inside, w = (y > low + 14.0) & (y < high - 4.0), np.asarray(frame["W"])
         aside = (np.abs(x) > 14.0) & (np.abs(x) < 32.0)
@@ -122,8 +121,7 @@ def test_a_lowered_brow_hoods_the_lid_and_does_not_crumple_it(face):
         assert y[own].min() > min(face.frame.axes[1] @ corner for corner in corners)
         assert y[own].max() < face.frame.axes[1] @ face.landmarks[f"brow_{side}_mid"] + 4.0
     sim = fw.Simulation(face)
-    sim.express("frowning")
-    frame = sim.settle()
+    frame = settled(sim, "frowning")
     rest, w = np.asarray(frame["rest"]), np.asarray(frame["W"])
     above = np.linalg.norm(rest - face.landmarks["glabella"], axis=1) < 15.0
     below = np.isin(sim.vertices.corners, whole).any(axis=1)
