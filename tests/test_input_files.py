@@ -60,11 +60,10 @@ COMMANDS = {
 }
 
 
-@pytest.mark.parametrize("what", COMMANDS)
-def test_a_command_does_not_replace_what_it_read(files, tmp_path, monkeypatch, capsys, what):
+@pytest.mark.parametrize(("words", "name"), COMMANDS.values(), ids=COMMANDS)
+def test_a_command_does_not_replace_what_it_read(files, tmp_path, monkeypatch, capsys, words, name):
     shutil.copytree(files, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    words, name = COMMANDS[what]
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert main(words.split()) == 1
     (line,) = capsys.readouterr().err.strip().splitlines()

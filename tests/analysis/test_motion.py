@@ -17,6 +17,16 @@ pytestmark = pytest.mark.slow
 FACES = Path(__file__).parents[3] / "shared" / "faces"
 
 
+@pytest.fixture(scope="module")
+def captured():
+    """A captured face, and its shapes."""
+    if not (FACES / "ict_face_expressions.npz").exists():
+        pytest.skip("the captured face is not there")
+    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
+    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    return face, shapes
+
+
 def test_a_field_agrees_with_itself_and_with_nothing_square_to_it():
     rng = np.random.default_rng(0)
     field, area = rng.normal(size=(50, 3)), rng.random(50)
@@ -34,10 +44,8 @@ def test_shapes_of_another_mesh_are_refused(tmp_path):
         read_shapes(tmp_path / "shapes.npz", 5, 1.0)
 
 
-@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
-def test_muscles_move_a_captured_face_as_it_moved():
-    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+def test_muscles_move_a_captured_face_as_it_moved(captured):
+    face, shapes = captured
     rows = [row for row, _ in agreements(face, shapes)]
     assert [(row.muscle, row.shape) for row in rows] == list(PAIRS)
     assert min(row.cosine for row in rows) >= 0.8
@@ -50,11 +58,9 @@ def test_muscles_move_a_captured_face_as_it_moved():
     assert np.mean([row.area_cosine for row in others]) >= 0.75
 
 
-@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
-def test_emotions_are_those_that_were_captured():
+def test_emotions_are_those_that_were_captured(captured):
     """Near the best that the muscles can do, none taken for another, and none faint."""
-    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    face, shapes = captured
     rows = emotion_agreements(face, shapes)
     assert [row.agreement.muscle for row in rows] == list(EMFACS)
     assert [row.nearest for row in rows] == list(EMFACS)
@@ -73,11 +79,9 @@ def test_a_captured_emotion_is_the_sum_of_its_units():
     np.testing.assert_allclose(captured_emotion(shapes, {"AU26": 0.5}), 0.3 * shapes["jawOpen"])
 
 
-@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
-def test_cheeks_bulge_as_they_did():
+def test_cheeks_bulge_as_they_did(captured):
     """Outwards, where the flesh that a muscle raises is bunched up: on the cheek bone, and half way to the mouth."""
-    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+    face, shapes = captured
     pairs = [("zygomaticus_major_l", "mouthSmile_L"), ("orbicularis_oculi_orbital_l", "cheekSquint_L")]
     normals, cheek = vertex_normals(face.points, face.triangles), face.landmarks["malar_l"]
     for row, ours in agreements(face, shapes, pairs):
@@ -100,10 +104,8 @@ def test_furrows_run_across_the_compression_of_a_map(face):
         assert angle.epsilon == pytest.approx(0.3, abs=0.05)
 
 
-@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
-def test_furrows_run_across_the_principal_compression_of_a_captured_face():
-    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+def test_furrows_run_across_the_principal_compression_of_a_captured_face(captured):
+    face, shapes = captured
     rows = fold_angles(face, shapes)
     assert [(row.muscle, row.shape) for row in rows] == list(FOLDS)
     # Creases are lines that muscles of several directions share: see tests/anatomy/test_crease.py.
@@ -116,10 +118,8 @@ def test_furrows_run_across_the_principal_compression_of_a_captured_face():
     assert min(row.epsilon for row in rows) > 0.05  # and there is something to fold
 
 
-@pytest.mark.skipif(not (FACES / "ict_face_expressions.npz").exists(), reason="the captured face is not there")
-def test_the_report_holds_all_pairs():
-    face = fw.fit_face(FACES / "ict_face_narrow.obj", FACES / "ict_face_narrow.landmarks.json", units="cm")
-    shapes = read_shapes(FACES / "ict_face_expressions.npz", face.mesh.n_points, face.unit)
+def test_the_report_holds_all_pairs(captured):
+    face, shapes = captured
     some = {name: shapes[name] for name in ("browDown_L", "browDown_R", "jawOpen")}
     made = report(face, some)
     assert [row[:2] for row in made.tables[0].rows] == [("corrugator_l", "browDown_L"), ("jaw", "jawOpen")]

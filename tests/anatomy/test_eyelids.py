@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from eyelids_of_faces import filled, margins_of
+from skins import held
 from synthetic_faces import BACK_EDGE, head_with, ring
 
 import facewrinkle as fw
@@ -114,18 +115,14 @@ def test_eyes_that_are_one_piece_with_the_skin_have_no_lids(face, rings):
     assert len(said) == 1
     assert not statue.eyelid_openings
     assert set(statue.joint_weights) == {"jaw"}
-    skin = fw.Skin(statue)
     closing = [name for name in statue.muscles if name.startswith("orbicularis_oculi_") and len(name) == 19]
     assert len(closing) == 2
-    skin.contract(dict.fromkeys(closing, 1.0))
-    for _ in range(20):
-        skin.step()
+    moved = statue.points + held(fw.Skin(statue), dict.fromkeys(closing, 1.0), 20)
     edges, _ = unique_edges(statue.triangles)
     near = np.zeros(len(statue.points), bool)
     for eye in statue.eyes:
         near |= np.linalg.norm(statue.points - eye.centre, axis=1) < 1.2 * eye.radius
     edges = edges[near[edges].all(axis=1)]
-    moved = statue.points + skin.displacement
     before, after = (np.linalg.norm(p[edges[:, 0]] - p[edges[:, 1]], axis=1) for p in (statue.points, moved))
     assert (after / before).min() > 0.8
     assert (after / before).max() < 1.25
@@ -147,10 +144,7 @@ def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
     states = []
     for rates in ({"orbicularis_oculi_l": 1.0}, {"orbicularis_oculi_l": 1.0, "rectus_inferior_l": 1.0}):
         skin.reset()
-        skin.contract(rates)
-        for _ in range(100):  # lids that meet come to rest more slowly
-            skin.step()
-        states.append(skin.displacement.copy())
+        states.append(held(skin, rates, 100))  # lids that meet come to rest slowly
     np.testing.assert_allclose(*states, atol=1e-5)
 
 
@@ -175,11 +169,8 @@ def test_lids_before_a_socket_are_those_before_a_hole(face):
 def test_deep_sockets_have_lids(real_face, stem):
     """The eyes lie where the lids are, and closing lids meet."""
     face = head_with("sockets", "bag") if stem is None else real_face(stem)
-    moved = fw.Skin(face, time_step=0.1)
-    moved.contract({"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0})
-    for _ in range(15):
-        moved.step()
-    now = (moved.points + moved.displacement) / face.unit
+    skin = fw.Skin(face, time_step=0.1)
+    now = (skin.points + held(skin, {"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0}, 15)) / face.unit
     for eye in face.eyes:
         upper, lower = margins_of(face, eye.side)
         along = face.points[np.concatenate([upper, lower])] @ face.frame.axes[0]
@@ -229,18 +220,12 @@ def skin(shut):
 
 def test_there_is_nothing_to_shut(shut, skin):
     skin.reset()
-    skin.contract({"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0})
-    for _ in range(5):
-        skin.step()
-    assert np.array_equal(skin.displacement, np.zeros_like(shut.points))
+    assert not held(skin, {"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0}, 5).any()
 
 
 def test_lids_stay_where_brow_and_cheek_move(shut, skin):
     skin.reset()
-    skin.contract(shut.atlas.contractions({"AU2": 1.0, "AU6": 1.0, "AU12": 1.0}))
-    for _ in range(20):
-        skin.step()
-    way = np.linalg.norm(skin.displacement, axis=1)
+    way = np.linalg.norm(held(skin, shut.atlas.contractions({"AU2": 1.0, "AU6": 1.0, "AU12": 1.0}), 20), axis=1)
     brow = np.linalg.norm(shut.points - shut.landmarks["brow_l_mid"], axis=1).argmin()
     assert way[brow] > 5.0
     assert way[shut.shut_lids > 0.9].max() < 0.02 * way[brow]

@@ -475,9 +475,8 @@ FEW = {
 }
 
 
-@pytest.mark.parametrize("case", FEW)
-def test_what_cannot_be_searched(case):
-    mesh, message = FEW[case]
+@pytest.mark.parametrize(("mesh", "message"), FEW.values(), ids=FEW)
+def test_what_cannot_be_searched(mesh, message):
     with pytest.raises((MeshError, LandmarkError), match=message):
         find_landmarks(mesh, progress=lambda *_: pytest.fail("it is searched"))
 

@@ -179,9 +179,8 @@ BAD = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_meshes_and_landmarks_that_do_not_fit(face, case):
-    given, message = BAD[case]
+@pytest.mark.parametrize(("given", "message"), BAD.values(), ids=BAD)
+def test_meshes_and_landmarks_that_do_not_fit(face, given, message):
     with pytest.raises((LandmarkError, MeshError), match=message):
         fw.fit_face(*given(face), units="mm")
 

@@ -177,9 +177,8 @@ UNREADABLE = {
 }
 
 
-@pytest.mark.parametrize("case", UNREADABLE)
-def test_unreadable_files(tmp_path, case):
-    content, message = UNREADABLE[case]
+@pytest.mark.parametrize(("content", "message"), UNREADABLE.values(), ids=UNREADABLE)
+def test_unreadable_files(tmp_path, content, message):
     path = tmp_path / "marks.json"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(LandmarkError, match=message):

@@ -282,8 +282,7 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
     matrix[:3, :3], matrix[:3, 3] = Rotation.from_rotvec([0.5, 1.9, -0.4]).as_matrix(), [30.0, 2.0, -8.0]
     turned = dataclasses.replace(clip.recorded, pose=lambda time: matrix)
     sim = fw.Simulation(clip.face, motion=turned, time_step=0.125, folds="paper")
-    for _ in range(6):
-        frame = sim.step()
+    *_, frame = sim.run(6)
     still, _ = wrinkled[0.75]
     assert frame.n_points == still.n_points
     np.testing.assert_allclose(frame["W"], still["W"], atol=1e-7)

@@ -79,8 +79,7 @@ def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(papers, played):
     held = played("surprise").held
     recorded = fw.Recorded.of_positions([papers.points, held.bare], times=[0.0, 0.4])
     sim = fw.Simulation(papers, motion=recorded, layers=[fw.MuscleWrinkles()])
-    for _ in range(40):
-        frame = sim.step()
+    *_, frame = sim.run(40)
     n = papers.mesh.n_points
     np.testing.assert_allclose(sim.motion.step(), held.bare, atol=1e-12)
     making = [name for name, rate in held.rates.items() if rate > 0.0]

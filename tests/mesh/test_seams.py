@@ -36,8 +36,7 @@ def moved():
     mesh = ball()
     layer = fw.PatternLayer("forehead", (0.0, 0.0, -40.0), size=(50.0, 30.0), depth=2.0)
     simulation = fw.Simulation(mesh, fw.Refinement(max_level=3), layers=[layer])
-    for _ in range(6):
-        frame = simulation.step()
+    *_, frame = simulation.run(6)
     return mesh, simulation, frame
 
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
+from skins import held
 
 import facewrinkle as fw
 from facewrinkle.rigging.modelled import PUFFED, Movements
@@ -138,11 +139,7 @@ def test_a_mouth_goes_aside_and_the_eyes_do_not(face, movements):
 
 
 def test_an_open_jaw_with_sealed_lips_is_closed(face, movements):
-    skin = fw.Skin(face, time_step=1.0)
-    skin.contract({"jaw": 1.0})
-    for _ in range(8):
-        skin.step()
-    opened = skin.displacement / face.unit
+    opened = held(fw.Skin(face, time_step=1.0), {"jaw": 1.0}, 8) / face.unit
     upper, lower = movements.pairs
     assert len(upper) > 10
     gap = np.linalg.norm((opened[upper] - opened[lower]), axis=1) * face.unit

@@ -99,9 +99,8 @@ EVERYWHERE = {
 
 
 @pytest.mark.parametrize("way", [simulated, accessed])
-@pytest.mark.parametrize("case", EVERYWHERE)
-def test_errors_in_python_and_of_the_accessor(ball, way, case):
-    pattern, words, says = EVERYWHERE[case]
+@pytest.mark.parametrize(("pattern", "words", "says"), EVERYWHERE.values(), ids=EVERYWHERE)
+def test_errors_in_python_and_of_the_accessor(ball, way, pattern, words, says):
     before = np.array(ball.points)
     with pytest.raises(FaceWrinkleError, match=says):
         way(ball, pattern, **words)

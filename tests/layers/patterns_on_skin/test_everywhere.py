@@ -34,8 +34,7 @@ def laid_out(layer, face, strength, seconds):
 
 def check(face, layers, strength):
     sim = fw.Simulation(face, layers=layers, motion=fw.Still(face, 0.01))
-    for _ in range(4):
-        frame = sim.step()
+    *_, frame = sim.run(4)
     n, total = len(face.points), 0.0
     for layer in layers:
         ours, expected = frame[f"pattern_{layer.name}"], laid_out(layer, face, strength, sim.time)

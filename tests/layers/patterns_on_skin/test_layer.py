@@ -31,8 +31,7 @@ unrefined = pytest.mark.filterwarnings("ignore:the mesh is too coarse to carry t
 
 def played(face, layers, steps=8, **options):
     sim = fw.Simulation(face, layers=layers, motion=options.pop("motion", fw.Still(face)), **options)
-    for _ in range(steps):
-        frame = sim.step()
+    *_, frame = sim.run(steps)
     return sim, frame
 
 
@@ -201,8 +200,7 @@ def test_the_skin_below_drives_the_strength(slab, along):
         s = np.clip((share - 0.05) / 0.2, 0.0, 1.0) if along != (0.0, 1.0, 0.0) else 0.0
         expected = s * s * (3 - 2 * s)
         assert -frame["pattern_dimple"].min() == pytest.approx(2.0 * expected, abs=1e-6)
-    for _ in range(4):
-        frame = sim.step()
+    *_, frame = sim.run(4)
     assert not frame["W"].any()
     assert frame.n_cells == slab.mesh.n_cells  # the triangles have gone again
 

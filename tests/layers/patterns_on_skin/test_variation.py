@@ -106,8 +106,7 @@ def test_the_same_wrinkles_on_another_mesh():
         face = fw.surface(pv.Plane(i_size=100, j_size=100, i_resolution=n, j_resolution=n))
         layer = fw.PatternLayer("cheek", (0, 0, 0), size=60.0, number=3, variation=0.8, seed=7)
         sim = fw.Simulation(face, layers=[layer])
-        for _ in range(6):
-            frame = sim.step()
+        *_, frame = sim.run(6)
         frames.append(
             {tuple(p): w for p, w in zip(np.round(frame["rest"][:, :2], 6).tolist(), frame["W"], strict=True)}
         )

@@ -56,8 +56,7 @@ def pressed(sheet):
         sim = fw.Simulation(
             sheet, fw.Refinement(max_level=level), layers=[layer], motion=pressed_by(sheet, shares), time_step=0.02
         )
-        for _ in range(len(shares) + 8):
-            frame = sim.step()
+        *_, frame = sim.run(len(shares) + 8)
         return sim, frame
 
     return press
@@ -138,8 +137,7 @@ def test_folds_take_no_volume():
     amount = smoothstep((70.0 - x) / 20.0) * smoothstep((56.0 - y) / 20.0)
     layer = WaveFolds(families={"pressed": [sheet.points * [1.0, 0.75, 1.0]]}, amount=amount)
     sim = fw.Simulation(sheet, layers=[layer], motion=pressed_by(sheet, [PRESSED]), time_step=0.02)
-    for _ in range(6):
-        frame = sim.step()
+    *_, frame = sim.run(6)
     bare = np.asarray(frame["rest"]) * [1.0, 0.75, 1.0]
     volumes = swept_volumes(bare, np.asarray(frame.points) - bare, sim.forest.triangles)
     assert np.abs(volumes).sum() > 1000.0

@@ -98,9 +98,8 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
-def test_text_that_makes_no_sense(tmp_path, name):
-    old, new, message = BAD[name]
+@pytest.mark.parametrize(("old", "new", "message"), BAD.values(), ids=BAD)
+def test_text_that_makes_no_sense(tmp_path, old, new, message):
     text = written("ascii").decode()
     assert old in text
     path = tmp_path / "mesh.ply"
