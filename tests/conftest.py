@@ -9,14 +9,13 @@ import subprocess
 import sys
 import warnings
 from functools import lru_cache
-from pathlib import Path
 from types import SimpleNamespace
 
 import hypothesis
 import numpy as np
 import pytest
+from real_faces import FACES
 
-FACES = Path(__file__).parents[2] / "shared" / "faces"
 if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores
 # More than a hundred interpreters are started: without bytecode each compiles the package anew, for half a second.
@@ -111,8 +110,9 @@ def real_face():
 
     @lru_cache(maxsize=4)
     def fitted(stem):
-        with warnings.catch_warnings():  # texture seams, and landmarks that we have no name for
-            warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+        with warnings.catch_warnings(
+            action="ignore", category=fw.FaceWrinkleWarning
+        ):  # texture seams, and landmarks that we have no name for
             return fw.fit_face(FACES / f"{stem}.obj", FACES / f"{stem}.landmarks.json")
 
     def real_face(stem):
@@ -123,6 +123,16 @@ def real_face():
     return real_face
 
 
+@pytest.fixture
+def any_face(request, face, real_face):
+    """The built-in face for None, else a synthetic or a real one by its name: for parameters that are indirect."""
+    from synthetic_faces import MAKERS, head_with
+
+    if request.param is None:
+        return face
+    return head_with(request.param) if request.param in MAKERS else real_face(request.param)
+
+
 @pytest.fixture(scope="session")
 def clip():
     """A captured animation of a real face: that face, and the recording. Not to be changed."""
@@ -131,8 +141,7 @@ def clip():
     path = FACES / "ict_face_narrow_anim.glb"
     if not path.exists():
         pytest.skip(f"{path.name} is not beside the repository")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # landmarks that we have no name for
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):  # landmarks that we have no name for
         mesh, recorded = fw.read_animation(path)
         return fw.fit_face(mesh, FACES / "ict_face_narrow.landmarks.json"), recorded
 

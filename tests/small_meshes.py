@@ -67,6 +67,11 @@ def smallest_angles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.degrees(np.arctan2(sine, (u * v).sum(axis=-1)).min(axis=-1))
 
 
+def enclosed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume that a closed surface holds, negative where it faces in."""
+    return float(np.linalg.det(points[triangles]).sum() / 6.0)
+
+
 def signed_distances(points: np.ndarray, skin: pv.PolyData) -> np.ndarray:
     """Distances of points (n, 3) from a mesh, negative on the side that its normals point away from."""
     vertices, triangles = np.asarray(skin.points, dtype=float), np.asarray(skin.regular_faces)

@@ -22,8 +22,6 @@ import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
 
-FACES = Path(__file__).parents[1].parent / "shared" / "faces"
-
 
 @pytest.fixture
 def ball():

@@ -50,10 +50,11 @@ def in_processes(method: str) -> Executor:
 def test_the_same_bytes_in_threads_and_processes(here, kind):
     if kind == "fork" and sys.platform != "linux":
         pytest.skip("fork is safe on Linux only")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)  # Python warns of fork beside threads
-        with ThreadPoolExecutor(2) if kind == "threads" else in_processes(kind) as pool:
-            assert list(pool.map(digest, EXPRESSIONS)) == here
+    with (
+        warnings.catch_warnings(action="ignore", category=DeprecationWarning),  # Python warns of fork beside threads
+        ThreadPoolExecutor(2) if kind == "threads" else in_processes(kind) as pool,
+    ):
+        assert list(pool.map(digest, EXPRESSIONS)) == here
 
 
 def test_faces_and_frames_are_pickled():

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from real_faces import FACES
 
 import facewrinkle as fw
 from analysis.emotions import EMFACS, captured_emotion, emotion_agreements
@@ -13,8 +12,6 @@ from analysis.motion import FOLDS, OTHERS, PAIRS, agreements, compared, fold_ang
 from facewrinkle.geometry.normals import vertex_normals
 
 pytestmark = pytest.mark.slow
-
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 
 
 @pytest.fixture(scope="module")

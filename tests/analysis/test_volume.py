@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from small_meshes import enclosed_volume
 
 from analysis.profiles import EPSILON, sheet
 from analysis.surfaces import plate, settled, squeezed, uniform, wrinkled_surface
@@ -69,15 +70,10 @@ def ball():
     return np.asarray(mesh.points, np.float64), np.asarray(mesh.regular_faces)
 
 
-def enclosed(points, triangles):
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return float((np.cross(a, b) * c).sum() / 6.0)
-
-
 def test_between_two_closed_surfaces_lies_the_difference_of_their_volumes(ball):
     points, triangles = ball
     displacement = np.random.default_rng(0).normal(0.0, 0.1, points.shape)
-    between = enclosed(points + displacement, triangles) - enclosed(points, triangles)
+    between = enclosed_volume(points + displacement, triangles) - enclosed_volume(points, triangles)
     assert swept_volumes(points, displacement, triangles).sum() == pytest.approx(between, abs=1e-13)
 
 

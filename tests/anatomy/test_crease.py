@@ -8,18 +8,16 @@ on faces           where the skin of captured faces creases; beside the corner o
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from expressions import after
+from real_faces import FACES
 from scipy.integrate import trapezoid
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease, LinearMuscle, Wrinkles
 
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 STYLE = Wrinkles(depth=2.0, alpha=1.3)
 BOWED = [(0.0, 40.0, 0.0), (6.0, 18.0, 0.0), (0.0, 0.0, 0.0)]
 
@@ -151,14 +149,14 @@ def test_fibres_that_slide_do_not_pull_the_loose_skin():
 # --- the nasolabial fold on faces ------------------------------------------------------------------
 
 
-REAL = [pytest.param(stem, marks=pytest.mark.slow) for stem in ("ict_face_narrow", "makehuman_head_male")]
+on_faces = pytest.mark.parametrize(
+    "any_face",
+    [None, *(pytest.param(stem, marks=pytest.mark.slow) for stem in ("ict_face_narrow", "makehuman_head_male"))],
+    indirect=True,
+)
 
 
-@pytest.fixture(params=[None, *REAL], ids=lambda stem: stem or "head")
-def any_face(request, face, real_face):
-    return face if request.param is None else real_face(request.param)
-
-
+@on_faces
 @pytest.mark.parametrize("what", ["AU12", "AU10", "happiness"])
 def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
     """Its deepest line starts beside the wing, goes outwards and down, and stays outside of the corner all the way."""
@@ -184,6 +182,7 @@ def test_the_nasolabial_fold_ends_beside_the_moved_corner(any_face, what):
     assert np.ptp(across[1]) > 1.5 * max(np.ptp(across[0]), np.ptp(across[2]))  # it fades at both ends
 
 
+@on_faces
 def test_the_fold_below_the_corner_leaves_the_lips_alone(any_face):
     """Lips that are lifted by the crest of a fold beside them run into each other."""
     pattern = any_face.muscles["depressor_anguli_oris_l"].fold_pattern

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import json
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
+from real_faces import FACES
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
@@ -47,7 +47,6 @@ from facewrinkle.mesh import read_surface, to_polydata
 from facewrinkle.progress import bar
 
 PAIRS = tuple(name.format(side) for name in ("eye_{}_inner", "mouth_{}") for side in "lr")
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 CENTRAL = ("nose_tip", "subnasale", "nasion", "upper_lip_mid", "lower_lip_mid", *PAIRS)
 PLACE = ("nose_tip", "eye_l_outer", "eye_r_outer")  # given where a face is, which other tests search for
 MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "menton")
@@ -307,8 +306,7 @@ def ict(real_face):
     real_face("ict_face_narrow")  # skips where it is absent
 
     def made(which):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FaceWrinkleWarning)
+        with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
             rest = read_surface(FACES / "ict_face_narrow.obj")
         if isinstance(which, str):
             stored = np.load(FACES / "ict_face_expressions.npz")

@@ -223,8 +223,7 @@ def test_lids_are_shut_or_not_by_the_eyes_of_the_file(face, monkeypatch):
 
     for large, shut in ((True, False), (False, True)):
         monkeypatch.setattr("facewrinkle.anatomy.face.eyelid_opening", lying_on(large))
-        with warnings.catch_warnings(record=True) as told:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as told:
             whole = fw.fit_face(face.mesh + ball, face.landmarks)
         assert whole.eyes[0].radius == pytest.approx(radius, rel=0.02)
         assert ("l" not in whole.eyelid_openings) == shut

@@ -128,8 +128,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
     plain = to_polydata(face.points, face.triangles)
     plain.point_data["Colors"] = np.asarray(face.mesh.point_data["Colors"])[:, :3]
     for lashes, skin, drawn in ((cards, face.mesh, False), (coloured, plain, True), (hairs, face.mesh, True)):
-        with warnings.catch_warnings(record=True) as warned:
-            warnings.simplefilter("always")
+        with warnings.catch_warnings(record=True, action="always") as warned:
             dressed = fw.fit_face(skin.append_polydata(lashes), face.landmarks, units="mm")
         assert any("lashes_l are cards" in str(one.message) for one in warned) != drawn
         assert list(dressed.parts) == ["lashes_l"]
@@ -168,8 +167,7 @@ def test_eyes_that_are_no_adults_are_balls_too(face, larger):
 def test_other_surfaces_keep_their_parts(face):
     plane = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
     ball = pv.Sphere(radius=0.1, center=(0, 0, 1), theta_resolution=8, phi_resolution=8)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         cloth = fw.surface(plane.append_polydata(ball))
     assert list(cloth.parts) == ["other"]
     frame = fw.Simulation(cloth).step()
@@ -198,8 +196,7 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     colours[:: len(colours) // 7] = [120, 60, 50, alpha]
     colours[-1, 3] = alpha
     whole.point_data["Colors"] = colours
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         fitted = fw.fit_face(whole, face.landmarks, units="mm")
     assert fitted.mesh.point_data["Colors"].shape[1] == 3
     (part,) = fitted.parts.values()
@@ -219,8 +216,7 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     ],
 )
 def test_gums_and_tongues_reach_far_back_and_a_fringe_hangs_down(face, radii, where, name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         fitted = together(face, [ellipsoid(face, where, radii)])
     assert [part.removeprefix("lower_").removeprefix("upper_") for part in fitted.parts] == [name]
 

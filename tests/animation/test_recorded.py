@@ -14,7 +14,6 @@ bad input                  the errors that name what is wrong
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,6 +21,7 @@ import pytest
 import pyvista as pv
 from flat_layers import Flat
 from glb_files import read_glb
+from real_faces import FACES
 from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
@@ -33,7 +33,6 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.layers.base import Displacement
 from facewrinkle.layers.compression import StrainField, principal_compression
 
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 RNG = np.random.default_rng(11)
 
 

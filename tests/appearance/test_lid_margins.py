@@ -7,7 +7,6 @@ import pytest
 from drawing import held
 from expressions import after
 from eyelids_of_faces import ball_of
-from synthetic_faces import MAKERS, head_with
 
 from facewrinkle.appearance.eye import LidMargin, PaintedEye
 from facewrinkle.appearance.seen import companion_meshes
@@ -40,14 +39,10 @@ def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
     assert seen_past(face, eye, face.points, [ball, strip]) == 0
 
 
-@pytest.fixture(params=[None, "ict_face_narrow"])
-def mask(request):
-    """A face with thick lids, behind which there is no skin."""
-    return head_with("thick") if request.param is None else request.getfixturevalue("real_face")(request.param)
-
-
-def test_no_one_looks_past_the_eyes_of_an_open_mask(mask):
-    face = mask
+@pytest.mark.parametrize("any_face", ["thick", "ict_face_narrow"], indirect=True)
+def test_no_one_looks_past_the_eyes_of_an_open_mask(any_face):
+    """Faces with thick lids, behind which there is no skin."""
+    face = any_face
     for eye in face.eyes:
         ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
@@ -72,7 +67,7 @@ def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
 
 
 @pytest.mark.parametrize(
-    "made, there",
+    "any_face, there",
     [
         ("thick", True),
         ("sockets", False),
@@ -81,13 +76,13 @@ def test_the_strip_goes_from_the_rim_into_the_ball_and_faces_out(face):
         ("makehuman_head_male", False),
         (None, False),
     ],
+    indirect=["any_face"],
 )
-def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(face, real_face, made, there):
-    shown = face if made is None else head_with(made) if made in MAKERS else real_face(made)
+def test_it_is_drawn_and_written_where_a_ball_leaves_a_hole_open_alone(any_face, there):
     names = {"rim_l", "rim_r"}
-    assert (names <= set(companion_meshes(shown, shown.mesh))) is there
-    with Scene(shown, Style(size=(32, 32))) as scene:
-        scene.show(shown.mesh)
+    assert (names <= set(companion_meshes(any_face, any_face.mesh))) is there
+    with Scene(any_face, Style(size=(32, 32))) as scene:
+        scene.show(any_face.mesh)
         assert (names == scene.drawn_parts["rims"]) is there
 
 

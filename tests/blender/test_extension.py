@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from real_faces import FACES
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
@@ -26,7 +27,6 @@ from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.live.saving import environment
 
 BLENDER = os.environ.get("FACEWRINKLE_BLENDER", "")
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 in_blender = pytest.mark.skipif(not BLENDER, reason="FACEWRINKLE_BLENDER names no Python with bpy")
 
 FAKE = """#!{python}

@@ -66,8 +66,7 @@ def test_points_on_a_line_fall_back_to_a_lower_degree():
     assert issubclass(FitWarning, FaceWrinkleWarning)
     with pytest.warns(FitWarning):
         assert moving_least_squares([[0.3]], [[0.0], [1.0]], [1.0, 2.0], 5) == pytest.approx(1.3)  # linear is left
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         moving_least_squares([[0.3, 0.6]], points, np.full(9, 4.0), 0)
 
 

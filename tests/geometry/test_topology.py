@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_meshes import delaunay
+from small_meshes import delaunay, enclosed_volume
 
 from facewrinkle.errors import MeshError
 from facewrinkle.geometry.topology import (
@@ -207,12 +207,6 @@ def circles(n, radii, heights):
     return np.concatenate([radius * circle + [0.0, 0.0, z] for radius, z in zip(radii, heights, strict=True)])
 
 
-def volume(points, triangles):
-    """Volume that a closed surface holds, negative where it faces in."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    return float((a * np.cross(b, c)).sum() / 6.0)
-
-
 @pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("start", [0, 5])
 def test_quads_join_neighbours_of_two_rings(closed, start):
@@ -251,13 +245,13 @@ def test_triangles_face_out(diagonal):
     n = 9
     area = 0.5 * n * np.sin(2.0 * np.pi / n)
     prism = np.vstack([circles(n, (1.0, 1.0), (0.0, 3.0)), [[0.0, 0.0, 0.0], [0.0, 0.0, 3.0]]])
-    assert volume(prism, ring_triangles(n, 2, first=2 * n, last=2 * n + 1, diagonal=diagonal)) == pytest.approx(
-        3.0 * area
-    )
+    assert enclosed_volume(
+        prism, ring_triangles(n, 2, first=2 * n, last=2 * n + 1, diagonal=diagonal)
+    ) == pytest.approx(3.0 * area)
     # A double cone, whose tip comes before its rings.
     spindle = np.vstack([[[0.0, 0.0, -1.0]], circles(n, (1.0, 1.0), (0.0, 0.0)), [[0.0, 0.0, 2.0]]])
     triangles = ring_triangles(n, 2, start=1, first=0, last=2 * n + 1, diagonal=diagonal)
-    assert volume(spindle, triangles) == pytest.approx(area)
+    assert enclosed_volume(spindle, triangles) == pytest.approx(area)
 
 
 def test_the_diagonal_runs_where_it_is_said():

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 import re
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from real_faces import FACES, needs_faces
 from small_meshes import cap, mesh_of, same_triangles, side_by_side, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError
 from facewrinkle.mesh import prepare, read_surface, to_polydata
 
-FACES = Path(__file__).parents[3] / "shared" / "faces"
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
-needs_faces = pytest.mark.skipif(not FACES.is_dir(), reason="the faces of other projects are not here")
 
 
 @needs_faces
 @pytest.mark.parametrize("name", REAL)
 @pytest.mark.parametrize("forward", [None, (0.0, 0.0, 1.0), (0.0, 0.4, 2.0)])
 def test_real_faces_are_turned_outward(name, forward):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         mesh = read_surface(FACES / f"{name}.obj")
     clean = prepare(mesh, forward=forward)
     assert clean.report == ()  # lips and lids may touch; nothing is changed
@@ -152,8 +149,7 @@ def test_any_damage_to_the_orientation_is_mended(flipped, random):
     triangles[sorted(flipped)] = triangles[sorted(flipped), ::-1]
     order = list(range(len(triangles)))
     random.shuffle(order)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         surface = prepare(mesh_of(mesh.points, triangles[order]))
     assert same_triangles(surface.triangles, mesh.regular_faces)
 

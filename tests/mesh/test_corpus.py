@@ -58,8 +58,7 @@ def test_mended_faces_keep_their_shape():
     kept = 0
     for dirty in dirty_faces():
         if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", FaceWrinkleWarning)
+            with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
                 face = fw.fit_face(dirty.mesh, dirty.landmarks)
             moved = (face.points != np.asarray(dirty.mesh.points)[face.source_points]).any(axis=1)
             flat = [int(line.split()[-1].rstrip(".")) for line in face.report if "turned over" in line]
@@ -88,8 +87,7 @@ OTHERS = {
 def test_other_shapes_are_surfaces_that_move(name, fingerprint):
     mesh = OTHERS[name]
     before = fingerprint(mesh)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         face = fw.surface(mesh)
     assert flaws(face) + flaws_in_motion(face) == []
     assert fingerprint(mesh) == before

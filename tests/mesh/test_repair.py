@@ -211,8 +211,7 @@ def test_ragged_rims_with_scraps_are_repaired(seed):
     points, triangles = sheet(4)
     kept = random.random(len(triangles)) > 0.2
     ragged = scrap(points, triangles[kept], 0.1 * random.normal(size=(2, 3)) * [1.0, 1.0, seed % 2])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         whole = prepare(pv.PolyData.from_regular_faces(*ragged))
     assert is_sound(whole)
 

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 from skins import settled
 
-STEMS = (None, "ict_face_narrow", "makehuman_head_male")
-
-
-@pytest.fixture(params=STEMS, ids=lambda stem: stem or "head")
-def any_face(request, face, real_face):
-    return face if request.param is None else real_face(request.param)
+pytestmark = pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
 
 
 def near(face, field, mark, width=4.0):

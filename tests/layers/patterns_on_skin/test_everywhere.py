@@ -49,16 +49,17 @@ def check(face, layers, strength):
 
 
 @pytest.mark.parametrize(
-    ("stem", "strength"),
+    ("any_face", "strength"),
     [
         (None, 1.0),
         (None, 0.4),
         ("makehuman_head_male", 1.0),
         pytest.param("ict_face_narrow", 0.4, marks=pytest.mark.slow),
     ],
+    indirect=["any_face"],
 )
-def test_all_presets_on_heads(request, stem, strength):
-    face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
+def test_all_presets_on_heads(any_face, strength):
+    face = any_face
     frame = check(face, [fw.PatternLayer.preset(name, face, strength=strength) for name in names()], strength)
     size, axes, mm = face.frame.pupil_distance, face.frame.axes, face.unit
     for side, outward in (("l", 1.0), ("r", -1.0)):
@@ -101,8 +102,7 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
     field = StrainField.of(face)
     wrinkles = fw.PatternLayer.preset("eye_corner_l", face)
     layers, level = [plain, timed, skin, wrinkles], fw.Refinement(max_level=0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)  # without refinement it is coarse
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):  # without refinement it is coarse
         sim = fw.Simulation(face, level, layers=layers, time_step=0.1, motion=recorded)
     bare = fw.Simulation(face, level, layers=[], time_step=0.1, motion=recorded)
     first, smile, by_skin = None, [], []
@@ -131,9 +131,9 @@ def test_strengths_of_every_sort_on_a_captured_animation(clip):
 # --- presets ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_all_presets_on_all_faces(request, stem):
-    face = request.getfixturevalue("face") if stem is None else request.getfixturevalue("real_face")(stem)
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+def test_all_presets_on_all_faces(any_face):
+    face = any_face
     size, axes = face.frame.pupil_distance, face.frame.axes
     for name in presets.names():
         layer = fw.PatternLayer.preset(name, face)

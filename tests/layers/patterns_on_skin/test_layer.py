@@ -123,8 +123,7 @@ def test_a_mesh_that_is_too_coarse_is_reported_once_for_each_layer(slab, cap):
     needed = [layer.level_needed(slab) for layer in layers]
     assert needed[0] == needed[1] > needed[2] == 0
     level = 0 if cap == "off" else needed[0] - 1
-    with warnings.catch_warnings(record=True) as heard:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(record=True, action="always") as heard:
         sim = fw.Simulation(slab, fw.Refinement(max_level=level), layers=layers)
         for _ in range(3):
             sim.step()
@@ -246,8 +245,7 @@ def test_simulations_have_layers_of_their_own(slab):
     """Two surfaces in turns with one layer: each is as if it were alone."""
     layer = fw.PatternLayer("dimple", (0, 0, 0), size=30.0)
     before, other = dict(vars(layer)), fw.surface(slab.mesh.subdivide(1))
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):
         first, second, alone = (fw.Simulation(where, layers=[layer]) for where in (slab, other, slab))
         for _ in range(4):
             a, b = first.step(), second.step()

@@ -166,8 +166,7 @@ def test_named_pipes_are_not_waited_for(tmp_path, place):
     if place == "picture":
         (tmp_path / "m.mtl").write_text("newmtl skin\nmap_Kd skin.png\n")
     os.mkfifo(tmp_path / name)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", fw.FaceWrinkleWarning)
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):
         assert fw.surface(tmp_path / "mesh.obj").texture is None
 
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
+from real_faces import FACES, needs_faces
 from small_meshes import cap, same_triangles, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError
@@ -16,9 +17,7 @@ from facewrinkle.geometry import topology
 from facewrinkle.mesh import prepare, read_surface
 from facewrinkle.mesh.arrays import IMAGE, MESH, NAME
 
-FACES = Path(__file__).parents[4] / "shared" / "faces"
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
-needs_faces = pytest.mark.skipif(not FACES.is_dir(), reason="the faces of other projects are not here")
 
 
 def parsed_naively(path: Path) -> tuple[np.ndarray, list[list[int]], dict[int, list[tuple[float, ...]]]]:

@@ -318,8 +318,7 @@ def test_a_face_takes_the_image_of_its_file_or_the_one_that_is_given(tmp_path):
     np.testing.assert_array_equal(fw.surface(fw.read_surface(path)).texture, PHOTO)
     with pytest.raises(MeshError, match="no texture coordinates"):
         fw.surface(fw.default_face().skull, texture=OTHER)
-    with warnings.catch_warnings():  # an image for which there are no coordinates is not asked for
-        warnings.simplefilter("error")
+    with warnings.catch_warnings(action="error"):  # an image for which there are no coordinates is not asked for
         (tmp_path / "photo.png").unlink()
         path.write_text(path.read_text().replace("1/1 2/2 3/3 4/4", "1 2 3 4"))
         assert fw.surface(path).texture is None
