@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from command_files import series_meshes
-from glb_files import write_glb
+from glb_files import GltfFile
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import write_landmarks
@@ -21,32 +21,12 @@ SMALL = ["--size", "64", "--max-level", "1"]
 def clip(face, played, tmp_path_factory):
     """The built-in face as a GLB that raises and lowers its brows in 0.4 s, in cm, and its landmarks."""
     folder = tmp_path_factory.mktemp("clip")
-    arrays = [
-        (face.points / 10.0, "VEC3", 5126),
-        (face.triangles.reshape(-1, 1), "SCALAR", 5125),
-        (played("surprise").held.displacement / 10.0, "VEC3", 5126),
-        (np.array([[0.0], [0.2], [0.4]]), "SCALAR", 5126),
-        (np.array([[0.0], [1.0], [0.0]]), "SCALAR", 5126),
-    ]
-    blob, views, accessors = b"", [], []
-    for values, kind, component in arrays:
-        data = values.astype("<u4" if component == 5125 else "<f4").tobytes()
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
-        accessors.append({"bufferView": len(views) - 1, "componentType": component, "count": len(values), "type": kind})
-        blob += data
-    shape = {"attributes": {"POSITION": 0}, "indices": 1, "targets": [{"POSITION": 2}]}
-    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
-    content = {
-        "asset": {"version": "2.0"},
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [shape], "extras": {"targetNames": ["browsUp"]}}],
-        "animations": [{"samplers": [{"input": 3, "output": 4}], "channels": [channel]}],
-        "accessors": accessors,
-        "bufferViews": views,
-    }
-    write_glb(folder / "brows.glb", content, blob)
+    file = GltfFile()
+    file.node(
+        mesh=file.mesh(face.points / 10.0, face.triangles, [played("surprise").held.displacement / 10.0], ["browsUp"])
+    )
+    file.animate((0, "weights", [0.0, 0.2, 0.4], [[0.0], [1.0], [0.0]]))
+    file.glb(folder / "brows.glb")
     landmarks = {name: point / 10.0 for name, point in face.landmarks.items()}
     write_landmarks(landmarks, folder / "brows.json")
     return folder / "brows.glb", folder / "brows.json"
