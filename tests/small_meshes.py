@@ -67,6 +67,12 @@ def smallest_angles(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     return np.degrees(np.arctan2(sine, (u * v).sum(axis=-1)).min(axis=-1))
 
 
+def area_vectors(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Normals (m, 3) of triangles, of twice the length of their areas."""
+    a, b, c = np.moveaxis(points[triangles], 1, 0)
+    return np.cross(b - a, c - a)
+
+
 def enclosed_volume(points: np.ndarray, triangles: np.ndarray) -> float:
     """Volume that a closed surface holds, negative where it faces in."""
     return float(np.linalg.det(points[triangles]).sum() / 6.0)

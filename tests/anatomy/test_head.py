@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
-from small_meshes import smallest_angles
+from small_meshes import enclosed_volume, smallest_angles
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
 from facewrinkle.anatomy.landmarks import lips_middle, read_landmarks
@@ -77,9 +77,7 @@ def test_the_holes_are_eyes_and_mouth(head: Head) -> None:
 def test_is_counter_clockwise_from_outside(head: Head) -> None:
     # The volume under the skin, closed by a fan over each hole, is about that of a head with its neck: 4 to 7 litres.
     lids = [[loop[0], b, a] for loop in loops(head.triangles) for a, b in pairwise(loop)]
-    corners = head.points[np.vstack([head.triangles, lids])]
-    volume = np.einsum("mi,mi->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
-    assert 4e6 < volume < 7e6
+    assert 4e6 < enclosed_volume(head.points, np.vstack([head.triangles, lids])) < 7e6
 
 
 def test_size_and_place_of_skull_and_ears_are_those_of_adults(head: Head) -> None:

@@ -11,6 +11,7 @@ import pytest
 import pyvista as pv
 from drawing import held
 from expressions import after
+from small_meshes import area_vectors
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
@@ -77,11 +78,11 @@ def test_the_lining_of_a_bag_has_no_back(real_face, stem):
     drawn = VisibleSkin(face, bag=True).of(
         face.mesh, face.frame.origin + 100.0 * face.frame.pupil_distance * face.frame.axes[2]
     )
-    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
-    away = np.cross(b - a, c - a) @ face.frame.axes[2] < 0.0
+    toward = area_vectors(face.points, face.triangles)
+    away = toward @ face.frame.axes[2] < 0.0
     kept = {tuple(triangle) for triangle in drawn.regular_faces}
     shown = np.array([tuple(triangle) in kept for triangle in face.triangles])
-    centres, toward = face.points[face.triangles].mean(axis=1), np.cross(b - a, c - a)
+    centres = face.points[face.triangles].mean(axis=1)
     lids = np.zeros(len(centres), bool)  # and what lies behind them has no back, either
     for eye in face.eyes:
         offset = centres - eye.centre
@@ -120,8 +121,7 @@ def test_the_lining_of_a_socket_has_no_back(face):
         kept = {tuple(triangle) for triangle in drawn.regular_faces}
         seen[name] = np.array([tuple(triangle) in kept for triangle in head.triangles])
         np.testing.assert_array_equal(drawn.points, head.points)
-    a, b, c = (head.points[head.triangles[:, corner]] for corner in range(3))
-    toward = np.cross(b - a, c - a) @ face.frame.axes[2]
+    toward = area_vectors(head.points, head.triangles) @ face.frame.axes[2]
     added = (head.triangles >= face.mesh.n_points).any(axis=1)
     lids = np.isin(head.triangles, ring("sockets", 0)).any(axis=1) & ~added  # they may curl in behind the margins
     for shown, hidden in ((seen["front"], toward < 0.0), (seen["back"], toward > 0.0)):

@@ -13,7 +13,7 @@ import numpy as np
 import pyvista as pv
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from small_meshes import delaunay
+from small_meshes import area_vectors, delaunay
 
 from facewrinkle.geometry.decimation import FACING, LEAST_OF_LINE, decimated
 from facewrinkle.geometry.normals import vertex_normals
@@ -41,8 +41,7 @@ def sheet(seed, count=400, holes=2):
 
 def facing(points, triangles, normals):
     """Least cosine between the normal of each triangle and those at its corners."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    across = np.cross(b - a, c - a)
+    across = area_vectors(points, triangles)
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     return np.einsum("ij,ikj->ik", across, normals[triangles]).min(axis=1)
 

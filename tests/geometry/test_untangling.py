@@ -18,6 +18,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from small_meshes import area_vectors
 from squares import signed_areas
 
 from facewrinkle.geometry.topology import vertex_rings
@@ -147,10 +148,7 @@ def test_triangles_without_area_are_left_alone(flat):
 
 def kept(points, displacement, triangles):
     """The share (m,) of each triangle's area that a displacement leaves, seen along the normal at rest."""
-    before, after = (
-        np.cross(x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]])
-        for x in (points, points + displacement)
-    )
+    before, after = (area_vectors(x, triangles) for x in (points, points + displacement))
     return (before * after).sum(axis=1) / (before**2).sum(axis=1)
 
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
+from squares import square
 
 from facewrinkle.geometry.equations import EdgeWeights
 from facewrinkle.geometry.normals import vertex_normals
@@ -124,19 +125,14 @@ def test_edges_square_to_the_direction_say_nothing():
 
 def bent_error(k, c=0.2, radius=2.0):
     """Largest error inside a regular sheet, k squares a side, that is squeezed by c and bent round a cylinder."""
-    t = np.linspace(-1.0, 1.0, k + 1)
-    x, y = (a.ravel() for a in np.meshgrid(t, t, indexing="ij"))
-    corner = (np.arange(k)[:, None] * (k + 1) + np.arange(k)).ravel()
-    step = k + 1
-    first = np.stack([corner, corner + step, corner + step + 1], axis=1)
-    second = np.stack([corner, corner + step + 1, corner + 1], axis=1)
-    triangles = np.concatenate([first, second]).astype(np.int32)
+    plane, triangles = square(k)
+    x, y = 2.0 * plane.T - 1.0
     points = np.c_[x, y, np.zeros(len(x))]
     arc = (1.0 - c) * x / radius
     bent = np.c_[radius * np.sin(arc), y, radius * np.cos(arc)]
     inside = (abs(x) < 1.0 - 1e-9) & (abs(y) < 1.0 - 1e-9)
     m = np.tile([1.0, 0.0, 0.0], (len(x), 1))
-    return np.abs(gradient_compression(points, triangles, bent, m)[inside] - c).max()
+    return np.abs(gradient_compression(points, triangles.astype(np.int32), bent, m)[inside] - c).max()
 
 
 def test_gradient_converges_on_a_bent_sheet():

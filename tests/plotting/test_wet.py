@@ -14,6 +14,10 @@ def tear(face):
     return fw.SheddingTear(face, start="l").surface(1.3)
 
 
+def difference(first, second):
+    return np.abs(first.astype(int) - second.astype(int)).sum(axis=2)
+
+
 @pytest.fixture(scope="module")
 def pictures(face, tear):
     with TearScene(face, CLOSE) as scene:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_meshes import area_vectors
 
 import facewrinkle as fw
 from facewrinkle.geometry.interpolation import interpolated
@@ -18,11 +19,8 @@ def bare_surface(sim):
 
 def turned(sim, frame):
     """Triangles that face away from where they face without wrinkles."""
-    points, triangles = np.asarray(frame.points) * sim.face.unit, sim.forest.triangles
-    before, after = (
-        np.cross(x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]])
-        for x in (bare_surface(sim), points)
-    )
+    points = np.asarray(frame.points) * sim.face.unit
+    before, after = (area_vectors(x, sim.forest.triangles) for x in (bare_surface(sim), points))
     return np.flatnonzero((before * after).sum(axis=1) <= 0.0)
 
 

@@ -18,6 +18,7 @@ import pytest
 import pyvista as pv
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
+from small_meshes import area_vectors
 from squares import pressed as pressed_by
 
 import facewrinkle as fw
@@ -217,11 +218,6 @@ def test_left_and_right_are_drawn_each_for_itself(face):
     assert likeness(wave, wave[twin]) < 0.4
 
 
-def crosses(points, triangles):
-    corners = points[triangles]
-    return np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-
-
 @pytest.mark.parametrize(
     "name", ["surprise", "happiness", *(pytest.param(name, marks=pytest.mark.slow) for name in ("anger", "disgust"))]
 )
@@ -238,7 +234,7 @@ def test_a_held_pose_changes_no_triangle_and_none_is_turned_over(face, name):
     frame = frames[-1]
     assert np.ptp(frame["W"]) > 0.8
     points = sim.forest.weights @ (sim.motion.points + sim.motion.displacement)
-    folded, smooth = (crosses(p, before) for p in (np.asarray(frame.points), points))
+    folded, smooth = (area_vectors(p, before) for p in (np.asarray(frame.points), points))
     assert ((folded * smooth).sum(axis=1) > 0.0).all()
 
 
