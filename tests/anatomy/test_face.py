@@ -58,13 +58,12 @@ def test_two_built_in_faces_share_no_memory():
 # --- muscles where anatomy has them -------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_muscles_lie_where_anatomy_has_them(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    marks = {name: face.frame.local(point) for name, point in face.landmarks.items()}
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+def test_muscles_lie_where_anatomy_has_them(any_face):
+    marks = {name: any_face.frame.local(point) for name, point in any_face.landmarks.items()}
     points = {
-        (name, part): face.frame.local(np.atleast_2d(getattr(muscle, part)).mean(axis=0))
-        for name, muscle in face.muscles.items()
+        (name, part): any_face.frame.local(np.atleast_2d(getattr(muscle, part)).mean(axis=0))
+        for name, muscle in any_face.muscles.items()
         for part in ("attachment", "insertion")
         if hasattr(muscle, part)
     }
@@ -89,9 +88,9 @@ def test_muscles_lie_where_anatomy_has_them(face, real_face, stem):
     assert pull["depressor_anguli_oris"][1] < 0.0
     assert pull["nasalis"][1] > 0.0
     for side, sign in (("l", 1.0), ("r", -1.0)):
-        eye = face.frame.local(face.muscles[f"orbicularis_oculi_{side}"].centre)
+        eye = any_face.frame.local(any_face.muscles[f"orbicularis_oculi_{side}"].centre)
         assert eye[0] * sign > 0.3
-    mouth = face.frame.local(face.muscles["orbicularis_oris"].centre)
+    mouth = any_face.frame.local(any_face.muscles["orbicularis_oris"].centre)
     assert abs(mouth[0]) < 0.05
     assert mouth[1] < -0.7
 
@@ -99,16 +98,17 @@ def test_muscles_lie_where_anatomy_has_them(face, real_face, stem):
 # --- eyes ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"])
-def test_eyeballs(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    assert [eye.side for eye in face.eyes] == ["l", "r"]
-    adult = 12.0 * face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
-    for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
+@pytest.mark.parametrize(
+    "any_face", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"], indirect=True
+)
+def test_eyeballs(any_face):
+    assert [eye.side for eye in any_face.eyes] == ["l", "r"]
+    adult = 12.0 * any_face.frame.pupil_distance / MEAN_PUPIL_DISTANCE
+    for eye, sign in zip(any_face.eyes, (1.0, -1.0), strict=True):
         assert 0.7 * adult < eye.radius < 1.1 * adult
-        assert face.frame.local(eye.centre)[0] * sign == pytest.approx(0.5, abs=0.03)
-        np.testing.assert_allclose(eye.gaze, face.frame.axes[2])
-        np.testing.assert_allclose(eye.up, face.frame.axes[1])
+        assert any_face.frame.local(eye.centre)[0] * sign == pytest.approx(0.5, abs=0.03)
+        np.testing.assert_allclose(eye.gaze, any_face.frame.axes[2])
+        np.testing.assert_allclose(eye.up, any_face.frame.axes[1])
 
 
 @pytest.mark.parametrize("side", ["l", "r"])
@@ -175,23 +175,22 @@ def test_no_jaw_where_the_mouth_is_closed_by_skin(face):
 # --- skull --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_the_skull_lies_below_the_skin(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    tissue, unit = face.tissue, face.unit
-    above = ((face.points - tissue.anchors) * tissue.normals).sum(axis=1)
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+def test_the_skull_lies_below_the_skin(any_face):
+    tissue, unit = any_face.tissue, any_face.unit
+    above = ((any_face.points - tissue.anchors) * tissue.normals).sum(axis=1)
     # A third of the tissue is left of it at least, wherever smoothing cut a corner.
     assert (above >= tissue.depth / 3.0 - 1e-9 / unit).all()
     depth = tissue.depth * unit
     assert depth.min() > 3.0
     assert depth.max() < 20.0
     np.testing.assert_allclose(np.linalg.norm(tissue.normals, axis=1), 1.0, atol=1e-12)
-    agreement = (vertex_normals(face.points, face.triangles) * tissue.normals).sum(axis=1)
+    agreement = (vertex_normals(any_face.points, any_face.triangles) * tissue.normals).sum(axis=1)
     assert np.median(agreement) > 0.97
     assert (tissue.stiffness > 0.0).all()
-    forehead = np.argmin(np.linalg.norm(face.points - face.landmarks["forehead_mid"], axis=1))
+    forehead = np.argmin(np.linalg.norm(any_face.points - any_face.landmarks["forehead_mid"], axis=1))
     assert above[forehead] * unit == pytest.approx(5.0, abs=1.6)
-    lips = cKDTree(face.points).query([face.landmarks["upper_lip_mid"], face.landmarks["mouth_l"]])[1]
+    lips = cKDTree(any_face.points).query([any_face.landmarks["upper_lip_mid"], any_face.landmarks["mouth_l"]])[1]
     assert tissue.stiffness[lips].max() < 0.7 * tissue.stiffness[forehead]
 
 

@@ -155,9 +155,11 @@ def test_contacts_have_no_memory(face):
         np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"])
-def test_at_rest_nothing_touches(face, real_face, stem):
-    skin = Skin(face if stem is None else real_face(stem))
+@pytest.mark.parametrize(
+    "any_face", [None, "ict_face_narrow", "makehuman_head_male", "mediapipe_canonical_face_model"], indirect=True
+)
+def test_at_rest_nothing_touches(any_face):
+    skin = Skin(any_face)
     contacts, gradient = skin.contacts, np.zeros_like(skin.mesh.face.points)
     assert contacts.energy(np.zeros_like(gradient), gradient) == 0.0
     assert not gradient.any()
@@ -231,11 +233,10 @@ def test_lips_that_are_pressed_together_stop_each_other(face):
 
 
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
-@pytest.mark.parametrize("stem", HEADS)
-def test_lips_do_not_pass_each_other_when_they_are_flung_together(face, real_face, stem, time_step):
+@pytest.mark.parametrize("any_face", HEADS, indirect=True)
+def test_lips_do_not_pass_each_other_when_they_are_flung_together(any_face, time_step):
     """From wide open to pressed in a jump, and back; in every step."""
-    face = face if stem is None else real_face(stem)
-    skin, oracle = Skin(face, time_step), Oracle(face)
+    skin, oracle = Skin(any_face, time_step), Oracle(any_face)
     fling = {**PRESSED, **PURSED}
     assert set(fling) <= set(skin.names)
     for rates in ({"jaw": 1.0}, fling, {"jaw": 0.5, **fling}, PRESSED, {"jaw": 1.0}, {}):
@@ -254,10 +255,9 @@ def test_a_lower_lip_that_lies_high_stays_below_the_other(real_face, what):
         assert oracle.findings(skin.step(), face.jaw_angle(rates)).lips < DEEPEST
 
 
-@pytest.mark.parametrize("stem", HEADS)
-def test_lips_stay_before_the_teeth(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    skin, oracle = Skin(face, time_step=0.1), Oracle(face)
+@pytest.mark.parametrize("any_face", HEADS, indirect=True)
+def test_lips_stay_before_the_teeth(any_face):
+    skin, oracle = Skin(any_face, time_step=0.1), Oracle(any_face)
     wide = {"risorius_l": 1.0, "risorius_r": 1.0}
     for rates in (wide, {**wide, "jaw": 0.5}, fw.ACTION_UNITS["AU28"], fw.EXPRESSIONS["anger"]):
         assert oracle.findings(posed(skin, rates, 6)).teeth < DEEPEST
@@ -265,17 +265,16 @@ def test_lips_stay_before_the_teeth(face, real_face, stem):
     assert oracle.findings(posed(skin, fw.ACTION_UNITS["AU28"], 6)).teeth > 1.0, "without contacts they do not"
 
 
-@pytest.mark.parametrize("stem", [None, "ict_face_narrow", "makehuman_head_male"])
-def test_pursed_lips_come_forward_and_stay_together(face, real_face, stem):
-    face = face if stem is None else real_face(stem)
-    skin = fw.Skin(face, time_step=1.0)
-    local = held(skin, PURSED, 15) @ face.frame.axes.T
-    lips = cKDTree(face.points).query([face.landmarks[f"{lip}_lip_mid"] for lip in ("upper", "lower")])[1]
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+def test_pursed_lips_come_forward_and_stay_together(any_face):
+    skin = fw.Skin(any_face, time_step=1.0)
+    local = held(skin, PURSED, 15) @ any_face.frame.axes.T
+    lips = cKDTree(any_face.points).query([any_face.landmarks[f"{lip}_lip_mid"] for lip in ("upper", "lower")])[1]
     assert (local[lips, 2] > 5.0).all()
-    corners = cKDTree(face.points).query([face.landmarks["mouth_l"], face.landmarks["mouth_r"]])[1]
+    corners = cKDTree(any_face.points).query([any_face.landmarks["mouth_l"], any_face.landmarks["mouth_r"]])[1]
     assert local[corners[0], 0] < -3.0
     assert local[corners[1], 0] > 3.0
-    points, up, parted = skin.mesh.face.points * face.unit, face.frame.axes[1], []
+    points, up, parted = skin.mesh.face.points * any_face.unit, any_face.frame.axes[1], []
     moved, samples = skin.displacement[skin.mesh.vertices] @ up, skin.contacts.samples
     for k in np.flatnonzero((skin.contacts.kinds == "lips") & (samples.shares[:, 0] == 1.0)):
         vertex, partner = samples.corners[k, 0], samples.partners[k]
@@ -294,11 +293,10 @@ CLOSED = dict.fromkeys(("orbicularis_oculi_l", "orbicularis_oculi_r"), 1.0)
 TIGHT = {f"{name}_{s}": 1.0 for name in ("orbicularis_oculi_palpebral", "orbicularis_oculi_orbital") for s in "lr"}
 
 
-@pytest.mark.parametrize("stem", HEADS)
+@pytest.mark.parametrize("any_face", HEADS, indirect=True)
 @pytest.mark.parametrize("time_step", [0.02, 1.0])
-def test_lids_meet_and_do_not_pass_each_other(face, real_face, stem, time_step):
-    face = face if stem is None else real_face(stem)
-    skin, oracle = Skin(face, time_step), Oracle(face)
+def test_lids_meet_and_do_not_pass_each_other(any_face, time_step):
+    skin, oracle = Skin(any_face, time_step), Oracle(any_face)
     for rates in (CLOSED, {}, {**CLOSED, **TIGHT}, TIGHT, CLOSED):
         skin.contract(rates)
         for _ in range(5):
