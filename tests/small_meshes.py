@@ -34,6 +34,11 @@ def sphere(centre: tuple[float, float, float], radius: float, resolution: int = 
     return mesh_of(ball.points, ball.regular_faces)
 
 
+def arrays(mesh: pv.PolyData) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n, 3) in double precision, and triangles (m, 3)."""
+    return np.array(mesh.points, np.float64), np.array(mesh.regular_faces, np.int32)
+
+
 def side_by_side(*meshes: pv.PolyData) -> pv.PolyData:
     """The meshes side by side, points and triangles in this order."""
     shifts = np.cumsum([0] + [mesh.n_points for mesh in meshes[:-1]])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
-from small_meshes import enclosed_volume
+from small_meshes import arrays, enclosed_volume
 
 from analysis.profiles import EPSILON, sheet
 from analysis.surfaces import plate, settled, squeezed, uniform, wrinkled_surface
@@ -66,8 +66,7 @@ def test_the_ladder_ends_with_what_the_frames_hold(face):
 
 @pytest.fixture(scope="module")
 def ball():
-    mesh = pv.Icosphere(radius=1.0, nsub=3)
-    return np.asarray(mesh.points, np.float64), np.asarray(mesh.regular_faces)
+    return arrays(pv.Icosphere(radius=1.0, nsub=3))
 
 
 def test_between_two_closed_surfaces_lies_the_difference_of_their_volumes(ball):

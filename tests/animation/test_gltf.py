@@ -18,6 +18,7 @@ import pytest
 from glb_files import GltfFile
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
+from squares import square
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
@@ -26,10 +27,8 @@ from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, Un
 def sheet(n=4, seed=3):
     """A bumpy n x n sheet and two shapes, all exactly representable as float32."""
     rng = np.random.default_rng(seed)
-    x, y = np.meshgrid(np.arange(n), np.arange(n))
-    points = np.c_[x.ravel(), y.ravel(), rng.integers(-8, 8, n * n) / 32.0]
-    corner = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
-    triangles = np.r_[np.c_[corner, corner + 1, corner + n + 1], np.c_[corner, corner + n + 1, corner + n]]
+    plane, triangles = square(n - 1)
+    points = np.c_[np.rint((n - 1) * plane), rng.integers(-8, 8, n * n) / 32.0]
     return points, triangles, rng.integers(-64, 64, (2, n * n, 3)) / 128.0
 
 

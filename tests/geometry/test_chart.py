@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from small_meshes import arrays
 
 from facewrinkle.geometry.chart import (
     geodesic_chart,
@@ -27,16 +28,14 @@ from facewrinkle.geometry.refinement import RedGreenForest
 
 def sheet(n, jitter=0.25, seed=0, size=10.0):
     """An uneven triangulation of a square in the plane z = 0."""
-    plane = pv.Plane(i_size=size, j_size=size, i_resolution=n, j_resolution=n).triangulate()
-    points = np.array(plane.points, dtype=float)
+    points, triangles = arrays(pv.Plane(i_size=size, j_size=size, i_resolution=n, j_resolution=n).triangulate())
     points[:, :2] += np.random.default_rng(seed).uniform(-jitter, jitter, (len(points), 2)) * size / n
-    return points, np.asarray(plane.regular_faces, np.int32)
+    return points, triangles
 
 
 def ball(level, radius=10.0):
-    sphere = pv.Icosphere(radius=radius, nsub=level)
-    points = np.array(sphere.points, dtype=float)
-    return points * (radius / np.linalg.norm(points, axis=1, keepdims=True)), np.asarray(sphere.regular_faces, np.int32)
+    points, triangles = arrays(pv.Icosphere(radius=radius, nsub=level))
+    return points * (radius / np.linalg.norm(points, axis=1, keepdims=True)), triangles
 
 
 @pytest.mark.parametrize("centre", [(0.3, 0.2), (-3.1, 2.2), (0.0, 0.0)])

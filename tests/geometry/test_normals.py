@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
+from small_meshes import arrays
 
 from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian, neighbour_mean
 from facewrinkle.geometry.normals import detail_normals, vertex_areas, vertex_normals
@@ -21,8 +22,7 @@ TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
 
 def sphere(level):
-    mesh = pv.Icosphere(radius=2.0, nsub=level).clean()
-    return np.asarray(mesh.points, dtype=np.float64), mesh.regular_faces.astype(np.int32)
+    return arrays(pv.Icosphere(radius=2.0, nsub=level).clean())
 
 
 def plain_sums(points, triangles):

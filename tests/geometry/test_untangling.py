@@ -18,7 +18,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from small_meshes import area_vectors
+from small_meshes import area_vectors, arrays
 from squares import signed_areas
 
 from facewrinkle.geometry.topology import vertex_rings
@@ -36,15 +36,13 @@ def untangling(points, triangles):
 @pytest.fixture(scope="module")
 def flat():
     """A flat sheet of edges 1."""
-    mesh = pv.Plane(i_size=12.0, j_size=12.0, i_resolution=12, j_resolution=12).triangulate()
-    points, triangles = mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
+    points, triangles = arrays(pv.Plane(i_size=12.0, j_size=12.0, i_resolution=12, j_resolution=12).triangulate())
     return points, triangles, untangling(points, triangles)
 
 
 @pytest.fixture(scope="module")
 def ball():
-    mesh = pv.Icosphere(radius=8.0, nsub=3)
-    points, triangles = mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
+    points, triangles = arrays(pv.Icosphere(radius=8.0, nsub=3))
     return points, triangles, untangling(points, triangles), Orientation(points, triangles)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
+from small_meshes import arrays
 
 from facewrinkle.geometry.decimation import decimated
 from facewrinkle.geometry.normals import vertex_areas
@@ -25,8 +26,7 @@ from facewrinkle.geometry.vertex_interpolation import VertexInterpolation
 
 def grid(n=81):
     """A flat sheet n - 1 wide, of edges 1."""
-    mesh = pv.Plane(i_size=n - 1.0, j_size=n - 1.0, i_resolution=n - 1, j_resolution=n - 1).triangulate()
-    return mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
+    return arrays(pv.Plane(i_size=n - 1.0, j_size=n - 1.0, i_resolution=n - 1, j_resolution=n - 1).triangulate())
 
 
 def reduced(points, triangles, size):
@@ -42,8 +42,7 @@ def flat():
 
 @pytest.fixture(scope="module")
 def ball():
-    mesh = pv.Icosphere(radius=50.0, nsub=5)
-    points, triangles = mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
+    points, triangles = arrays(pv.Icosphere(radius=50.0, nsub=5))
     return points, triangles, *reduced(points, triangles, 10.0)
 
 

@@ -9,6 +9,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from small_meshes import arrays, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
@@ -23,13 +24,11 @@ from facewrinkle.mesh.repair import (
 
 
 def ball(resolution=16):
-    sphere = pv.Sphere(radius=1.0, theta_resolution=resolution, phi_resolution=resolution)
-    return np.asarray(sphere.points, dtype=np.float64), np.asarray(sphere.regular_faces, dtype=np.int64)
+    return arrays(sphere((0.0, 0.0, 0.0), 1.0, resolution))
 
 
 def sheet(size=6):
-    plane = pv.Plane(i_resolution=size, j_resolution=size).triangulate()
-    return np.asarray(plane.points, dtype=np.float64), np.asarray(plane.regular_faces, dtype=np.int64)
+    return arrays(pv.Plane(i_resolution=size, j_resolution=size).triangulate())
 
 
 def rim(triangles):

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from small_meshes import arrays, sphere
 
 from tools.self_intersections import self_intersections
 
 
-def arrays(mesh):
-    return np.asarray(mesh.points, dtype=np.float64), np.asarray(mesh.regular_faces, dtype=np.int64)
-
-
-def beside(*meshes):
-    counts = np.cumsum([0] + [len(points) for points, _ in meshes])
-    return np.vstack([p for p, _ in meshes]), np.vstack([t + n for (_, t), n in zip(meshes, counts, strict=False)])
-
-
-def ball(radius=1.0, centre=(0, 0, 0), resolution=16):
-    return arrays(pv.Sphere(radius=radius, center=centre, theta_resolution=resolution, phi_resolution=resolution))
+def ball():
+    return arrays(sphere((0.0, 0.0, 0.0), 1.0, 16))
 
 
 def crossed(points, triangles):
@@ -73,8 +64,8 @@ def test_neighbours_and_touching_sheets_do_not_cross(angle):
     assert not len(self_intersections(points @ turn.T, triangles))
     apart = points[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)  # a soup, side by side
     assert not len(self_intersections(apart[0] @ turn.T, apart[1]))
-    twice = beside((points, triangles), (points, triangles[:, ::-1]))  # on each other
-    assert not len(self_intersections(twice[0] @ turn.T, twice[1]))
+    on_each_other = np.vstack([triangles, triangles[:, ::-1] + len(points)])
+    assert not len(self_intersections(np.vstack([points, points]) @ turn.T, on_each_other))
 
 
 def test_nothing_crosses_nothing():

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
+from squares import square
 
 import facewrinkle as fw
 from analysis import subjects
@@ -129,13 +130,11 @@ def test_a_chord_in_the_eye_is_found_although_its_ends_are_not():
 
 def two_sheets():
     """Two wavy sheets 1 mm apart, that look at each other: points, triangles, and their halves."""
-    n = 12
-    x, y = (c.ravel() for c in np.meshgrid(np.arange(n) - 5.5, np.arange(n) - 5.5))
+    plane, up = square(11)
+    x, y = 11.0 * plane.T - 5.5
     sheet = np.column_stack([x, y, 0.1 * np.sin(x) * np.cos(0.7 * y)])
-    k = np.arange(n * n).reshape(n, n)[:-1, :-1].ravel()
-    up = np.concatenate([np.column_stack([k, k + 1, k + n]), np.column_stack([k + 1, k + n + 1, k + n])])
     points = np.concatenate([sheet, sheet + np.array([0.13, 0.21, 1.0])])
-    triangles = np.concatenate([up, up[:, ::-1] + n * n]).astype(np.int32)
+    triangles = np.concatenate([up, up[:, ::-1] + len(sheet)]).astype(np.int32)
     return points, triangles, np.arange(len(up)), np.arange(len(up)) + len(up)
 
 
