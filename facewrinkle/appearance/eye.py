@@ -163,6 +163,25 @@ class PaintedEye:
         return np.asarray((paint + wet[:, None] * (COLOURS["tears"] - paint)) * lit)
 
 
+def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
+    """Return a painted eye with one spoke of so many, for files.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> ball = PaintedEye(face.eyes[0], face).at(face.points)
+    >>> ball.n_points, coarser(ball, 2).n_points
+    (4032, 2016)
+    """
+    kept = np.arange(len(ANGLES) * SPOKES).reshape(-1, SPOKES)[:, ::step].ravel()
+    quads = ring_quads(SPOKES // step, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
+    out = pv.PolyData.from_regular_faces(np.asarray(ball.points)[kept], quads)
+    for name in ("Normals", "paint"):
+        out.point_data[name] = np.asarray(ball.point_data[name])[kept]
+    return out
+
+
 def _directions(angle: Array, spoke: Array) -> Array:
     """Unit vectors (n, 3) [aside, up, ahead] at angles from the axis, degrees, on spokes, radians."""
     away = np.sin(np.radians(angle))

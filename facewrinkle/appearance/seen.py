@@ -13,7 +13,7 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.parts import Part
 from ..array_types import Array
 from ..mesh import split_at_seams, with_normals
-from .eye import LidMargin, PaintedEye
+from .eye import LidMargin, PaintedEye, coarser
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOUR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
@@ -234,7 +234,8 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
     """
     seen, state = Appearance.of(face).at(frame), face.state_of(frame)
     own = {name: part.copy(deep=False) for name, part in seen.own.items()}
-    parts = {f"eye_{side}": eye for side, eye in seen.eyes.items() if f"eye_{side}" not in own}
+    eyes = {side: coarser(eye, 2) if always else eye for side, eye in seen.eyes.items()}
+    parts = {f"eye_{side}": eye for side, eye in eyes.items() if f"eye_{side}" not in own}
     parts |= {f"rim_{side}": rim for side, rim in seen.lid_margins.items()}
     if seen.parted or always:
         parts |= ({"mouth": seen.pocket} if seen.pocket is not None else {}) | seen.mouth_parts
