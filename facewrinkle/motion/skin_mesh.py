@@ -73,7 +73,7 @@ class SkinMesh:
     >>> head = fw.default_face()
     >>> SkinMesh(head).face is head
     True
-    >>> 1100 < len(SkinMesh(head, vertices=1200).vertices) < 1300
+    >>> 1000 < len(SkinMesh(head, vertices=1200).vertices) < 1400
     True
     """
 

@@ -180,7 +180,7 @@ def test_corners_of_the_mouth_are_found_where_they_are_drawn_to(drawn, noise):
         places.append(found)
     off = np.linalg.norm(np.array(places) - moved(expected)[:2, :2], axis=2).mean(axis=0)
     went = np.linalg.norm(expected[:2, :2] - moved(expected)[:2, :2], axis=1)
-    assert (off < np.maximum(0.05 + 2.5 * noise, 0.35 * went)).all(), (off, went)
+    assert (off < np.maximum(0.05 + 5.0 * noise, 0.35 * went)).all(), (off, went)
     ball = pv.Icosphere(radius=1.4, nsub=5)  # a smooth chin has no corners of a mouth
     smooth = np.asarray(ball.points, dtype=np.float64) * [0.8, 1.2, 0.8] + [0.0, -0.5, -0.8]
     assert furrow(smooth, ball.regular_faces, pose, expected[:, :2]) is None

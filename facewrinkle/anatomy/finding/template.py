@@ -185,9 +185,9 @@ class TemplateVariant:
 
 AT_REST = (
     TemplateVariant(),
-    TemplateVariant(Identity(length=1.0)),
-    TemplateVariant(Identity(width=1.0, cheeks=0.6, nose_width=0.8)),
-    TemplateVariant(Identity(width=-1.0, cheeks=-0.6, nose_width=-0.6)),
+    TemplateVariant(Identity(length=0.6)),
+    TemplateVariant(Identity(width=0.75, cheeks=0.6, nose_width=0.65)),
+    TemplateVariant(Identity(width=-0.75, cheeks=-0.6, nose_width=-0.5)),
     TemplateVariant(Identity(age=1.0, lips=-0.7)),
 )
 """The mean face, a long, a broad, a narrow and an old one: their mean landmarks depend less on the shape of any one."""
