@@ -28,12 +28,13 @@ def dirty_faces(count=COUNT, seed=SEED):
 
 def test_the_corpus_is_dirty():
     """The faults that mending is for are in the meshes."""
-    kinds = dict.fromkeys(("not manifold", "degenerate", "badly oriented"), 0)
+    kinds = dict.fromkeys(("not manifold", "degenerate", "badly oriented", "self-intersecting"), 0)
     clean = {name: crossed(*mesh) for name, mesh, _ in clean_faces()}  # lips and lids do
     for dirty in dirty_faces():
         triangles, points = np.asarray(dirty.mesh.regular_faces), np.asarray(dirty.mesh.points)
-        if "self-intersecting" in dirty.faults:
-            assert crossed(points, triangles) > clean[dirty.name.partition(" ")[2].partition(":")[0]], dirty.name
+        if "self-intersecting" in dirty.faults:  # but where the pinched skin was torn away
+            of_clean = clean[dirty.name.partition(" ")[2].partition(":")[0]]
+            kinds["self-intersecting"] += crossed(points, triangles) > of_clean
         proper = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
         kinds["not manifold"] += len(topology.non_manifold_edges(proper)) > 0
         kinds["badly oriented"] += not topology.is_oriented(proper)
