@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -160,24 +160,28 @@ class Paint:
     skin : ndarray of uint8, shape (..., 3)
     share, light : ndarray of uint8, shape (...)
         Share of hair in the colour, 255 where it covers the skin; its light, in units of :data:`HAIR_LIGHT`.
+    tint, hair : array_like, shape (3,)
+        Factors of the colour of the skin; the colour of the hair.
+    density : float
+        -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
     """
 
     skin: NDArray[np.uint8]
     share: NDArray[np.uint8]
     light: NDArray[np.uint8]
+    tint: npt.ArrayLike = (1.0, 1.0, 1.0)
+    hair: npt.ArrayLike = HAIR_COLOUR
+    density: float = 0.0
 
-    def colours(
-        self, tint: npt.ArrayLike = 1.0, hair: npt.ArrayLike = HAIR_COLOUR, density: float = 0.0
-    ) -> NDArray[np.uint8]:
-        """Return the colours (..., 3) under hair of a colour, with the skin times a tint.
-
-        Density is -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
-        """
-        out = np.rint(np.minimum(np.asarray(tint) * self.skin, 255.0))
+    def colours(self) -> NDArray[np.uint8]:
+        """Return the colours (..., 3), read-only."""
+        out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
         where = self.share > 0
-        share = 1.0 - (1.0 - self.share[where, None] / 255.0) ** (1.0 + density)
-        out[where] += share * (np.asarray(hair) * self.light[where, None] / HAIR_LIGHT - out[where])
-        return np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
+        share = 1.0 - (1.0 - self.share[where, None] / 255.0) ** (1.0 + self.density)
+        out[where] += share * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
+        shown = np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
+        shown.setflags(write=False)
+        return shown
 
 
 @dataclass(frozen=True)
@@ -195,14 +199,17 @@ class Head:
         On the surface; ``eye_l_centre`` and ``eye_r_centre`` are the eyeballs' centres.
     eyes : tuple of two Eyeball
         The left one and the right one.
-    colour : ndarray of uint8, shape (n, 3)
-        Skin colour.
-    texture : ndarray of uint8, shape (s, s, 3)
-        The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
     brows : BrowHairs
     mould : Mould
     paint : tuple of two Paint
         What `colour` and `texture` are made of.
+
+    Attributes
+    ----------
+    colour : ndarray of uint8, shape (n, 3)
+        Colour of the skin and its hair.
+    texture : ndarray of uint8, shape (s, s, 3)
+        The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
 
     Examples
     --------
@@ -219,11 +226,17 @@ class Head:
     uv: Array
     landmarks: dict[str, Array]
     eyes: tuple[Eyeball, Eyeball]
-    colour: NDArray[np.uint8]
-    texture: NDArray[np.uint8]
     brows: BrowHairs
     mould: Mould
     paint: tuple[Paint, Paint]
+
+    @cached_property
+    def colour(self) -> NDArray[np.uint8]:
+        return self.paint[0].colours()
+
+    @cached_property
+    def texture(self) -> NDArray[np.uint8]:
+        return self.paint[1].colours()
 
 
 @cache
@@ -251,7 +264,6 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
     """Return the head from its arrays as they are stored."""
     share, light = np.split(_decoded(data["hair"]), 2)
     paint = Paint(data["colour"], *data["colour_hair"]), Paint(_decoded(data["texture"]), share, light)
-    data |= {"colour": paint[0].colours(), "texture": paint[1].colours()}
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
@@ -265,8 +277,6 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
         uv=data["uv"],
         landmarks=landmarks,
         eyes=pair_of_eyes(landmarks["eye_l_centre"], float(data["eye_radius"])),
-        colour=data["colour"],
-        texture=data["texture"],
         brows=hairs,
         mould=Mould(weights, data["lid_share"], data["lips"], data["twins"]),
         paint=paint,

@@ -239,10 +239,10 @@ def head_of(identity: Identity) -> Head:
         (1.0 - share * grey) * tint**share * colour + share * grey * GREY
         for colour, share in ((HAIR_COLOUR, 1.0), (mean.brows.colour, BROWS_SHARE))
     )
-    colour, texture = (paint.colours(skin, strands, identity.hair_density) for paint in mean.paint)
-    return dataclasses.replace(
-        head, colour=colour, texture=texture, brows=dataclasses.replace(mean.brows, colour=brows)
+    colour, texture = (
+        dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density) for paint in mean.paint
     )
+    return dataclasses.replace(head, paint=(colour, texture), brows=dataclasses.replace(mean.brows, colour=brows))
 
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
