@@ -24,6 +24,7 @@ def studio(
     port: Whole = 0,
     save_to: Path | None = None,
     browser: Annotated[bool, Parameter(negative="--no-browser")] = True,
+    listen: Whole | None = None,
 ) -> None:
     """Open a face in the browser, with a slider for everything. Press Ctrl-C to quit.
 
@@ -41,6 +42,9 @@ def studio(
         downloaded.
     browser
         Open the browser.
+    listen
+        UDP port at which Live Link Face on a phone (11111), or a tracker that sends VMC, drives the face; a phone needs
+        --host too. Default: none.
     """
     from ..live import Studio  # which needs a package of the extra "studio"
 
@@ -49,11 +53,13 @@ def studio(
     face = source.load(report)
     named = None if source.face is None else str(source.face)
     with report.waiting("Getting ready"):
-        window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, source=named)
+        window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, source=named, listen=listen)
     with window:
         report.say(f"The studio is open at {window.url}")
         if host not in ("127.0.0.1", "localhost", "::1"):
             report.say(f"It listens on {host}: everyone in the network who knows this address can use it.")
+        if listen is not None:
+            report.say(f"A phone can drive the face: UDP port {listen} of {host}.")
         report.say("Press Ctrl-C to quit.")
         before_the_end.append(window.end)
         window.wait()

@@ -7,6 +7,7 @@ document, protocol | what was set by hand; messages between a page and the studi
 visible_parts      | what is seen of a frame, as parts
 fields             | fields in colour; what made a fold, with the numbers of its formula
 wishes, stage      | what a document asks of a simulation; the thread that simulates
+capture            | phones and trackers that drive the face
 server             | pages that are connected; the web server
 answers            | what a page is told first, and what it asks for
 library            | faces and clips that are open

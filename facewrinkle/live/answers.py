@@ -14,7 +14,7 @@ from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
-from ..animation.action_units import ARKIT, units_of
+from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
@@ -83,7 +83,7 @@ class Answers:
     ) -> None:
         self._library, self._document, self._stage = library, document, stage
         self._folder, self._kept, self._source, self._changed = folder, kept, source, changed
-        self._saving, self.process = False, SavingProcess()
+        self._saving, self.process, self._driver = False, SavingProcess(), ""
         self._meshes = threading.Lock()  # VTK that draws in one thread and reads in another may wait for ever
 
     # --- what a page is told -------------------------------------------------------------------
@@ -118,6 +118,7 @@ class Answers:
             "kinds": list(get_args(Kind)),
             "regions": list(REGIONS),
             "earlier": self._kept.when,
+            "driver": self._driver,
             "endings": [*MESHES, *COMPANIONS],
             **self.face(),
         }
@@ -155,7 +156,7 @@ class Answers:
             case Pose():
                 stage.go_to(message.time)
             case Live():
-                stage.live(mixture_of_live(message.weights, stage.face))
+                self.live(message.weights)
             case Show():
                 self.show(message.name)
             case _:
@@ -163,6 +164,16 @@ class Answers:
                     self._edit(document, message)
         self._changed()
         return None
+
+    def live(self, weights: Mapping[str, float]) -> None:
+        """Show weights by the names of the atlas, or of ARKit's shapes, on top of the document until the next ones."""
+        self._stage.live(mixture_of_live(weights, self._stage.face))
+
+    def driven(self, driver: str) -> None:
+        """Tell pages, and whoever reads the terminal, what drives the face now; "" if nothing does."""
+        self._driver = driver
+        self.server.tell_all({"is": "driver", "name": driver})
+        print(f"{driver} drives the face." if driver else "Nothing drives the face any more.", flush=True)
 
     def _edit(self, document: Document, message: Message) -> None:
         """Do what changes the document."""
@@ -402,6 +413,6 @@ def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float
             name = sided if sided in face.atlas.action_units else unit
             if name in face.atlas.action_units:
                 mixture[name] = max(mixture.get(name, 0.0), weight)
-    if weights and not mixture and not any(name.startswith(tuple(ARKIT)) for name in weights):
+    if weights and not mixture and not units_of(dict.fromkeys(shapes, 1.0)):
         raise ParameterError("none of the names is an action unit, a muscle or an ARKit shape.")
     return mixture

@@ -18,7 +18,7 @@ import tempfile
 import threading
 import traceback
 from collections import deque
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Mapping
 from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
@@ -203,6 +203,7 @@ class Server:
         self._files = page_files()
         self._downloads: dict[str, tuple[str, bytes]] = {}
         self._loop = asyncio.new_event_loop()
+        self._packets: asyncio.DatagramTransport | None = None
         app = web.Application(middlewares=[self._guard], client_max_size=LARGEST_MESSAGE)
         app.router.add_get("/", self._page)
         app.router.add_get("/socket", self._socket)
@@ -238,12 +239,26 @@ class Server:
             If the port is in use, or the address is not one of this computer.
         """
         self._thread.start()
+        self._listening(self._start(), self.port)
+
+    def listen(self, protocol: asyncio.DatagramProtocol, port: int) -> None:
+        """Take packets that are sent to a UDP port, too.
+
+        Raises
+        ------
+        ParameterError
+            If the port is in use.
+        """
+        packets = self._loop.create_datagram_endpoint(lambda: protocol, (self.host, port))
+        self._packets, _ = self._listening(packets, port)
+
+    def _listening(self, listen: Coroutine[Any, Any, Any], port: int) -> Any:
         try:
-            asyncio.run_coroutine_threadsafe(self._start(), self._loop).result(10.0)
+            return asyncio.run_coroutine_threadsafe(listen, self._loop).result(10.0)
         except OSError as error:
             self.close()
             raise ParameterError(
-                f"cannot listen at {self.host}, port {self.port}: {error.strerror or error}. Choose another port, or 0 "
+                f"cannot listen at {self.host}, port {port}: {error.strerror or error}. Choose another port, or 0 "
                 "for any that is free."
             ) from None
 
@@ -267,6 +282,8 @@ class Server:
         for client in list(self.clients):
             await client.socket.close(code=1001, message=b"the studio was closed")
             await self._leave(client)
+        if self._packets is not None:
+            self._packets.close()
         await self._runner.cleanup()
 
     def wake(self) -> None:

@@ -56,12 +56,16 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         save_to: Path | None = None,
         browser: bool = True,
         source: str | None = None,
+        listen: int | None = None,
     ) -> None:
         try:
             from .answers import Answers
+            from .capture import Capture
             from .server import Server
-        except ImportError:
-            raise missing_package("the studio needs", "aiohttp", "studio") from None
+        except ImportError as problem:
+            raise missing_package("the studio needs", str(problem.name), "studio") from None
+        if listen is not None:
+            check_whole("listen", listen, 1, 65535)
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = None if save_to is None else Folder(save_to)
@@ -73,6 +77,8 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self._server = Server(answers.handle, answers.state, answers.greeting, answers.opened, host, port)
         answers.server = self._server
         self._server.start()
+        if listen is not None:
+            self._server.listen(Capture(answers.live, answers.driven), listen)
         self.stage.listeners += [self._server.wake, self._kept.changed]
         self.stage.tell_face = lambda: self._server.tell_all({"is": "face", **answers.face()})
         self.stage.complain = self._tell
@@ -237,6 +243,7 @@ def studio(
     port: int = 0,
     save_to: str | Path | None = None,
     browser: bool = True,
+    listen: int | None = None,
 ) -> Studio:
     """Open a face in the browser, with a slider for each expression, action unit and muscle.
 
@@ -254,6 +261,9 @@ def studio(
         downloaded.
     browser : bool
         Open the browser; if not, open :attr:`Studio.url` yourself.
+    listen : int, optional
+        UDP port at which a phone or a tracker may drive the face, at the address of `host`: by Live Link Face, or by
+        the Virtual Motion Capture protocol with ARKit's names. No key is asked for. Default: none.
 
     Returns
     -------
@@ -277,4 +287,4 @@ def studio(
     True
     """
     folder = None if save_to is None else Path(save_to)
-    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser)
+    return Studio(face or default_face(), host=host, port=port, save_to=folder, browser=browser, listen=listen)

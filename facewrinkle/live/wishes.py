@@ -234,9 +234,10 @@ def as_python(
             "frame = sim.step()",
         ]
     else:
-        lines += [f"sim = fw.Simulation(face{words})", f"sim.express({_joined(mixture_of(data, time))!r})"]
+        lines.append(f"sim = fw.Simulation(face{words})")
         if any(data["gaze"]):
             lines.append(f"sim.look(yaw={data['gaze'][0]!r}, pitch={data['gaze'][1]!r})")
+        lines.append(f"sim.express({_joined(mixture_of(data, time))!r})")
         lines.append("frame = sim.settle()")
     lines.append("tears = []")
     for entry in data["tears"].values():
@@ -350,9 +351,9 @@ class Player:
             target = rates_of(weights, self.face)
             self.rates = eased(self.rates, target)
             self.arrived = self.rates == {name: rate for name, rate in target.items() if rate}
-            self.simulation.contract(self.rates)
             if self.face.eyes:
                 self.simulation.look(*gaze)
+            self.simulation.contract(self.rates)  # later, as it may turn the eyes, too
         return self.simulation.step()
 
     def cry(self, entries: Mapping[str, Any], now: float = 0.0) -> None:

@@ -51,12 +51,13 @@ class App {
       $("view").replaceChildren(element("option", { value: "", text: "Custom", disabled: true, hidden: true }),
         ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: titled(name) })));
       $("view").value = "front";
-      $("state").textContent = "";
+      this.drivenBy(welcome.driver);
       if (this.view.field) this.showField(this.view.field);
       this.offer(welcome.earlier);
     });
     on("face", (face) => this.takeFace(face));
     on("earlier", ({ when }) => this.offer(when)); // another page may have answered
+    on("driver", ({ name }) => this.drivenBy(name));
     on("progress", (what) => this.opening.progress(what));
     on("document", ({ data, history, handles }) => {
       this.data = data;
@@ -86,6 +87,9 @@ class App {
     this.view.onfield = (info) => this.legend(info);
     this.view.onrestored = () => location.reload();
   }
+
+  /** Tell which phone or tracker drives the face; "" if none does. */
+  drivenBy(name) { $("state").textContent = name && `${name} drives the face`; }
 
   /** Take over a face: its size, views, landmarks, and the sliders that do nothing on it. */
   takeFace(face) {

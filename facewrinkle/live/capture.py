@@ -1,0 +1,114 @@
+"""A phone or a tracker that drives the face: packets of face capture, as they come in over UDP.
+
+Live Link Face (Epic Games), in its mode *Live Link (ARKit)*, sends a packet a frame, with all numbers big-endian: a
+version (1 byte), the names of the device and of the subject (a length of 4 bytes each, and so many bytes of UTF-8), the
+time (16 bytes), the number 61 (1 byte), and 61 values of 4 bytes: the weights of ARKit's 52 shapes, and nine angles of
+the head and the eyes. So it is read and written by github.com/JimWest/PyLiveLinkFace, too.
+
+The Virtual Motion Capture protocol (protocol.vmc.info) sends messages of Open Sound Control: each
+``/VMC/Ext/Blend/Val`` has the name of a shape and its weight, and ``/VMC/Ext/Blend/Apply`` ends a frame.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import struct
+from collections.abc import Callable, Mapping
+
+from pythonosc.osc_packet import OscPacket
+
+SHAPES = (
+    "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft", "eyeSquintLeft",
+    "eyeWideLeft", "eyeBlinkRight", "eyeLookDownRight", "eyeLookInRight", "eyeLookOutRight", "eyeLookUpRight",
+    "eyeSquintRight", "eyeWideRight", "jawForward", "jawLeft", "jawRight", "jawOpen", "mouthClose", "mouthFunnel",
+    "mouthPucker", "mouthLeft", "mouthRight", "mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight",
+    "mouthDimpleLeft", "mouthDimpleRight", "mouthStretchLeft", "mouthStretchRight", "mouthRollLower", "mouthRollUpper",
+    "mouthShrugLower", "mouthShrugUpper", "mouthPressLeft", "mouthPressRight", "mouthLowerDownLeft",
+    "mouthLowerDownRight", "mouthUpperUpLeft", "mouthUpperUpRight", "browDownLeft", "browDownRight", "browInnerUp",
+    "browOuterUpLeft", "browOuterUpRight", "cheekPuff", "cheekSquintLeft", "cheekSquintRight", "noseSneerLeft",
+    "noseSneerRight", "tongueOut",
+)  # fmt: skip
+"""ARKit's shapes in the order of a packet of Live Link Face."""
+
+VALUES = struct.Struct(">16xB61f")
+"""The end of a packet of Live Link Face: its time, which is left out, and its values with their number."""
+
+SILENCE = 1.0
+"""Seconds without a packet after which the face is released."""
+
+MOST = 256
+"""Shapes of a frame at most."""
+
+
+def of_live_link(data: bytes) -> tuple[str, dict[str, float]]:
+    """Return the name of the subject, and the weights of shapes, of a packet of Live Link Face.
+
+    Raises
+    ------
+    ValueError, struct.error
+        If it is none.
+
+    Examples
+    --------
+    >>> names = [len(name).to_bytes(4, "big") + name for name in (b"device", b"iPhone")]
+    >>> data = bytes([6]) + b"".join(names) + VALUES.pack(61, 0.25, *[0.0] * 60)
+    >>> name, weights = of_live_link(data)
+    >>> name, weights["eyeBlinkLeft"], len(weights)
+    ('iPhone', 0.25, 52)
+    """
+    name, at = "", 1
+    for _ in range(2):  # the device, and the subject, by which people know it
+        (length,) = struct.unpack_from(">I", data, at)
+        name, at = data[at + 4 : at + 4 + length].decode(), at + 4 + length
+    _, *values = VALUES.unpack(data[at:])
+    return name, dict(zip(SHAPES, values, strict=False))
+
+
+class Capture(asyncio.DatagramProtocol):
+    """Drives a face by packets, until none comes any more; bad ones are left out.
+
+    Parameters
+    ----------
+    show : callable
+        Called with the weights of a frame by shape; with none once the sender has fallen silent.
+    tell : callable
+        Called with the name of a sender that begins; "" once it has fallen silent.
+    """
+
+    def __init__(self, show: Callable[[Mapping[str, float]], None], tell: Callable[[str], None]) -> None:
+        self._show, self._tell = show, tell
+        self._values: dict[str, float] = {}
+        self._end: asyncio.TimerHandle | None = None
+
+    def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
+        """See :class:`asyncio.DatagramProtocol`."""
+        try:
+            name, weights = self._read(data)
+            if not weights:
+                return
+            self._show({shape: min(1.0, max(0.0, value)) for shape, value in weights.items()})  # NaN becomes 0
+        except Exception:  # everybody can send anything
+            return
+        if self._end is None:
+            self._tell("".join(letter for letter in name[:64] if letter.isprintable()))
+        else:
+            self._end.cancel()
+        self._end = asyncio.get_running_loop().call_later(SILENCE, self._silent)
+
+    def _read(self, data: bytes) -> tuple[str, Mapping[str, float]]:
+        """Return the name of a sender, and weights, if the packet completes a frame."""
+        if not data.startswith((b"/", b"#")):
+            return of_live_link(data)
+        frame: Mapping[str, float] = {}
+        for _, message in OscPacket(data).messages:
+            match message.address, message.params:
+                case "/VMC/Ext/Blend/Val", [str(shape), float(value)] if len(self._values) < MOST:
+                    self._values[shape] = value
+                case "/VMC/Ext/Blend/Apply", _:
+                    frame, self._values = self._values, {}
+        return "VMC", frame
+
+    def _silent(self) -> None:
+        self._end, self._values = None, {}
+        self._show({})
+        self._tell("")
