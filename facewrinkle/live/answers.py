@@ -20,9 +20,10 @@ from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..plotting.views import VIEWS
+from ..rigging import Take
 from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
 from .fields import FIELDS, colours, labels, probe
-from .library import COMPANIONS, MESHES, Library, opened
+from .library import Library, opened
 from .protocol import (
     Change,
     Continue,
@@ -119,7 +120,6 @@ class Answers:
             "regions": list(REGIONS),
             "earlier": self._kept.when,
             "driver": self._driver,
-            "endings": [*MESHES, *COMPANIONS],
             **self.face(),
         }
 
@@ -197,6 +197,8 @@ class Answers:
         """Return a program that makes what is shown, and its picture by a camera: from the front, if there is none."""
         data, face, shown = self._document.data, self._stage.face, self._stage.shown
         assert shown is not None
+        if isinstance(self._library[data["face"]].clip, Take):
+            raise ParameterError(f"a take is played by the command: facewrinkle play {data['face']!r} --face FACE.")
         clip = self._library[data["face"]].clip is not None
         view = VIEWS["front"] if camera is None else view_of(camera, face)
         return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view)
@@ -257,17 +259,22 @@ class Answers:
             return {"name": "", "said": []}
         try:
             with self._meshes:
-                name, loaded = opened(folder, self._library[""].face.atlas, self._tell)
+                name, loaded = opened(folder, self._stage.face, self._tell)
                 name = self._library.add(name, loaded)
         finally:
             self._tell("", 1.0)
-        self.show(name)
-        return {"name": name, "said": list(loaded.said)}
+        self.show(name, fresh=True)
+        return {"name": name, "said": list(loaded.said), "plays": loaded.clip is not None}
 
-    def show(self, name: str) -> None:
-        """Show a face that is open. Places of the one before mean nothing on it; a clip brings its own length."""
-        start = {part: START[part] for part in ("identity", "landmarks", "patterns", "tears", "timeline")}
-        clip = self._library[name].clip
+    def show(self, name: str, fresh: bool = False) -> None:
+        """Show a face that is open, a fresh one at rest. Places of the one before mean nothing on it, unless it is the
+        same that performs a take; a clip brings its own length.
+        """
+        face, clip = self._library[name].face, self._library[name].clip
+        parts = ["identity", "landmarks", "timeline"]
+        if face is not self._stage.face:
+            parts += ["patterns", "tears", *(["mixture", "gaze"] if fresh else [])]
+        start = {part: START[part] for part in parts}
         if clip is not None:
             start["timeline"] = START["timeline"] | {"length": min(max(clip.duration, 0.2), LONGEST)}
         with self._stage.condition:
@@ -288,7 +295,7 @@ def of_atlas(atlas: Atlas) -> dict[str, Any]:
     return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs}
 
 
-def of_face(face: Face, clip: Recorded | None = None) -> dict[str, Any]:
+def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:
     """Return what a page needs to know of a face: its size, views and landmarks, and which sliders do nothing on it."""
     return {
         "views": views_of(face),
@@ -302,16 +309,15 @@ def of_face(face: Face, clip: Recorded | None = None) -> dict[str, Any]:
         "likeness": face.likeness,
         "off": without_effect(face, clip),
         "clip": None if clip is None else clip.duration,
-        "eyes": len(face.eyes),
     }
 
 
-def without_effect(face: Face, clip: Recorded | None = None) -> dict[str, str]:
-    """Return the names of expressions, action units and muscles that do nothing on a face, and why."""
+def without_effect(face: Face, clip: Recorded | Take | None = None) -> dict[str, str]:
+    """Return the names of expressions, action units and muscles that do nothing on a face, or "gaze", and why."""
     atlas = face.atlas
     off: dict[str, str] = {}
     stems = [name[:-2] if name.endswith(("_l", "_r")) else name for name in atlas.muscles]
-    everything = [*atlas.expressions, *atlas.action_unit_names, *dict.fromkeys(stems)]
+    everything = [*atlas.expressions, *atlas.action_unit_names, *dict.fromkeys(stems), "gaze"]
     if clip is not None:
         return dict.fromkeys(everything, "a recorded animation moves this face")
     if not face.muscles:
@@ -320,7 +326,9 @@ def without_effect(face: Face, clip: Recorded | None = None) -> dict[str, str]:
         off |= dict.fromkeys(("AU26", "AU27", "jaw"), "the mouth of this face has no opening")
     if not face.eyelid_openings:
         why = "the lids of this face have no opening"
-        off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae"), why)
+        off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae", "gaze"), why)
+    if not face.eyes:
+        off["gaze"] = "this face has no eyes"
     return off
 
 

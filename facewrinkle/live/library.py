@@ -1,4 +1,4 @@
-"""Faces and recorded clips that a studio can show, by name, and the files that are dropped onto a page."""
+"""Faces, recorded clips and takes that a studio can show, by name, and the files that are dropped onto a page."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.atlas import Atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face, refitted
@@ -19,6 +18,7 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
 from ..files import inside_only
 from ..mesh.formats.reading import GLTF, USD
 from ..progress import Progress
+from ..rigging import Performer, Take, read_take
 
 ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
@@ -29,16 +29,19 @@ MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
 """Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
 
+TAKES = (".csv", ".tsv", ".txt")
+"""Endings of files that hold a take."""
+
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A face, and what was recorded of it."""
+    """A face, and what moves it: a recording of its own, or a take that it performs."""
 
     face: Face
-    clip: Recorded | None = None
+    clip: Recorded | Take | None = None
     said: tuple[str, ...] = ()
 
 
@@ -108,21 +111,23 @@ def telling(tell: Tell, before: str = "") -> Progress:
     return progress
 
 
-def opened(folder: Path, atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
-    """Read the face or the clip among the files of a folder, and return its name and what was read.
+def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
+    """Read the face or the clip among the files of a folder, or a take for the face that is shown; return its name and
+    what was read.
 
     Raises
     ------
     ParameterError
-        If there is not one file of a face.
+        If there is not one file of a face or a take.
     FaceWrinkleError
         If it cannot be read, or shows no face.
     """
     files = sorted(folder.iterdir())
-    main = [file for file in files if file.suffix.lower() in MESHES]
+    main = [file for file in files if file.suffix.lower() in (*MESHES, *TAKES)]
     if len(main) != 1:
         raise ParameterError(
-            f"drop one face file ({', '.join(MESHES)}), together with its materials and textures; "
+            f"drop one face file ({', '.join(MESHES)}), together with its materials and textures, or one take "
+            f"({', '.join(TAKES)}); "
             f"received {', '.join(file.name for file in files)}."
         )
     file = main[0]
@@ -134,11 +139,14 @@ def opened(folder: Path, atlas: Atlas, tell: Tell) -> tuple[str, Loaded]:
     with inside_only(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FaceWrinkleWarning)
         if file.suffix.lower() == ".face":
-            loaded = Loaded(read_face(file, atlas))
+            loaded = Loaded(read_face(file, shown.atlas))
+        elif file.suffix.lower() in TAKES:
+            loaded = Loaded(shown, read_take(file))
+            Performer(loaded.clip, shown)  # raises if the face can make nothing of it, and warns of what it cannot make
         else:
             clip, mesh = _clip_of(file)
             search, source = telling(tell), file if mesh is None else mesh
-            face = fit_face(source, landmarks, atlas=atlas, progress=search, texture=texture)
+            face = fit_face(source, landmarks, atlas=shown.atlas, progress=search, texture=texture)
             if clip is not None:
                 clip.points_of(face)  # raises if it does not fit
             loaded = Loaded(face, clip)

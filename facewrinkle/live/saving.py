@@ -29,6 +29,7 @@ from ..export import movie_writer, write_mesh
 from ..export.animation import AnimationWriter
 from ..files import output_folder, write_whole
 from ..plotting import Style, TearScene
+from ..rigging import Take
 from .document import Document
 from .library import Tell, telling
 from .stage import Stage
@@ -161,7 +162,7 @@ class Order:
     camera: list[float]
     face: Face
     data: Mapping[str, Any]
-    clip: Recorded | None = None
+    clip: Recorded | Take | None = None
 
 
 def save(what: str, camera: list[float], stage: Stage, document: Document) -> tuple[str, bytes]:

@@ -265,7 +265,7 @@ class Stage(threading.Thread):
     def _change_face(self, data: Mapping[str, Any]) -> None:
         face, clip = self.library.face_of(data), self.library[data["face"]].clip
         player, before = Player(face, data, clip), self._player
-        if clip is None and before is not None:
+        if clip is None and before is not None and data["face"] == self.shown_face:
             player.rates = {name: rate for name, rate in before.rates.items() if name in face.muscles}
         self.face, self._player, self.time_step = face, player, float(player.simulation.motion.time_step)
         self.parts = VisibleParts(face)

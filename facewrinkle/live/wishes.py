@@ -20,6 +20,7 @@ from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
 from ..layers.wave_folds.layer import amounts
 from ..plotting.views import VIEW_ANGLE, VIEWS, View
+from ..rigging import Performer, Take
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
@@ -313,8 +314,8 @@ class Player:
     face : Face
     data : dict
         A document.
-    clip : Recorded, optional
-        What moves the face in place of its muscles.
+    clip : Recorded or Take, optional
+        What moves the face in place of the document.
     coarsen : bool
         Let triangles that were split merge again.
 
@@ -335,9 +336,12 @@ class Player:
     (0.04, 60)
     """
 
-    def __init__(self, face: Face, data: Mapping[str, Any], clip: Recorded | None = None, coarsen: bool = True) -> None:
+    def __init__(
+        self, face: Face, data: Mapping[str, Any], clip: Recorded | Take | None = None, coarsen: bool = True
+    ) -> None:
         self.face = face
-        self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers=layers_of(data, face), motion=clip)
+        motion = Performer(clip, face) if isinstance(clip, Take) else clip
+        self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers=layers_of(data, face), motion=motion)
         self.rates: dict[str, float] = {}
         self.arrived = True
         self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}
@@ -345,7 +349,7 @@ class Player:
     def step(self, weights: Mapping[str, float], gaze: Sequence[float], time: float) -> pv.PolyData:
         """Return the next frame, on the way to a mixture and a gaze; or that of a time of the clip, s."""
         motion = self.simulation.motion
-        if isinstance(motion, Playback):
+        if isinstance(motion, Playback | Performer):
             motion.seek(time)
         else:
             target = rates_of(weights, self.face)
@@ -382,7 +386,7 @@ class Player:
         return [(number + 1) / FPS for number in range(max(round(FPS * length), 1))]
 
     def _timed(self, data: Mapping[str, Any]) -> bool:
-        return bool(data["timeline"]["keys"]) or isinstance(self.simulation.motion, Playback)
+        return bool(data["timeline"]["keys"]) or isinstance(self.simulation.motion, Playback | Performer)
 
     def moments(self, data: Mapping[str, Any]) -> Iterator[Moment]:
         """Play a document from its beginning: its timeline, or without keys from rest to what the sliders show."""

@@ -365,8 +365,12 @@ class Performer(Undriven):
     def reset(self) -> None:
         """See :class:`facewrinkle.Motion`."""
         self._skin.reset()
-        self._steps = 0
+        self._steps = 0.0
         self.rates, self.pose, self.mandible = self._skin.rates, self._pose(0.0), None
+
+    def seek(self, time: float) -> None:
+        """Let the next step lead towards the weights at a time, s; the skin goes there from where it is."""
+        self._steps = time / self.time_step - 1.0
 
     def rates_of(self, rates: Mapping[str, float]) -> Array:
         """Return the present rates; raise a ParameterError if others are asked for."""

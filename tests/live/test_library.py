@@ -29,7 +29,7 @@ def heard():
 def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
     told, tell = heard()
     head_files(face, tmp_path)
-    name, loaded = opened(tmp_path, face.atlas, tell)
+    name, loaded = opened(tmp_path, face, tell)
     own = fw.fit_face(tmp_path / "head.ply", tmp_path / "head.json")
     assert name == "head.ply"
     assert loaded.clip is None
@@ -49,7 +49,7 @@ def test_what_is_no_face_is_refused(tmp_path, face, names, error, message):
     for name in names:
         (tmp_path / name).write_bytes(b"ply nonsense")
     with pytest.raises(error, match=message):
-        opened(tmp_path, face.atlas, heard()[1])
+        opened(tmp_path, face, heard()[1])
 
 
 def test_a_written_series_is_a_clip(tmp_path, face):
@@ -62,7 +62,7 @@ def test_a_written_series_is_a_clip(tmp_path, face):
     head_files(face, tmp_path)
     (tmp_path / "head.ply").unlink()
     write_series(frames, [0.0, *player.times(data)], tmp_path / "jaw.vtkhdf")
-    name, loaded = opened(tmp_path, face.atlas, heard()[1])
+    name, loaded = opened(tmp_path, face, heard()[1])
     assert name == "jaw.vtkhdf"
     assert loaded.clip is not None
     assert loaded.clip.duration == pytest.approx(0.24)

@@ -500,8 +500,11 @@ def test_the_range_of_a_field_is_locked_and_its_number_told(page, studio):
 
 def test_landmarks_and_patterns_are_dragged(page, studio, face):
     page.locator("#tab-face").click()
+    page.evaluate("Object.assign(app.face.landmarks.mouth_l, { confidence: 0.42, estimated: true })")  # as of a scan
     page.get_by_label("Show on the face; drag to correct").check()
     page.wait_for_selector("[data-handle=mouth_l]")
+    page.locator("[data-handle=mouth_l]").hover()
+    assert page.inner_text(".handle-name") == "mouth l, estimated, confidence 42 %"
     shown(page, studio)
     drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
@@ -543,6 +546,19 @@ def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
     until(lambda: page.evaluate("app.face.faces.shown") == "")
     shown(page, studio)
     assert page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
+
+
+def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_text("time,jawOpen\n" + "".join(f"{t},{t / 2}\n" for t in (0.0, 0.5, 1.0, 1.5, 2.0)))
+    page.locator("input[type=file]").set_input_files(path)
+    until(lambda: page.inner_text("#play") == "Stop" and page.evaluate("app.timeline.time") > 0.2)
+    page.locator("#canvas").focus()
+    page.keyboard.press("Space")
+    assert page.inner_text("#play") == "Play"
+    page.get_by_role("slider", name="Time", exact=True).fill("1.5")
+    until(lambda: abs(studio.stage.shown.time - 1.5) < 1e-6 and studio.stage.settled)
+    assert page.locator(SLIDER.format("Jaw drop")).is_disabled()
 
 
 def test_the_tour_leads_through_the_page(page):

@@ -6,6 +6,7 @@ forms that make no sense | the same, and nothing in the terminal
 forms that never end     | the same, after a while
 what names other files | only those that were sent with it
 undo                   | the face before
+a take                 | a performer of its own in a Simulation, at rest
 """
 
 from __future__ import annotations
@@ -17,11 +18,14 @@ import tempfile
 from http.client import HTTPResponse
 from pathlib import Path
 
+import numpy as np
 import pytest
-from studio_pages import head_files, port, sent, until
+from studio_pages import head_files, page, port, sent, until
 
+import facewrinkle as fw
 from facewrinkle.live import server
 from facewrinkle.live.protocol import LARGEST_MESSAGE
+from facewrinkle.live.wishes import layers_of
 
 
 @pytest.fixture
@@ -32,16 +36,58 @@ def scan(face, tmp_path):
 @pytest.mark.slow
 def test_a_scan_is_shown_and_undone(studio, scan):
     before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
+    studio.change(mixture={"AU12": 1.0}, gaze=[10.0, 0.0])
     status, text = sent(studio, scan)
     assert status == 200
     studio.frame()
     assert studio.document["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
     assert studio.document["face"].startswith("head.ply")
     assert studio.face.texture is None
+    assert (studio.rates, studio.document["gaze"]) == ({}, [0.0, 0.0])  # the expression does not jump onto it
     assert set(Path(tempfile.gettempdir()).glob("facewrinkle-*")) == before
     studio.undo()
     studio.frame()
     assert studio.face.texture is not None
+    assert studio.rates == {"AU12": 1.0}
+
+
+def test_a_take_moves_the_face_that_is_shown(studio, face):
+    """As the performer of takes moves it; what lies on the face stays."""
+    dimple = {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 12.0, "depth": 2.0, "strength": 1.0}
+    studio.change(patterns={"d": dimple})
+    rest = studio.frame()
+    rows = ["0,0,0,0,0", *(f"{t},0.8,0.5,1,0.5" for t in (0.5, 1.0, 1.5, 2.0))]
+    table = "time,jawOpen,mouthSmileLeft,jawLeft,tongueOut\n" + "\n".join(rows)
+    status, text = sent(studio, {"take.csv": table.encode()})
+    answer = json.loads(text)
+    assert (status, answer["plays"]) == (200, True)
+    assert "tongueOut" in " ".join(answer["said"])
+    assert studio.document["face"] == answer["name"]
+    assert studio.document["timeline"]["length"] == 2.0
+    assert list(studio.document["patterns"]) == ["d"]
+    studio.stage.go_to(1.5)
+    frame = studio.frame()
+    weights = {"jawOpen": [0.8, 0.8], "mouthSmileLeft": [0.5, 0.5], "jawLeft": [1.0, 1.0]}
+    take = fw.Take(tuple(weights), np.array([0.0, 9.0]), np.array(list(weights.values())).T)
+    layers = layers_of(studio.document, face)
+    *_, own = fw.Simulation(face, layers=layers, motion=fw.Performer(take, face)).run(60)
+    n = face.mesh.n_points
+    moved = [np.asarray(each.points)[:n] for each in (frame, own, rest)]
+    assert np.abs(moved[0] - moved[1]).max() < 0.1
+    assert np.abs(moved[0] - moved[2]).max() > 10.0
+    with page(studio) as seen:
+        assert set(seen.heard("welcome")["off"].values()) == {"a recorded animation moves this face"}
+    studio.stage.go_to(0.0)
+    assert np.abs(np.asarray(studio.frame().points)[:n] - moved[2]).max() < 0.1
+    studio.undo()
+    assert studio.document["face"] == ""
+
+
+@pytest.mark.parametrize(("table", "said"), [("a,b\n1,2\n", "no column of a shape"), ("tongueOut\n1\n", "tongue")])
+def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio, table, said):
+    status, text = sent(studio, {"take.csv": table.encode()})
+    assert (status, said in json.loads(text)["error"]) == (400, True)
+    assert studio.document["face"] == ""
 
 
 def test_a_session_is_opened_however_long_it_is(studio):

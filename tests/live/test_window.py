@@ -285,10 +285,11 @@ def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
 
 
 def test_sliders_that_do_nothing_say_why(face):
-    shut = SimpleNamespace(atlas=face.atlas, muscles=face.muscles, mouth_opens=False, eyelid_openings={})
+    shut = SimpleNamespace(atlas=face.atlas, muscles=face.muscles, mouth_opens=False, eyelid_openings={}, eyes=())
     off = without_effect(shut)
     assert "mouth" in off["AU26"]
     assert "lids" in off["AU43"]
+    assert "eyes" in off["gaze"]
     assert "AU12" not in off
     assert without_effect(face) == {}
     bare = SimpleNamespace(atlas=face.atlas, muscles={})

@@ -38,7 +38,7 @@ export class FacePanel {
       }
     }
     this.content = [
-      element("div", { class: "actions" }, this.choice, element("button", { text: "Open …", title: "Open a mesh, an animation or a .face file, or drop it onto the page", onclick: () => app.opening.choose() })),
+      element("div", { class: "actions" }, this.choice, element("button", { text: "Open …", title: "Open a mesh, an animation, a take or a .face file, or drop it onto the page", onclick: () => app.opening.choose() })),
       this.about,
       element("h2", { text: "Landmarks" }),
       element("label", { class: "inline" }, this.shown, "Show on the face; drag to correct"),

@@ -97,7 +97,7 @@ class App {
     this.face = face;
     this.unit = face.unit;
     this.view.begin(face, other);
-    this.sliders.setOff(face.off, face.eyes > 0 && !face.clip);
+    this.sliders.setOff(face.off);
     this.panels.face.take(face);
     this.panels.setClosed(face.closed);
     const pulls = Object.keys(face.pulls).length && !face.clip;

@@ -1,4 +1,4 @@
-// Files that are dropped onto the page, or chosen, are sent to the studio: faces, clips and sessions.
+// Files that are dropped onto the page, or chosen, are sent to the studio: faces, clips, takes and sessions.
 
 import { element } from "./sliders.js";
 
@@ -8,7 +8,7 @@ export class Opening {
     this.file = element("input", { type: "file", multiple: true, hidden: true, "aria-label": "Files of a face" });
     this.file.addEventListener("change", () => { this.take([...this.file.files]); this.file.value = ""; });
     document.body.append(this.file);
-    this.veil = element("div", { id: "veil", hidden: true, text: "Drop a mesh, an animation or a session" });
+    this.veil = element("div", { id: "veil", hidden: true, text: "Drop a mesh, an animation, a take or a session" });
     document.getElementById("stage").append(this.veil);
     let depth = 0;
     const shown = (on) => { this.veil.hidden = !on; };
@@ -35,6 +35,7 @@ export class Opening {
       const content = /json/.test(answer.headers.get("Content-Type")) ? await answer.json() : { error: await answer.text() };
       if (content.error || !answer.ok) this.app.say(content.error ?? "The files were rejected.");
       else if (content.said?.length) this.app.say(content.said.join(" "));
+      if (content.plays) this.app.timeline.toggle(true);
     } catch {
       this.app.say("The upload failed.");
     }

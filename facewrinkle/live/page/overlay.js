@@ -33,7 +33,8 @@ export class Overlay {
     } else if (this.kind === "landmarks" && face) {
       for (const [name, where] of Object.entries(places)) {
         const { confidence, estimated } = where, unsure = estimated || (confidence !== null && confidence < 0.5);
-        made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, `Landmark ${name.replaceAll("_", " ")}`,
+        const told = [`Landmark ${name.replaceAll("_", " ")}`, estimated && "estimated", confidence !== null && `confidence ${Math.round(100 * confidence)} %`];
+        made.push(this.handle(name, where, `landmark${unsure ? " unsure" : ""}`, told.filter(Boolean).join(", "),
           (place) => this.landmarks(name, place)));
       }
     } else if ((this.kind === "patterns" || this.kind === "tears") && data) {

@@ -149,7 +149,12 @@ export class Sliders {
     const [label, about] = LOOKS[k];
     const made = row(label, { min: -40, max: 40, step: 0.5, shown: (v) => Math.round(v), parse: (v) => v, about: `${about}; or drag an eye`,
       change: (value, gesture) => this.connection.change([[["gaze"], this.looks.with(k, value)]], gesture) });
-    return { line: made.line, inputs: [made.input], set: () => made.set(this.looks[k]), show() {}, off: (reason) => { made.input.disabled = Boolean(reason); } };
+    const off = (reason) => {
+      made.line.classList.toggle("off", Boolean(reason));
+      made.line.firstChild.title = reason ?? about;
+      made.input.disabled = Boolean(reason);
+    };
+    return { line: made.line, inputs: [made.input], set: () => made.set(this.looks[k]), show() {}, off };
   }
 
   /** The weight of a side; one that was given for both sides at once is that of each. */
@@ -198,8 +203,8 @@ export class Sliders {
   }
 
   /** Switch off what does nothing on this face, and say why. */
-  setOff(off, looks) {
-    this.off = { ...off, gaze: looks ? undefined : "the eyes of this face do not move" };
+  setOff(off) {
+    this.off = off;
     for (const each of this.rows) for (const made of [each, each.copy]) made?.off(this.off[each.name]);
   }
 

@@ -27,7 +27,7 @@ function render({ model, el }) {
   const view = new View(canvas, () => connection.send("shown")), sliders = new Sliders(box, connection);
   const app = { connection, data: null, placing: null, click() {}, turned() {} };
   const size = () => { el.style.height = `${model.get("height")}px`; view.request(); };
-  const takeFace = (face, other) => { view.begin(face, other); sliders.setOff(face.off, face.eyes > 0 && !face.clip); };
+  const takeFace = (face, other) => { view.begin(face, other); sliders.setOff(face.off); };
   const told = {
     welcome(welcome) { sliders.build(welcome); takeFace(welcome, false); },
     face(face) { takeFace(face, face.faces.shown !== app.face); app.face = face.faces.shown; },
