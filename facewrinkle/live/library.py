@@ -141,8 +141,9 @@ def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
         if file.suffix.lower() == ".face":
             loaded = Loaded(read_face(file, shown.atlas))
         elif file.suffix.lower() in TAKES:
-            loaded = Loaded(shown, read_take(file))
-            Performer(loaded.clip, shown)  # raises if the face can make nothing of it, and warns of what it cannot make
+            take = read_take(file)
+            Performer(take, shown)  # raises if the face can make nothing of it, and warns of what it cannot make
+            loaded = Loaded(shown, take)
         else:
             clip, mesh = _clip_of(file)
             search, source = telling(tell), file if mesh is None else mesh
