@@ -25,6 +25,7 @@ from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, r
 from .fields import FIELDS, colours, labels, probe
 from .library import Library, opened
 from .protocol import (
+    FACE_ALONE,
     Change,
     Continue,
     Copy,
@@ -145,12 +146,12 @@ class Answers:
             case Save():
                 return await self._save(message.what, message.camera)
             case Copy():
-                return self.as_python(message.camera)
+                return self.as_python(message.camera, client.shows)
             case Field():
                 if message.name not in (None, *FIELDS):
                     raise unknown_name("field", message.name, FIELDS)
-                client.field = message.name
-                stage.wanted_fields = {each.field for each in self.server.clients if each.field is not None}
+                client.shows = message
+                stage.wanted_fields = set().union(*(each.shows.parts for each in self.server.clients))
             case Play():
                 stage.play(message.on)
             case Pose():
@@ -193,7 +194,7 @@ class Answers:
                     self._kept.dismiss()
                 self.server.tell_all({"is": "earlier", "when": self._kept.when})
 
-    def as_python(self, camera: list[float] | None = None) -> str:
+    def as_python(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> str:
         """Return a program that makes what is shown, and its picture by a camera: from the front, if there is none."""
         data, face, shown = self._document.data, self._stage.face, self._stage.shown
         assert shown is not None
@@ -201,7 +202,7 @@ class Answers:
             raise ParameterError(f"a take is played by the command: facewrinkle play {data['face']!r} --face FACE.")
         clip = self._library[data["face"]].clip is not None
         view = VIEWS["front"] if camera is None else view_of(camera, face)
-        return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view)
+        return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view, shows)
 
     async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
         if self._saving:
@@ -273,7 +274,7 @@ class Answers:
         face, clip = self._library[name].face, self._library[name].clip
         parts = ["identity", "landmarks", "timeline"]
         if face is not self._stage.face:
-            parts += ["patterns", "tears", *(["mixture", "gaze"] if fresh else [])]
+            parts += ["patterns", "tears", "probes", *(["mixture", "gaze"] if fresh else [])]
         start = {part: START[part] for part in parts}
         if clip is not None:
             start["timeline"] = START["timeline"] | {"length": min(max(clip.duration, 0.2), LONGEST)}
@@ -283,7 +284,7 @@ class Answers:
 
 
 def of_atlas(atlas: Atlas) -> dict[str, Any]:
-    """Return the names of expressions, action units and muscles, and which of them have two sides."""
+    """Return the names of expressions, action units and muscles, which have two sides, and what they contract."""
     units = {
         name: {"about": about, "sides": f"{name}L" in atlas.action_units}
         for name, about in atlas.action_unit_names.items()
@@ -292,7 +293,8 @@ def of_atlas(atlas: Atlas) -> dict[str, Any]:
     for name in atlas.muscles:
         stem = name[:-2] if name.endswith(("_l", "_r")) else name
         pairs[stem] = {"sides": name != stem, "about": atlas.muscles[name]["kind"]}
-    return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs}
+    moves = {name: list(atlas.contractions({name: 1.0})) for name in (*atlas.expressions, *units, *pairs)}
+    return {"expressions": list(atlas.expressions), "units": units, "muscles": pairs, "moves": moves}
 
 
 def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:

@@ -117,6 +117,7 @@ class Session(Struct, frozen=True, forbid_unknown_fields=True):
     identity: dict[Name, Annotated[float, Meta(ge=-1.0, le=1.0)]] = {}
     patterns: Annotated[dict[Name, Pattern], Meta(max_length=32)] = {}
     tears: Annotated[dict[Name, Tear], Meta(max_length=32)] = {}
+    probes: Annotated[dict[Name, Place], Meta(max_length=32)] = {}
     timeline: Timeline = Timeline()
 
 

@@ -38,6 +38,10 @@ Kind = Literal["picture", "movie", "glb", "animation", "rig", "face", "atlas", "
 """What can be saved."""
 
 
+FIBRES = "fibres"
+"""The part with the fibres of muscles."""
+
+
 class Message(Struct, forbid_unknown_fields=True, kw_only=True):
     """A message; the answer has its number, and there is none for 0."""
 
@@ -74,9 +78,19 @@ class Reset(Message):
 
 
 class Field(Message):
-    """Show a field in colour, or none."""
+    """Show a field in colour, or none, and the fibres of muscles, or not."""
 
     name: Text | None
+    muscles: bool = False
+
+    @property
+    def parts(self) -> set[str]:
+        """Names of what a frame must hold for that."""
+        return {name for name in (self.name, FIBRES if self.muscles else None) if name}
+
+
+FACE_ALONE = Field(name=None)
+"""What a page shows at first."""
 
 
 class Probe(Message):

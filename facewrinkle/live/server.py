@@ -27,12 +27,13 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from aiohttp.http_exceptions import HttpProcessingError
 
+from ..appearance.fibres import BENEATH, CONTRACTED, OPACITY, RELAXED
 from ..errors import FaceWrinkleError, ParameterError
 from ..plotting.scene import BACKGROUND
 from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from ..plotting.views import LIGHTS, VIEW_ANGLE
 from ..plotting.wet import FULLY_WET, tear_code
-from .protocol import LARGEST_MESSAGE, Change, Known, Message, Shown, key_of, message, parse, photo_message
+from .protocol import FACE_ALONE, LARGEST_MESSAGE, Change, Known, Message, Shown, key_of, message, parse, photo_message
 from .stage import Shown as Frame
 
 LARGEST_UPLOAD = 256 * 2**20
@@ -61,6 +62,8 @@ class Client:
     ready : bool
         True if a frame may be sent: the page has drawn the last one. With two under way, what a slow page shows would
         be two to three of its frames old.
+    shows : Field
+        What the page shows besides the face.
     change : int
         Number of the page's last change that was taken. A page leaves out documents that its later changes are not in,
         or a slider that is moved would jump back.
@@ -68,7 +71,7 @@ class Client:
 
     def __init__(self, socket: web.WebSocketResponse) -> None:
         self.socket = socket
-        self.field: str | None = None
+        self.shows = FACE_ALONE
         self.ready = True
         self.wake = asyncio.Event()
         self._known: Known = {}
@@ -106,8 +109,7 @@ class Client:
 
     def _frame(self, shown: Frame) -> bytes:
         parts = list(shown.parts)
-        if self.field is not None and (field := shown.fields.get(self.field)) is not None:
-            parts.append(field)
+        parts += [shown.fields[name] for name in self.shows.parts & shown.fields.keys()]
         box = [*(float(x) for x in shown.box.low), shown.box.size]
         head = {"step": shown.step, "time": round(shown.time, 4), "box": box, "still": shown.still}
         data, self._known = message(head, parts, self._known)
@@ -132,9 +134,11 @@ def page_files() -> dict[str, tuple[str, bytes]]:
         "eye": EYE_MATERIAL.code(len(LIGHTS)),
         "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
     }
+    fibres = {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH}
     lines = [
         f"export const MATERIALS = {json.dumps(materials)};",
         f"export const LIGHTS = {json.dumps(lights)};",
+        f"export const FIBRES = {json.dumps(fibres)};",
         f"export const VIEW_ANGLE = {VIEW_ANGLE};",
         f"export const BACKGROUND = {json.dumps(BACKGROUND)};",
     ]

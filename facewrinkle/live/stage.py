@@ -23,7 +23,7 @@ from ..layers.base import Layer
 from .document import Document
 from .fields import coloured
 from .library import Library
-from .protocol import Box, Part, small_normals
+from .protocol import FIBRES, Box, Part, small_normals
 from .visible_parts import VisibleParts
 from .wishes import Player, layers_of, mixture_of
 
@@ -294,7 +294,11 @@ class Stage(threading.Thread):
         parts = self.parts.at(frame, exact=still)
         tears, layers = player.tears(frame, self._clock), player.simulation.layers
         parts += [self._tear_part(name, tear) for name, tear in tears.items()]
-        fields = {name: coloured(frame, name, self.parts, layers) for name in sorted(self.wanted_fields)}
+        if data["probes"]:
+            parts.append(self.parts.pins(frame, data["probes"]))
+        fields = {name: coloured(frame, name, self.parts, layers) for name in sorted(self.wanted_fields - {FIBRES})}
+        if FIBRES in self.wanted_fields:
+            fields[FIBRES] = self.parts.fibres(frame, player.rates)
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
         shown = Shown(frame, self._steps, parts, box, fields, still, self._time, layers, surfaces)

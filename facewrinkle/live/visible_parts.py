@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,17 +18,19 @@ from PIL import Image
 
 from ..anatomy.face import Face
 from ..appearance.eye import COLOURS, PaintedEye
+from ..appearance.fibres import Fibres
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, has_colours, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
+from ..geometry.closest_point import closest
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
 from ..mesh.arrays import COLORS, CORNERS, corner_texture
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR
-from .protocol import LARGEST, Box, Part, small_normals
+from .protocol import FIBRES, LARGEST, Box, Part, small_normals
 
 VERSIONS = itertools.count(1)
 """Numbers of the triangles of skins, each of another one."""
@@ -201,6 +203,34 @@ class VisibleParts:
             arrays["colour"] = self._same(name, "colour", _colours(mesh))
         arrays["index"] = self._same(name, "index", _indices(triangles))
         return Part(name, kind, arrays)
+
+    def fibres(self, frame: pv.PolyData, rates: Mapping[str, float]) -> Part:
+        """Return the fibres of muscles in a frame, and their contractions from 0 to 255."""
+        fibres = Fibres.of(self.face)
+        arrays: dict[str, np.ndarray] = {
+            "half": self._same(FIBRES, "half", fibres.half.astype(np.float32)),
+            "muscle": self._same(FIBRES, "muscle", fibres.muscle.astype(np.uint8)),
+            "position": self._same(FIBRES, "position", self.box.quantised(fibres.at(frame).reshape(-1, 3))),
+            "rate": np.array([round(255.0 * rates.get(name, 0.0)) for name in fibres.names], np.uint8),
+        }
+        return Part(FIBRES, FIBRES, arrays, {"names": fibres.names, "knots": fibres.half.shape[1]})
+
+    def pins(self, frame: pv.PolyData, places: Mapping[str, Sequence[float]]) -> Part:
+        """Return the triangles of a frame that places at rest lie in, by their corners, and their shares in these."""
+        rest, triangles = np.asarray(frame.point_data.get("rest", frame.points), np.float64), frame.regular_faces
+        corners, shares = [], []
+        for place in np.array(list(places.values())):
+            near = np.zeros(len(rest), bool)
+            near[np.argpartition(((rest - place) ** 2).sum(axis=1), 8)[:8]] = True
+            around = triangles[near[triangles].any(axis=1)]
+            triangle, share, _ = closest(rest, around, place)
+            corners.append(around[triangle])
+            shares.append(share)
+        arrays = {
+            "corners": self._same("probes", "corners", np.array(corners, np.uint32)),
+            "shares": self._same("probes", "shares", np.array(shares, np.float32)),
+        }
+        return Part("probes", "probes", arrays, {"names": list(places)})
 
     def photos(self) -> dict[str, bytes]:
         """Return photos as JPEG files, or PNG where they are transparent: of the skin, and of parts by their names."""

@@ -25,6 +25,7 @@ from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
 from .document import REGIONS, START
+from .protocol import FACE_ALONE, Field
 
 MIDLINE = 0.15
 """Distance from the midline over which the amounts of the two sides blend, in distances between the pupils."""
@@ -203,6 +204,7 @@ def as_python(
     clip: bool = False,
     time: float = 0.0,
     view: View = VIEWS["front"],
+    shows: Field = FACE_ALONE,
 ) -> str:
     """Return a program that makes what a document shows at a time, and writes its picture.
 
@@ -218,6 +220,8 @@ def as_python(
     time : float
         Of the timeline or the clip, s.
     view : View
+    shows : Field
+        What is shown besides the face.
 
     Examples
     --------
@@ -245,11 +249,24 @@ def as_python(
         flow = f"flow=fw.tears.Flow(c={TEAR_SPEED!r}, hold=60.0), route=fw.tears.Route(length={entry['length']!r})"
         lines.append(f"tear = fw.SheddingTear(face, start={entry['start']!r}, width={entry['width']!r}, {flow})")
         lines.append("tears.append(tear.surface(60.0, on=frame))")
+    if data["probes"]:
+        lines += [
+            f"probes = {data['probes']!r}",
+            "rest = frame.copy()",
+            "rest.points = frame['rest']",
+            "near = [rest.find_closest_point(place) for place in probes.values()]",
+            f"print(dict(zip(probes, frame[{shows.name or 'W'!r}][near].tolist())))",
+        ]
+    field = f", scalars={shows.name!r}" if shows.name else ""
     lines += [
-        f"style = fw.plotting.Style({PICTURE!r}, fw.plotting.{view!r})",
+        f"style = fw.plotting.Style({PICTURE!r}, fw.plotting.{view!r}{field})",
         "with fw.plotting.TearScene(face, style) as scene:",
-        '    fw.plotting.save_picture(scene.picture(frame, tears), "picture.png")',
     ]
+    if shows.muscles:
+        lines.append("    scene.show_muscles(frame, dict(zip(sim.motion.names, sim.motion.rates)))")
+    if data["probes"]:
+        lines.append("    scene.plotter.add_point_labels(frame.points[near], list(probes), render=False)")
+    lines.append('    fw.plotting.save_picture(scene.picture(frame, tears), "picture.png")')
     return "\n".join(lines) + "\n"
 
 

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
+from ..appearance.fibres import OPACITY, Fibres
 from ..appearance.seen import Appearance, Seen, has_colours
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
@@ -177,6 +178,32 @@ class Scene:
             self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
         self._pose(seen.pose)
         self._shown = frame, now
+
+    def show_muscles(self, frame: pv.PolyData, rates: Mapping[str, float]) -> None:
+        """Show the fibres of muscles in a frame, as if its skin were translucent, coloured by contraction.
+
+        They stay in the pictures that follow; show them again for another frame or view.
+
+        Parameters
+        ----------
+        frame : PolyData
+        rates : dict of str to float
+            Contractions by muscle, 0 to 1.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> with Scene(face, Style(size=(60, 80))) as scene:
+        ...     before = scene.picture(face.mesh)
+        ...     scene.show_muscles(face.mesh, {"zygomaticus_major_l": 1.0})
+        ...     bool((before == scene.picture(face.mesh)).all())
+        False
+        """
+        self._wait()
+        camera, pixel = np.array(self.plotter.camera.position), height_of(self.face, self.style) / self._window[1]
+        ribbons = Fibres.of(self.face).ribbons(frame, rates, camera, pixel)
+        self._put(ribbons, "muscles", lighting=False, opacity=OPACITY)
 
     def _pose(self, pose: Array) -> None:
         """Move what was made on the head at rest along with the head, or the rest to it."""

@@ -12,6 +12,7 @@ the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one
 colours, dark and light            | the contrast of WCAG
 eyes, landmarks, rings, muscles    | dragged: the document
+fibres and sliders                 | each is seen while the other is pointed at, or has the focus
 the list of all controls           | finds sliders, buttons and expressions that were kept
 ranges of fields                   | the pixels; the number under the pointer is that of the frame
 a mesh that is dropped            | its face is shown, and undone
@@ -454,6 +455,43 @@ def test_a_muscle_is_pulled_along_its_fibres(page, studio):
     until(lambda: studio.rates["zygomaticus_major_l"] == pytest.approx(before + 0.05))
     assert studio.rates["zygomaticus_major_r"] == before
     until(lambda: page.locator(handle).get_attribute("aria-valuenow") == str(round(100 * before + 5)))
+
+
+def test_fibres_and_sliders_point_at_each_other(page, studio):
+    shown(page, studio)
+    plain = picture(page)
+    studio.rates = {"zygomaticus_major_l": 1.0}
+    page.locator("#muscles").check()
+    until(lambda: page.evaluate("Boolean(app.fibres.part?.points)"))
+    shown(page, studio)
+    assert page.locator("#contraction").is_visible()
+    assert (np.abs(picture(page) - plain).max(axis=2) > 20).mean() > 0.02
+    tags = page.locator(".handle-name:visible")
+    page.locator("#sliders .row", has_text="Lip corner puller").hover()
+    until(lambda: tags.all_text_contents() == ["zygomaticus major, left: 100", "zygomaticus major, right: 0"])
+    part = studio.stage.shown.fields["fibres"]
+    muscle = part.info["names"].index("zygomaticus_major_l")
+    fibre = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])
+    box = studio.stage.shown.box
+    numbers = part.arrays["position"].reshape(-1, part.info["knots"], 3)[fibre, 5]
+    at = page.evaluate("(p) => app.view.project(p)", (box.low + numbers * (box.size / 65535)).tolist())
+    canvas = page.locator("canvas").bounding_box()
+    page.mouse.move(canvas["x"] + at["x"], canvas["y"] + at["y"])
+    until(lambda: tags.all_text_contents() == ["zygomaticus major, left: 100"])
+    linked = page.locator(".row.linked > span").all_inner_texts()
+    assert {"Happiness", "AU12Lip corner puller", "Zygomaticus major"} <= set(linked)
+    assert not any("Frontalis" in each for each in linked)
+    slider = page.locator("#sliders .row", has_text="Zygomaticus major")
+    until(lambda: slider.bounding_box()["y"] < page.locator("#left").bounding_box()["height"])  # it was scrolled to
+    page.mouse.move(2, 2)
+    until(lambda: page.locator(".row.linked").count() == 0)
+    page.locator("[data-handle=corrugator_l]").focus()  # by keyboard
+    until(lambda: "AU4" in " ".join(page.locator(".row.linked").all_inner_texts()))
+    page.locator("[data-handle=corrugator_l]").blur()
+    page.locator(SLIDER.format("Jaw drop")).focus()
+    until(lambda: tags.count() == 0)  # it turns a bone, and pulls no skin
+    page.locator("#muscles").uncheck()
+    until(lambda: not page.evaluate("Boolean(app.fibres.part)"))
 
 
 def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):

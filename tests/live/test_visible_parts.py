@@ -4,6 +4,8 @@ eyes: turned and between lids as the page works it out | the painted eye of pict
 brows, bound to triangles                              | the brows of pictures at rest; carried by a rigid motion
 teeth with their matrix                                | those inside an open mouth
 shade of furrows, exact                                | cavity_shading
+fibres of muscles, as far as positions are whole       | those of pictures
+pins                                                   | places at rest, by the corners that they are told to have
 """
 
 from __future__ import annotations
@@ -13,8 +15,10 @@ import pytest
 from expressions import after
 
 import facewrinkle as fw
+from facewrinkle.appearance.fibres import Fibres
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.appearance.skin_paint import cavity_shading
+from facewrinkle.live.protocol import LARGEST
 from facewrinkle.live.visible_parts import VisibleParts
 
 
@@ -90,6 +94,31 @@ def test_furrows_are_shaded_as_in_pictures_once_the_face_rests(face, laughing):
     lost = 1.0 - cavity_shading(laughing)[:, 1] / 255.0
     assert np.abs(skin.arrays["normal"][:, 3] / 127.0 - lost[parts.origin]).max() <= 0.51 / 127
     assert lost.max() > 0.1
+
+
+def test_fibres_are_those_of_pictures(face, laughing):
+    parts = VisibleParts(face)
+    part = parts.fibres(laughing, {"corrugator_l": 0.4})
+    box = parts.box
+    points = box.low + part.arrays["position"] * (box.size / LARGEST)
+    assert np.abs(points - Fibres.of(face).at(laughing).reshape(-1, 3)).max() < box.size / LARGEST
+    assert {part.info["names"][k]: part.arrays["rate"][k] for k in part.arrays["rate"].nonzero()[0]} == {
+        "corrugator_l": 102
+    }
+
+
+def test_pins_stay_where_they_are_at_rest_while_triangles_split(face, laughing):
+    parts, random = VisibleParts(face), np.random.default_rng(5)
+    corners = face.points[face.triangles[random.choice(face.mesh.n_cells, 40, replace=False)]]
+    places = (random.dirichlet([1.0, 1.0, 1.0], 40)[..., None] * corners).sum(axis=1)
+    named = {str(k): place.tolist() for k, place in enumerate(places)}
+    for frame in (face.mesh, laughing):
+        part = parts.pins(frame, named)
+        rest = np.asarray(frame["rest"] if "rest" in frame.point_data else frame.points)
+        told = (part.arrays["shares"][..., None] * rest[part.arrays["corners"]]).sum(axis=1)
+        assert part.info["names"] == list(named)
+        assert np.abs(told - places).max() < 1e-3
+    assert laughing.n_points > face.mesh.n_points + 1000
 
 
 def test_only_arrays_that_changed_are_others(face, laughing):

@@ -9,16 +9,13 @@ export class Ribbons {
     this.knots = knots;
     const points = half.length;
     this.moving = new Float32Array(points * 12); // position and direction, for both sides
-    const fixed = new Float32Array(points * 4), colours = new Uint8Array(points * 8);
+    const fixed = new Float32Array(points * 4);
     const index = [];
     for (let p = 0; p < points; p++) {
-      const hair = Math.floor(p / knots);
-      for (let s = 0; s < 2; s++) {
-        fixed.set([half[p], s ? 1 : -1], 4 * p + 2 * s);
-        colours.set(tint.subarray(3 * hair, 3 * hair + 3), 8 * p + 4 * s);
-      }
+      fixed.set([half[p], -1, half[p], 1], 4 * p);
       if (p % knots) index.push(2 * p - 2, 2 * p - 1, 2 * p, 2 * p, 2 * p - 1, 2 * p + 1);
     }
+    this.lines = points / knots;
     this.count = index.length;
     this.vao = gl.createVertexArray();
     gl.bindVertexArray(this.vao);
@@ -35,13 +32,24 @@ export class Ribbons {
     gl.vertexAttribPointer(PLACES.half_width, 1, gl.FLOAT, false, 8, 0);
     gl.enableVertexAttribArray(PLACES.side);
     gl.vertexAttribPointer(PLACES.side, 1, gl.FLOAT, false, 8, 4);
-    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ARRAY_BUFFER, colours, gl.STATIC_DRAW);
+    this.colours = gl.createBuffer();
+    this.paint(tint);
     gl.enableVertexAttribArray(PLACES.colour);
     gl.vertexAttribPointer(PLACES.colour, 3, gl.UNSIGNED_BYTE, true, 4, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(index), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
+  }
+
+  /** Take colours (3 bytes each) of all lines. */
+  paint(tint) {
+    const { gl, knots } = this, colours = new Uint8Array((tint.length / 3) * knots * 8);
+    for (let k = 0; k < colours.length; k += 4) {
+      const line = 3 * Math.floor(k / (8 * knots));
+      colours.set(tint.subarray(line, line + 3), k);
+    }
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.colours);
+    gl.bufferData(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW);
   }
 
   /** Take new points (3 numbers each) of all lines. */

@@ -1,5 +1,6 @@
 // The page: connection, view and controls, and what the keyboard does.
 
+import { Fibres } from "./fibres.js";
 import { Mixtures } from "./mixtures.js";
 import { Opening } from "./opening.js";
 import { Overlay } from "./overlay.js";
@@ -31,6 +32,8 @@ class App {
     this.mixtures = new Mixtures($("own"), this);
     this.palette = new Palette(this);
     this.overlay = new Overlay($("overlay"), this);
+    this.fibres = new Fibres(this, [$("left")]);
+    this.view.ondraw = () => { this.overlay.follow(); this.fibres.follow(); };
     this.opening = new Opening(this);
     this.tour = new Tour(this);
     this.data = null;
@@ -52,7 +55,7 @@ class App {
         ...Object.keys(welcome.views).map((name) => element("option", { value: name, text: titled(name) })));
       $("view").value = "front";
       this.drivenBy(welcome.driver);
-      if (this.view.field) this.showField(this.view.field);
+      this.showField(this.view.field ?? "");
       this.offer(welcome.earlier);
     });
     on("face", (face) => this.takeFace(face));
@@ -101,8 +104,8 @@ class App {
     this.panels.face.take(face);
     this.panels.setClosed(face.closed);
     const pulls = Object.keys(face.pulls).length && !face.clip;
+    if (!pulls && $("muscles").checked) $("muscles").click();
     $("muscles").disabled = !pulls;
-    if (!pulls) $("muscles").checked = false;
     this.handlesOf(this.panels.opened);
     if (other && this.welcome) $("view").value = "front";
   }
@@ -149,7 +152,7 @@ class App {
     $("search").oninput = () => this.sliders.search($("search").value);
     $("view").onchange = () => this.view.take($("view").value);
     $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
-    $("muscles").onchange = () => this.handlesOf(this.panels.opened);
+    $("muscles").onchange = () => { this.handlesOf(this.panels.opened); this.askShown(); };
     for (const button of document.querySelectorAll(".drawer")) button.onclick = () => this.drawer(button.getAttribute("aria-controls"));
     this.reveal($("left"));
     $("palette-button").onclick = () => this.palette.open();
@@ -161,15 +164,22 @@ class App {
 
   /** Show a field in colour; "" for skin. */
   showField(name) {
-    this.connection.send("field", { name: name || null });
+    this.askShown(name);
     this.view.setField(name || null, name ? this.welcome.fields[name] : []);
     this.panels.select.value = name;
     $("legend").hidden = !name;
     this.panels.fieldChanged(name);
   }
 
-  /** Tell the number of the field under the pointer. */
+  /** Ask for what is shown besides the face. */
+  askShown(name = this.view.field) {
+    this.connection.send("field", { name: name || null, muscles: $("muscles").checked });
+    $("contraction").hidden = !$("muscles").checked;
+  }
+
+  /** Tell what is under the pointer: the muscle, and the number of the field. */
   hover(event) {
+    this.fibres.hover(event);
     const here = $("legend").querySelector(".here");
     if (!here || $("legend").hidden || this.hovering) return;
     this.hovering = true;

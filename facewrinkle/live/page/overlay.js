@@ -10,7 +10,6 @@ export class Overlay {
     Object.assign(this, { box, app, view: app.view, kind: "", handles: [], place: {} });
     this.name = element("div", { class: "handle-name", hidden: true });
     box.after(this.name);
-    this.view.ondraw = () => this.follow();
   }
 
   /** Show handles of a kind: "landmarks", "patterns", "tears" or none. */
@@ -74,7 +73,12 @@ export class Overlay {
   /** Show the name of a handle while the pointer, or the focus, is on it. */
   namedOn(handle) {
     const { dot } = handle;
-    const named = (on) => { this.name.hidden = !on; this.named = on ? handle : null; this.follow(); };
+    const named = (on) => {
+      this.name.hidden = !on || Boolean(handle.line && this.app.fibres.part?.info.names.includes(handle.name)); // its fibres tell it
+      this.named = on ? handle : null;
+      if (handle.line) this.app.fibres.light(on ? [handle.name] : [], true);
+      this.follow();
+    };
     dot.addEventListener("pointerenter", () => { if (!this.dragged) named(true); });
     dot.addEventListener("pointerleave", () => { if (!this.dragged) named(false); });
     dot.addEventListener("focus", () => named(true));

@@ -1,22 +1,21 @@
 // Handles of muscles: a dot where a muscle moves the skin, pulled along its fibres.
 
 import { add } from "./camera.js";
+import { muscleTitle } from "./fibres.js";
 import { draggable } from "./pointer.js";
 import { drawn } from "./sliders.js";
 
 const WAY = 0.6; // of a muscle's length, for a full contraction
 const LEAST = 40; // pixels of a full contraction, for muscles that point at the viewer
 
-const title = (name) => name.replace(/_l$/, ", left").replace(/_r$/, ", right").replaceAll("_", " ");
-
 /** The handle of a muscle of the overlay. */
 export function pull(overlay, name, where) {
   const { app, view } = overlay;
-  const dot = drawn("circle", { class: "pull", r: 5, tabindex: 0, role: "slider", "aria-label": title(name), "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": 0 });
+  const dot = drawn("circle", { class: "pull", r: 5, tabindex: 0, role: "slider", "aria-label": muscleTitle(name), "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": 0 });
   const line = drawn("line", { class: "fibre", "aria-hidden": "true" });
   dot.dataset.handle = name;
   const stem = name.replace(/_[lr]$/, "");
-  const handle = { name, where, dot, line, label: title(name) };
+  const handle = { name, where, dot, line, label: muscleTitle(name) };
   let asked = 0;
   handle.weight = () => app.sliders.weight(name, stem);
   const set = (weight, gesture) => {

@@ -138,7 +138,7 @@ out vec4 result;
 void main() { result = vec4(tint, 1.0); }`;
 
 const HAIR_VERTEX = `${START}${CAMERA}
-uniform float pixel, bias;
+uniform float pixel, bias, opacity; // nearer to the camera by the bias
 in vec3 position, along;
 in float half_width, side;
 in vec3 colour;
@@ -149,8 +149,8 @@ void main() {
   vec2 across = normalize(vec2(-forward.y, forward.x) + 1e-6);
   float least = 0.5 * pixel * -at.z, wide = max(half_width, least);
   at.xy += side * wide * across;
-  at.z += bias;
-  tint = vec4(colour * 0.95, half_width / wide);
+  at.xyz *= 1.0 - bias / length(at.xyz);
+  tint = vec4(colour * 0.95, opacity * half_width / wide);
   gl_Position = projection * at;
 }`;
 

@@ -2,6 +2,7 @@
 
 import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
 import { Camera } from "./camera.js";
+import { drawFibres } from "./fibres.js";
 import { Ribbons, bound } from "./hair.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
@@ -30,6 +31,7 @@ export class View extends Picking {
     this.setUp();
     this.wireframe = false;
     this.field = null;
+    this.lit = new Set(); // names of muscles whose fibres stand out
     this.locked = null; // the range of the colours, where it does not follow the values
     this.busyUntil = 0;
     new ResizeObserver(() => this.request()).observe(canvas);
@@ -146,7 +148,7 @@ export class View extends Picking {
         part.indices[key] = { buffer, count: data.length };
         part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
         if (key === "index") part.count = data.length;
-      } else if (ATTRIBUTES[key] && kind !== "brows" && kind !== "lashes") {
+      } else if (ATTRIBUTES[key] && !["brows", "lashes", "fibres"].includes(kind)) {
         this.attribute(part, key, data, width);
       }
     }
@@ -267,6 +269,7 @@ export class View extends Picking {
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
     gl.depthMask(false);
     if (!this.field) for (const part of of("brows", "lashes")) this.drawHair(part);
+    for (const part of of("fibres")) drawFibres(this, part);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     const tears = of("tear");
@@ -368,11 +371,17 @@ export class View extends Picking {
         this.box[k % 3] + step * root[3 * Math.floor(k / (3 * knots)) + (k % 3)] + scale * v));
       part.moved = away;
     }
-    const uniforms = this.use("hair"), size = this.camera.size;
+    this.drawRibbons(part.ribbons, part.kind === "brows" ? 0.022 : 0.003);
+  }
+
+  /** Draw lines, or some of them, so much nearer to the camera, in distances between the pupils. */
+  drawRibbons(ribbons, nearer, opacity = 1, first = 0, last = ribbons.lines) {
+    const { gl } = this, uniforms = this.use("hair"), each = ribbons.count / ribbons.lines;
     gl.uniform1f(uniforms.pixel, 2 / (this.matrices.focal * this.canvas.height));
-    gl.uniform1f(uniforms.bias, (part.kind === "brows" ? 0.022 : 0.003) * size);
-    gl.bindVertexArray(part.ribbons.vao);
-    gl.drawElements(gl.TRIANGLES, part.ribbons.count, gl.UNSIGNED_SHORT, 0);
+    gl.uniform1f(uniforms.bias, nearer * this.camera.size);
+    gl.uniform1f(uniforms.opacity, opacity);
+    gl.bindVertexArray(ribbons.vao);
+    gl.drawElements(gl.TRIANGLES, each * (last - first), gl.UNSIGNED_SHORT, 2 * each * first);
   }
 
   drawLines(part) {

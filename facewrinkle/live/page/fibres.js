@@ -1,0 +1,103 @@
+// Fibres of muscles, seen through the skin and coloured by contraction; they and their sliders point at each other.
+
+import { FIBRES } from "./materials.js";
+import { Ribbons } from "./hair.js";
+import { element } from "./sliders.js";
+
+const NEAR = 9; // pixels to a fibre that is pointed at
+const DWELL = 350; // ms until its slider is scrolled to
+const MOST = 6; // names that are shown at once
+
+export const muscleTitle = (name) => name.replace(/_l$/, ", left").replace(/_r$/, ", right").replaceAll("_", " ");
+
+/** Points (3 numbers each) of a part, from whole numbers in the box of its frame. */
+function pointsOf({ arrays: { position } }, box) {
+  return Float32Array.from(position, (v, k) => box[k % 3] + (box[3] / 65535) * v);
+}
+
+/** Draw the fibres of a part in a view; while some stand out, the others are faint. */
+export function drawFibres(view, part) {
+  const { half, muscle, rate, position } = part.arrays, { names, knots } = part.info;
+  part.ribbons ??= new Ribbons(view.gl, half, new Uint8Array(3 * muscle.length), knots);
+  if (part.moved !== position) part.ribbons.move((part.points = pointsOf(part, view.box)));
+  part.moved = position;
+  const mixed = (share) => FIBRES.relaxed.map((low, c) => low + share * (FIBRES.contracted[c] - low));
+  if (part.painted !== rate) part.ribbons.paint(Uint8Array.from([...muscle].flatMap((m) => mixed(rate[m] / 255))));
+  part.painted = rate;
+  const some = names.some((name) => view.lit.has(name));
+  view.drawRibbons(part.ribbons, FIBRES.beneath, some ? 0.25 : FIBRES.opacity);
+  names.forEach((name, m) => {
+    if (view.lit.has(name)) view.drawRibbons(part.ribbons, FIBRES.beneath, 1, muscle.indexOf(m), muscle.lastIndexOf(m) + 1);
+  });
+}
+
+export class Fibres {
+  constructor(app, sides) {
+    Object.assign(this, { app, view: app.view, tags: [], rows: [] });
+    this.box = element("div", { "aria-hidden": "true" });
+    app.view.canvas.after(this.box);
+    app.view.canvas.addEventListener("pointerleave", () => this.light([]));
+    for (const side of sides) {
+      for (const type of ["pointerover", "focusin"]) side.addEventListener(type, ({ target }) => this.fromSlider(target));
+      for (const type of ["pointerleave", "focusout"]) side.addEventListener(type, () => this.light([]));
+    }
+  }
+
+  get part() { return this.view.parts.get("fibres"); }
+
+  /** The muscles that a row of sliders contracts. */
+  moved({ name }) { return this.app.welcome.atlas.moves[name] ?? []; }
+
+  fromSlider(target) {
+    const line = target.closest(".row"), row = line && this.app.sliders.rows.find((each) => each.line === line || each.copy?.line === line);
+    this.light(row ? this.moved(row) : []);
+  }
+
+  /** Let the fibres of muscles stand out, with their names; `pointed`: their sliders, too. */
+  light(names, pointed = false) {
+    if ((names.length && !this.part) || String(names) === String([...this.view.lit])) return;
+    this.view.lit = new Set(names);
+    clearTimeout(this.later);
+    for (const row of this.rows) row.classList.remove("linked");
+    this.rows = [];
+    if (pointed && names.length) {
+      const rows = this.app.sliders.rows.filter((row) => this.moved(row).some((name) => names.includes(name)));
+      this.rows = rows.flatMap(({ line, copy }) => (copy ? [line, copy.line] : [line]));
+      for (const row of this.rows) row.classList.add("linked");
+      this.later = setTimeout(() => rows.at(-1)?.line.scrollIntoView({ block: "nearest" }), DWELL); // that of the muscle itself
+    }
+    this.view.request();
+  }
+
+  /** Light the fibres under the pointer. */
+  hover({ clientX, clientY }) {
+    if (!this.part?.points) return;
+    const box = this.view.canvas.getBoundingClientRect(), { points, arrays, info: { names, knots } } = this.part;
+    let best = null, nearest = NEAR;
+    for (let p = 0; p < points.length; p += 3) {
+      const { x, y } = this.view.project(points.subarray(p, p + 3)), away = Math.hypot(x + box.left - clientX, y + box.top - clientY);
+      if (away < nearest) { nearest = away; best = p; }
+    }
+    this.light(best !== null && this.seen(points.subarray(best, best + 3)) ? [names[arrays.muscle[Math.floor(best / (3 * knots))]]] : [], true);
+  }
+
+  /** Is a place seen through the skin, and not behind the head? */
+  seen(place) {
+    const { view } = this, box = view.canvas.getBoundingClientRect(), { x, y } = view.project(place), hit = view.pick(x + box.left, y + box.top);
+    return !hit || Math.hypot(...view.camera.position.map((c, k) => c - place[k])) < hit.depth + FIBRES.beneath * view.camera.size;
+  }
+
+  /** Put the names of the fibres that stand out beside them. */
+  follow() {
+    const { view, part } = this, box = this.box;
+    const lit = part?.points ? part.info.names.map((name, m) => [name, m]).filter(([name]) => view.lit.has(name)).slice(0, MOST) : [];
+    const tags = lit.map(([name, m]) => {
+      const { muscle, rate } = part.arrays, { knots } = part.info, middle = Math.floor((muscle.indexOf(m) + muscle.lastIndexOf(m)) / 2);
+      const p = 3 * (knots * middle + Math.floor(knots / 2)), { x, y } = view.project(part.points.subarray(p, p + 3));
+      const tag = element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` });
+      Object.assign(tag.style, { left: `${x + 10}px`, top: `${y - 26}px` });
+      return tag;
+    });
+    if (tags.length || box.firstChild) box.replaceChildren(...tags);
+  }
+}
