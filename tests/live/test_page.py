@@ -277,7 +277,9 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
 
 
 def test_the_page_shows_what_pictures_show(page, studio):
-    """The same camera and lamps, from aside; without multisampling, and with brows that are not lifted out of folds."""
+    """The same camera and lamps, from aside; with brows that are not lifted out of folds. The mean of several pictures,
+    which a face at rest is drawn by without a graphics card, is nearer to it than a single one.
+    """
     studio.rates = {"happiness": 1.0}
     page.evaluate("app.view.camera.turn(-0.6, 0.2); app.view.request(true)")
     shown(page, studio)
@@ -286,10 +288,16 @@ def test_the_page_shows_what_pictures_show(page, studio):
     view = view_of(page.evaluate("app.cameraNumbers()"), studio.face)
     with Scene(studio.face, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(studio.frame()), float)
-    apart = np.abs(mine - theirs).max(axis=2)
-    inner = apart[height // 8 : -height // 8, width // 4 : -width // 4]
+    assert page.evaluate("app.view.taken") == 8
+    page.evaluate("app.view.mean = null; app.view.request()")
+    shown(page, studio)
+    inner, single = (
+        np.abs(own - theirs).max(axis=2)[height // 8 : -height // 8, width // 4 : -width // 4]
+        for own in (mine, picture(page))
+    )
     assert np.median(inner) < 4.0
-    assert (inner > 40).mean() < 0.03
+    assert (inner > 40).mean() < 0.001
+    assert (inner > 25).mean() < 0.5 * (single > 25).mean()
 
 
 def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):

@@ -185,6 +185,11 @@ uniform vec3 bottom, top;
 out vec4 result;
 void main() { result = vec4(mix(bottom, top, height), 1.0); }`;
 
+const COPY_FRAGMENT = `${START}
+uniform sampler2D picture;
+out vec4 result;
+void main() { result = texelFetch(picture, ivec2(gl_FragCoord.xy), 0); }`;
+
 const TEAR_VERTEX = `${START}${CAMERA}
 in vec3 position;
 in vec4 small_normal, under;
@@ -225,6 +230,7 @@ const SOURCES = {
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
   line: [LINE_VERTEX, LINE_FRAGMENT],
   ground: [GROUND_VERTEX, GROUND_FRAGMENT],
+  copy: [GROUND_VERTEX, COPY_FRAGMENT],
   tear: [TEAR_VERTEX, TEAR_FRAGMENT],
 };
 

@@ -4,6 +4,7 @@ import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
 import { Camera } from "./camera.js";
 import { drawFibres } from "./fibres.js";
 import { Ribbons, bound } from "./hair.js";
+import { Mean, SHIFTS } from "./mean.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
 
@@ -43,6 +44,7 @@ export class View extends Picking {
     const gl = this.gl = this.canvas.getContext("webgl2", { antialias: !this.software, alpha: false, preserveDrawingBuffer: false });
     this.programs = Object.fromEntries(
       ["skin", "skin_part", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+    this.mean = this.software ? new Mean(gl) : null; // else the card does it, while the face moves, too
     this.parts = new Map();
     this.empty = gl.createVertexArray();
     this.photos = new Map();
@@ -222,6 +224,11 @@ export class View extends Picking {
   /** Draw soon; `moving` while more is to come. */
   request(moving = false) {
     if (moving) this.busyUntil = performance.now() + MOVING_TIME;
+    this.taken = 0;
+    this.soon();
+  }
+
+  soon() {
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame(() => {
@@ -231,6 +238,10 @@ export class View extends Picking {
       if (this.pending) {
         this.pending = false;
         this.drawn();
+      }
+      if (this.mean && !this.coarse && this.taken < SHIFTS.length) { // until something is asked for
+        this.taken += 1;
+        this.soon();
       }
       if (this.coarse) {
         clearTimeout(this.timer);
@@ -257,6 +268,11 @@ export class View extends Picking {
     gl.clear(gl.DEPTH_BUFFER_BIT);
     this.aspect = width / height;
     this.matrices = camera.matrices(this.aspect);
+    if (this.taken) {
+      const [x, y] = SHIFTS[this.taken - 1];
+      this.matrices.projection[8] += (2 * x) / width;
+      this.matrices.projection[9] += (2 * y) / height;
+    }
     this.ground();
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
@@ -274,6 +290,7 @@ export class View extends Picking {
     gl.disable(gl.BLEND);
     const tears = of("tear");
     if (tears.length) this.drawTears(tears);
+    if (this.taken) this.mean.take(this.taken);
   }
 
   use(name, low = this.box.slice(0, 3), size = this.box[3]) {
