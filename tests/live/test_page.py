@@ -550,7 +550,7 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     page.get_by_label("Show on the face; drag to correct").check()
     page.wait_for_selector("[data-handle=mouth_l]")
     page.locator("[data-handle=mouth_l]").hover()
-    assert page.inner_text(".handle-name") == "mouth l, estimated, confidence 42 %"
+    assert page.inner_text(".handle-name").lower() == "mouth l, estimated, confidence 42 %"
     shown(page, studio)
     drag(page, centre(page, "[data-handle=mouth_l]"), (0, -8))
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
