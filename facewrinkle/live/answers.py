@@ -144,7 +144,7 @@ class Answers:
             case Probe():
                 return await asyncio.wrap_future(stage.ask(lambda: self.probed(message)))
             case Save():
-                return await self._save(message.what, message.camera)
+                return await self._save(message.what, message.camera, client.shows)
             case Copy():
                 return self.as_python(message.camera, client.shows)
             case Field():
@@ -204,7 +204,7 @@ class Answers:
         view = VIEWS["front"] if camera is None else view_of(camera, face)
         return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view, shows)
 
-    async def _save(self, what: str, camera: list[float]) -> dict[str, str]:
+    async def _save(self, what: str, camera: list[float], shows: Field) -> dict[str, str]:
         if self._saving:
             raise ParameterError("another file is being saved; wait until it is done.")
         stage, self._saving = self._stage, True
@@ -215,15 +215,15 @@ class Answers:
                 order = Order(what, camera, stage.face, self._document.data, clip)
                 name, content = await asyncio.to_thread(self.process.save, order, self._tell)
             else:
-                name, content = await asyncio.wrap_future(stage.ask(lambda: self._saved_by_stage(what, camera)))
+                name, content = await asyncio.wrap_future(stage.ask(lambda: self._saved_by_stage(what, camera, shows)))
         finally:
             self._saving = False
             self._tell("", 1.0)
         return self._saved(name, content)
 
-    def _saved_by_stage(self, what: str, camera: list[float]) -> tuple[str, bytes]:
+    def _saved_by_stage(self, what: str, camera: list[float], shows: Field) -> tuple[str, bytes]:
         with self._meshes:
-            return save(what, camera, self._stage, self._document)
+            return save(what, camera, self._stage, self._document, shows)
 
     def _tell(self, what: str, share: float) -> None:
         """Tell all pages how far something is."""

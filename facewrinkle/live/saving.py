@@ -32,6 +32,7 @@ from ..plotting import Style, TearScene
 from ..rigging import Take
 from .document import Document
 from .library import Tell, telling
+from .protocol import FACE_ALONE, Field
 from .stage import Stage
 from .wishes import FPS, PICTURE, Player, mixture_of, view_of
 
@@ -165,7 +166,9 @@ class Order:
     clip: Recorded | Take | None = None
 
 
-def save(what: str, camera: list[float], stage: Stage, document: Document) -> tuple[str, bytes]:
+def save(
+    what: str, camera: list[float], stage: Stage, document: Document, shows: Field = FACE_ALONE
+) -> tuple[str, bytes]:
     """Return the name and the content of a file; on the thread of the stage.
 
     Parameters
@@ -176,6 +179,8 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
         Position and focal point, for pictures.
     stage : Stage
     document : Document
+    shows : Field
+        What a picture shows besides the face.
     """
     assert stage.shown is not None
     if what == "session":
@@ -190,7 +195,10 @@ def save(what: str, camera: list[float], stage: Stage, document: Document) -> tu
             path = write_face(stage.face, Path(folder) / "scan.face")
         else:
             path = Path(folder) / "picture.png"
-            with TearScene(stage.face, Style(PICTURE, view_of(camera, stage.face))) as scene:
+            style = Style(PICTURE, view_of(camera, stage.face), scalars=shows.name)
+            with TearScene(stage.face, style) as scene:
+                if shows.muscles:
+                    scene.show_muscles(stage.shown.frame, stage.shown.rates)
                 Image.fromarray(scene.picture(stage.shown.frame, stage.shown.tears)).save(path)
         return path.name, path.read_bytes()
 

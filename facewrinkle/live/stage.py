@@ -50,6 +50,8 @@ class Shown:
     layers : sequence of Layer
         Those that made its folds.
     tears : list of PolyData
+    rates : dict of str to float
+        Contractions of muscles.
     """
 
     frame: pv.PolyData
@@ -61,6 +63,7 @@ class Shown:
     time: float
     layers: Sequence[Layer]
     tears: list[pv.PolyData]
+    rates: dict[str, float]
 
 
 class Stage(threading.Thread):
@@ -301,7 +304,7 @@ class Stage(threading.Thread):
             fields[FIBRES] = self.parts.fibres(frame, player.rates)
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
-        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, layers, surfaces)
+        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, layers, surfaces, player.rates)
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen

@@ -264,8 +264,6 @@ def as_python(
     ]
     if shows.muscles:
         lines.append("    scene.show_muscles(frame, dict(zip(sim.motion.names, sim.motion.rates)))")
-    if data["probes"]:
-        lines.append("    scene.plotter.add_point_labels(frame.points[near], list(probes), render=False)")
     lines.append('    fw.plotting.save_picture(scene.picture(frame, tears), "picture.png")')
     return "\n".join(lines) + "\n"
 

@@ -13,6 +13,9 @@ names of controls                 | every one has one
 colours, dark and light            | the contrast of WCAG
 eyes, landmarks, rings, muscles    | dragged: the document
 fibres and sliders                 | each is seen while the other is pointed at, or has the focus
+probes, by pointer and by keyboard | their places in the document, and the numbers of the frame there
+a state that is kept               | left of the curtain the picture before, right of it that of now
+a double click on a slider         | its usual value, which has a tick
 the list of all controls           | finds sliders, buttons and expressions that were kept
 ranges of fields                   | the pixels; the number under the pointer is that of the frame
 a mesh that is dropped            | its face is shown, and undone
@@ -476,7 +479,7 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     assert (np.abs(picture(page) - plain).max(axis=2) > 20).mean() > 0.02
     tags = page.locator(".handle-name:visible")
     page.locator("#sliders .row", has_text="Lip corner puller").hover()
-    until(lambda: tags.all_text_contents() == ["zygomaticus major, left: 100", "zygomaticus major, right: 0"])
+    until(lambda: tags.all_text_contents() == ["Zygomaticus major, left: 100", "Zygomaticus major, right: 0"])
     part = studio.stage.shown.fields["fibres"]
     muscle = part.info["names"].index("zygomaticus_major_l")
     fibre = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])
@@ -485,7 +488,7 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     at = page.evaluate("(p) => app.view.project(p)", (box.low + numbers * (box.size / 65535)).tolist())
     canvas = page.locator("canvas").bounding_box()
     page.mouse.move(canvas["x"] + at["x"], canvas["y"] + at["y"])
-    until(lambda: tags.all_text_contents() == ["zygomaticus major, left: 100"])
+    until(lambda: tags.all_text_contents() == ["Zygomaticus major, left: 100"])
     linked = page.locator(".row.linked > span").all_inner_texts()
     assert {"Happiness", "AU12Lip corner puller", "Zygomaticus major"} <= set(linked)
     assert not any("Frontalis" in each for each in linked)
@@ -500,6 +503,119 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     until(lambda: tags.count() == 0)  # it turns a bone, and pulls no skin
     page.locator("#muscles").uncheck()
     until(lambda: not page.evaluate("Boolean(app.fibres.part)"))
+
+
+def test_probes_are_pinned_to_the_skin(page, studio):
+    studio.rates = {"surprise": 1.0}
+    page.locator("#tab-fields").click()
+    page.locator("#field").select_option("W")
+    shown(page, studio)
+    button = page.get_by_role("button", name="Place a probe")
+    button.click()
+    box = page.locator("canvas").bounding_box()
+    page.mouse.click(box["x"] + 0.53 * box["width"], box["y"] + 0.24 * box["height"])
+    until(lambda: "probe 1" in studio.document["probes"])
+    button.focus()
+    page.keyboard.press("Enter")
+    assert page.evaluate("document.activeElement.id") == "canvas"
+    page.keyboard.press("Enter")
+    until(lambda: "probe 2" in studio.document["probes"])
+    middle = page.evaluate(
+        "([x, y]) => app.view.pick(x, y).vertex", [box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]]
+    )
+    frame = studio.frame()
+    there = frame["rest"][studio.stage.parts.origin[middle]]
+    assert np.linalg.norm(there - studio.document["probes"]["probe 2"]) < 4.0  # the nearest vertex
+
+    def values():
+        """The numbers of a finer mesh, nearest to where the probes are at rest."""
+        frame = studio.frame()
+        near = [
+            np.argsort(((frame["rest"] - place) ** 2).sum(axis=1))[:3] for place in studio.document["probes"].values()
+        ]
+        return [frame["W"][each] for each in near]
+
+    def told():
+        shown(page, studio)
+        return [float(text) for text in page.locator("#probes output").all_inner_texts()]
+
+    for mixture in ({"surprise": 1.0}, {"surprise": 0.6}):
+        studio.rates = mixture
+        for value, around in zip(until(told), values(), strict=True):
+            assert around.min() - 0.05 < value < around.max() + 0.05
+    at = page.locator("[data-handle='probe 1']")
+    y = at.bounding_box()["y"]
+    studio.rates = {}
+    shown(page, studio)
+    until(lambda: at.bounding_box()["y"] > y + 1)  # it goes down with the brow
+    page.locator("#view").select_option("right_profile")
+    shown(page, studio)
+    assert at.is_hidden()
+    page.reload()
+    page.wait_for_selector("[data-handle='probe 1']")
+    at.focus()
+    page.keyboard.press("ArrowUp")
+    before = studio.document["probes"]["probe 1"]
+    until(lambda: studio.document["probes"]["probe 1"][1] > before[1] + 0.3)
+    page.keyboard.press("Delete")
+    until(lambda: list(studio.document["probes"]) == ["probe 2"])
+    page.keyboard.press("Control+z")
+    until(lambda: list(studio.document["probes"]) == ["probe 1", "probe 2"])
+    page.locator("#tab-fields").click()
+    page.get_by_role("button", name="Remove Probe 2").click()
+    until(lambda: list(studio.document["probes"]) == ["probe 1"])
+
+
+def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
+    shown(page, studio)
+    rest = picture(page)
+    page.keyboard.press("a")
+    curtain = page.get_by_role("slider", name="Curtain")
+    assert curtain.evaluate("(e) => e === document.activeElement")
+    studio.change(mixture={"AU26": 1.0, "AU4": 1.0}, identity={"skin": 0.8})
+    shown(page, studio)
+    until(lambda: np.abs(picture(page) - rest).mean() > 3.0)  # its colours have come, too
+    shown(page, studio)
+    both, middle = picture(page), rest.shape[1] // 2
+    page.keyboard.press("Home")
+    until(lambda: curtain.get_attribute("aria-valuenow") == "0")
+    shown(page, studio)
+    now = picture(page)
+    left, right, top = slice(0, middle - 40), slice(middle + 60, -90), slice(90, None)  # beside labels and buttons
+    assert np.abs(both - rest)[top, left].mean() < 0.3
+    assert np.abs(both - now)[top, right].mean() < 0.3
+    assert np.abs(now - rest)[top, left].mean() > 3.0
+    page.keyboard.press("End")
+    until(lambda: curtain.get_attribute("aria-valuenow") == "100")
+    shown(page, studio)
+    assert np.abs(picture(page) - rest)[top, right].mean() < 0.3
+    page.evaluate("app.view.camera.turn(0.5, 0); app.view.request()")  # what was kept is turned, too
+    shown(page, studio)
+    turned = picture(page)
+    box = page.locator("canvas").bounding_box()
+    drag(page, centre(page, "#curtain"), (-0.7 * box["width"], 0))
+    until(lambda: abs(float(curtain.get_attribute("aria-valuenow")) - 30) < 2)
+    page.get_by_role("button", name="Compare").click()
+    assert curtain.is_hidden()
+    studio.change(mixture={}, identity={})
+    until(lambda: np.abs(picture(page) - turned)[top, right].mean() < 0.3)
+
+
+def test_a_double_click_resets_a_slider_to_its_tick(page, studio):
+    depth = page.locator(SLIDER.format("Depth"))
+    box = depth.bounding_box()
+    page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + box["height"] / 2)
+    until(lambda: studio.document["folds"]["depth"] > 2.5)
+    page.wait_for_timeout(1000)  # so that the next clicks are a gesture of their own
+    page.mouse.dblclick(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
+    until(lambda: studio.document["folds"]["depth"] == 1.0)
+    until(lambda: depth.input_value() == "1")
+    studio.undo()
+    assert studio.document["folds"]["depth"] > 2.5  # both clicks were one step
+    usual = page.evaluate(
+        "(e) => [(1 - e.min) / (e.max - e.min), Number(e.style.getPropertyValue('--usual'))]", depth.element_handle()
+    )
+    assert usual[0] == usual[1] == 0.25
 
 
 def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):

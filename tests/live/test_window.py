@@ -13,6 +13,7 @@ what cannot be done         | a sentence, and the document as it was
 
 from __future__ import annotations
 
+import ast
 import json
 import subprocess
 import sys
@@ -112,6 +113,31 @@ def test_copied_python_gives_what_is_shown_and_its_picture(studio, tmp_path, mon
     apart = np.abs(ours - theirs).max(axis=2)
     assert apart.mean() < 0.5
     assert (apart > 40.0).mean() < 1e-3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shows", [{"name": None, "muscles": True}, {"name": "W"}])
+def test_copied_python_shows_muscles_and_fields_and_tells_of_probes(studio, tmp_path, monkeypatch, capsys, shows):
+    on_crease = studio.face.landmarks["mouth_l"] + [9.0, 9.0, 0.0]
+    place = studio.face.points[np.linalg.norm(studio.face.points - on_crease, axis=1).argmin()]
+    studio.change(mixture={"happiness": 1.0}, probes={"probe 1": place.tolist()})
+    with page(studio) as seen:
+        seen.ask("field", **shows)
+        seen.settled(studio)
+        path = seen.ask("save", what="picture", camera=CAMERA)["value"]["path"]
+        program = seen.ask("copy", camera=CAMERA)["value"]
+        plain = seen.ask("field", name=None)
+        seen.settled(studio)
+        plain = seen.ask("save", what="picture", camera=CAMERA)["value"]["path"]
+    frame = studio.frame()
+    monkeypatch.chdir(tmp_path)
+    exec(program, {})
+    vertex = np.linalg.norm(frame["rest"] - place, axis=1).argmin()
+    told = ast.literal_eval(capsys.readouterr().out.splitlines()[-1])
+    assert told == {"probe 1": pytest.approx(frame["W"][vertex], abs=0.05)}
+    ours, theirs, bare = (np.asarray(Image.open(each), float) for each in (path, tmp_path / "picture.png", plain))
+    assert np.abs(ours - theirs).max(axis=2).mean() < 0.5
+    assert np.abs(ours - bare).max(axis=2).mean() > 1.0
 
 
 @pytest.mark.slow

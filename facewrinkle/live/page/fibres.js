@@ -2,13 +2,13 @@
 
 import { FIBRES } from "./materials.js";
 import { Ribbons } from "./hair.js";
-import { element } from "./sliders.js";
+import { element, titled } from "./sliders.js";
 
 const NEAR = 9; // pixels to a fibre that is pointed at
 const DWELL = 350; // ms until its slider is scrolled to
 const MOST = 6; // names that are shown at once
 
-export const muscleTitle = (name) => name.replace(/_l$/, ", left").replace(/_r$/, ", right").replaceAll("_", " ");
+export const muscleTitle = (name) => titled(name).replace(/ l$/, ", left").replace(/ r$/, ", right");
 
 /** Points (3 numbers each) of a part, from whole numbers in the box of its frame. */
 function pointsOf({ arrays: { position } }, box) {

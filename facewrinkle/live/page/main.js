@@ -1,5 +1,6 @@
 // The page: connection, view and controls, and what the keyboard does.
 
+import { Compare } from "./compare.js";
 import { Fibres } from "./fibres.js";
 import { Mixtures } from "./mixtures.js";
 import { Opening } from "./opening.js";
@@ -16,7 +17,7 @@ import { View } from "./view.js";
 const $ = (id) => document.getElementById(id);
 const KEYS = [
   ["Ctrl+K", "find any control"], ["Ctrl+Z, Ctrl+Shift+Z", "undo, redo"], ["R", "reset everything"], ["M", "both sides, or each"],
-  ["F", "front view"], ["1 to 9", "camera views"], ["H", "muscle handles"], ["W", "wireframe"], ["C", "color by the next field"], ["Space", "play or stop"],
+  ["F", "front view"], ["1 to 9", "camera views"], ["H", "muscles"], ["A", "compare with this state"], ["W", "wireframe"], ["C", "color by the next field"], ["Space", "play or stop"],
   ["K", "add a key"], ["← →", "rotate, or step a frame"], ["/", "search"], ["?", "this help"],
 ];
 
@@ -33,7 +34,8 @@ class App {
     this.palette = new Palette(this);
     this.overlay = new Overlay($("overlay"), this);
     this.fibres = new Fibres(this, [$("left")]);
-    this.view.ondraw = () => { this.overlay.follow(); this.fibres.follow(); };
+    this.compare = new Compare($("compare"), $("curtain"), this);
+    this.view.ondraw = () => { this.overlay.follow(); this.fibres.follow(); this.compare.follow(); };
     this.opening = new Opening(this);
     this.tour = new Tour(this);
     this.data = null;
@@ -242,7 +244,7 @@ class App {
     }
   }
 
-  showProbe({ made_by: maker, formula, values, numbers = {}, added = {}, level, vertex }) {
+  showProbe({ made_by: maker, formula, values, numbers = {}, added = {}, level, vertex, rest }) {
     const others = Object.entries(added).length > 1 ? Object.entries(added).map(([name, value]) => [`${name.replaceAll("_", " ")} adds (mm)`, value]) : [];
     const box = $("probe"), rows = [...Object.entries(values), ...Object.entries(numbers), ...others, ["refinement level", level], ["vertex", vertex]];
     box.replaceChildren(element("button", { class: "small", text: "×", "aria-label": "Close", onclick: () => { box.hidden = true; } }),
@@ -250,6 +252,7 @@ class App {
       element("table", {}, element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("td", { text: SYMBOLS[name] ?? name }),
         element("td", { text: Number(Number(value).toPrecision(4)) }))))));
     if (formula) box.append(element("div", { class: "formula", text: formula }));
+    box.append(element("button", { class: "small", text: "Keep as a probe", onclick: () => { this.add("probes", rest); box.hidden = true; } }));
     box.hidden = false;
   }
 
@@ -260,9 +263,10 @@ class App {
     this.placing = act;
     this.placingButton = button;
     button.setAttribute("aria-pressed", "true");
-    $("hint").textContent = hint;
+    $("hint").textContent = `${hint} Enter takes the middle of the view, Esc cancels.`;
     $("hint").hidden = false;
     $("canvas").classList.add("placing");
+    $("canvas").focus();
   }
 
   endPlacing() {
@@ -311,10 +315,14 @@ class App {
     }
     if (typing || command || event.altKey || $("help").open || this.palette.box.open || !this.view.camera) return;
     const inView = target === $("canvas"), camera = this.view.camera;
+    if (key === "Enter" && inView && this.placing) {
+      const { left, top, width, height } = target.getBoundingClientRect();
+      this.click({ clientX: left + width / 2, clientY: top + height / 2 });
+    }
     if (inView && key.startsWith("Arrow")) this.turned();
     const act = {
       r: () => this.connection.send("reset"), m: () => $("lock").click(), f: () => { this.view.take("front"); $("view").value = "front"; },
-      w: () => $("wireframe").click(), h: () => $("muscles").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
+      w: () => $("wireframe").click(), h: () => $("muscles").click(), a: () => $("compare").click(), c: () => this.nextField(event.shiftKey ? -1 : 1), k: () => this.timeline.add(), "?": () => $("help").showModal(),
       "/": () => $("search").focus(), "+": () => camera.zoom(0.9), "-": () => camera.zoom(1 / 0.9),
       " ": () => { if (!target.matches?.("button, input")) this.timeline.toggle(); },
       ArrowLeft: () => inView ? camera.turn(-0.08, 0) : this.nudge(-1), ArrowRight: () => inView ? camera.turn(0.08, 0) : this.nudge(1),

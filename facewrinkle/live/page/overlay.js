@@ -3,7 +3,7 @@
 import { add, mirrored } from "./camera.js";
 import { draggable } from "./pointer.js";
 import { pull } from "./pulls.js";
-import { drawn, element } from "./sliders.js";
+import { drawn, element, titled } from "./sliders.js";
 
 export class Overlay {
   constructor(box, app) {
@@ -20,10 +20,10 @@ export class Overlay {
 
   build() {
     const { data, face, handles } = this.app, made = [];
-    const places = { landmarks: face?.landmarks, pulls: face?.pulls }[this.kind] ?? handles?.[this.kind] ?? {};
-    const names = `${this.kind} ${face?.faces.shown} ${Object.keys(places)}`;
+    const places = { landmarks: face?.landmarks, pulls: face?.pulls }[this.kind] ?? handles?.[this.kind] ?? {}, probes = Object.keys(data?.probes ?? {});
+    const names = `${this.kind} ${face?.faces.shown} ${Object.keys(places)} ${probes}`;
     if (names === this.names) { // a handle that was made anew would lose the pointer
-      for (const handle of this.handles) handle.where = places[handle.name];
+      for (const handle of this.handles) handle.where = places[handle.name] ?? handle.where;
       return this.follow();
     }
     this.names = names;
@@ -44,9 +44,10 @@ export class Overlay {
         made.push(handle);
       }
     }
+    for (const name of probes) made.push(this.pin(name));
     const focused = document.activeElement?.dataset?.handle;
     this.handles = made;
-    this.box.replaceChildren(...made.flatMap(({ ring, grip, line, dot }) => [ring, grip, line, dot].filter(Boolean)));
+    this.box.replaceChildren(...made.flatMap(({ ring, grip, line, text, dot }) => [ring, grip, line, text, dot].filter(Boolean)));
     if (focused) made.find(({ dot }) => dot.dataset.handle === focused)?.dot.focus();
     this.follow();
   }
@@ -68,6 +69,25 @@ export class Overlay {
       },
     });
     return this.namedOn(handle);
+  }
+
+  /** A probe: a pin in the skin, with the number of the field that is shown. */
+  pin(name) {
+    const handle = this.handle(name, null, "pin", `${titled(name)}: `, (place) => [[["probes", name], place]]);
+    handle.text = drawn("text", { "aria-hidden": "true" });
+    handle.dot.addEventListener("keydown", ({ key }) => { if (key === "Delete" || key === "Backspace") this.app.connection.change([[["probes", name], null]]); });
+    return handle;
+  }
+
+  /** The number of the shown field at a pin, where it is now, beside it and in the list. */
+  followPin(handle) {
+    const number = handle.name.split(" ").at(-1), value = this.view.field && handle.where ? this.view.valueAt(handle.where) : null;
+    const told = typeof value === "number" ? Number(value.toFixed(3)) : value?.replaceAll("_", " ") ?? "";
+    handle.text.textContent = `${number}${told === "" ? "" : `: ${told}`}`;
+    handle.text.setAttribute("x", handle.x + 9);
+    handle.text.setAttribute("y", handle.y + 4);
+    handle.dot.setAttribute("aria-label", `${titled(handle.name)}: ${told}. Arrow keys move it, Delete removes it.`);
+    this.app.panels.probed(handle.name, told);
   }
 
   /** Show the name of a handle while the pointer, or the focus, is on it. */
@@ -134,11 +154,13 @@ export class Overlay {
     const { view, handles } = this;
     if (!handles.length || !view.camera || !view.parts.get("skin")) { this.name.hidden = true; return; }
     for (const handle of handles) {
-      const { dot, ring, grip, line, where, hit } = handle;
-      const place = hit ? hit.place : add(view.pointOf(where.vertex), where.offset);
-      const at = view.project(place), hidden = !hit && this.dragged !== handle && !view.faces(where.vertex, place);
+      if (handle.text) handle.where = view.pinned(handle.name) ?? handle.where;
+      const { dot, ring, grip, line, text, where, hit } = handle;
+      if (!where) { dot.classList.add("behind"); continue; } // it comes with the next frame
+      const place = hit ? hit.place : where.place ?? add(view.pointOf(where.vertex), where.offset);
+      const at = view.project(place), hidden = !hit && this.dragged !== handle && (!view.faces(where.vertex, place) || view.inKept(at.x));
       handle.x = at.x; handle.y = at.y;
-      for (const each of ring ? [dot, ring, grip] : [dot]) {
+      for (const each of [dot, ring, grip, text].filter(Boolean)) {
         each.setAttribute("cx", at.x.toFixed(1));
         each.setAttribute("cy", at.y.toFixed(1));
         each.classList.toggle("behind", hidden);
@@ -146,8 +168,9 @@ export class Overlay {
       const entry = ring && this.app.data.patterns[handle.name];
       if (entry) for (const each of [ring, grip]) each.setAttribute("r", Math.max(12, entry.size / 2 / this.long).toFixed(1));
       if (line) this.followPull(handle, at);
+      if (text) this.followPin(handle);
       if (this.named === handle) {
-        this.name.textContent = line ? `${handle.label}: ${dot.getAttribute("aria-valuenow")}` : handle.label.replace(/^(Landmark|Position of) /, "");
+        this.name.textContent = line ? `${handle.label}: ${dot.getAttribute("aria-valuenow")}` : handle.label.replace(/^(Landmark|Position of) |: $/g, "");
         Object.assign(this.name.style, { left: `${at.x + 10}px`, top: `${at.y - 26}px` });
       }
     }

@@ -37,7 +37,7 @@ export class Palette {
     const press = (id, text, key = "") => { const button = document.getElementById(id); if (!button.disabled) add(text, key, () => button.click()); };
     press("undo", "Undo", "Ctrl+Z"); press("redo", "Redo", "Ctrl+Shift+Z"); press("reset", "Reset everything", "R");
     press("play", app.timeline.playing ? "Stop" : "Play", "Space"); press("wireframe", "Wireframe", "W");
-    press("muscles", "Muscle handles", "H"); press("lock", "Both sides together", "M");
+    press("muscles", "Muscles: fibers and handles", "H"); press("compare", "Compare with this state", "A"); press("lock", "Both sides together", "M");
     add("Add key", "K", () => app.timeline.add(), "timeline event");
     Object.keys(app.data?.mixtures ?? {}).forEach((name) => add(name, "Your expressions", () => app.mixtures.take(name)));
     for (const each of sliders.rows) {

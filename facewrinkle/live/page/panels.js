@@ -109,7 +109,7 @@ export class Panels {
   patterns({ patterns: { kinds, numbers } }) {
     const both = element("input", { type: "checkbox" });
     const buttons = kinds.map((kind) => element("button", { text: titled(kind), onclick: (event) => this.app.place(
-      `Click the face to place the ${titled(kind).toLowerCase()}. Esc cancels.`, event.target, (place) => {
+      `Click the face to place the ${titled(kind).toLowerCase()}.`, event.target, (place) => {
         const usual = { dimple: [9, 1.6], eye_pouch: [26, 2], forehead: [60, 1], frown: [24, 1.5], cheek: [34, 1], eye_corner: [26, 1] }[kind] ?? [24, 1];
         const { origin, axes } = this.app.face, places = both.checked ? [place, mirrored(place, origin, axes[0])] : [place];
         this.app.add("patterns", ...places.map((center) => ({ kind, center, size: usual[0], depth: usual[1], strength: 1 })));
@@ -127,7 +127,7 @@ export class Panels {
     this.updates.push((data) => this.list(list, "tears", data.tears, () => "Tear", tears,
       { width: ["Width (mm)", 1], length: ["Length (mm)", 0] }));
     const button = element("button", { text: "Place a tear", onclick: (event) => this.app.place(
-      "Click below an eye, where the tear starts. Esc cancels.", event.target,
+      "Click below an eye, where the tear starts.", event.target,
       (place) => this.app.add("tears", { start: place, width: 3, length: 60, begin: 0 })) });
     return [element("div", { class: "actions" }, button), list];
   }
@@ -139,7 +139,7 @@ export class Panels {
       box.dataset.names = names.join();
       box.sets = [];
       box.replaceChildren(...names.map((name, k) => {
-        const heading = `${title(entries[name])} ${k + 1}`;
+        const heading = `${title(entries[name])} ${table === "probes" ? name.split(" ").at(-1) : k + 1}`;
         const made = Object.entries(rows).map(([key, [text, digits]]) => {
           const range = ranges[key];
           const line = row(`${text}`, { min: range[0], max: range[1], step: digits ? 10 ** -digits : 1, ...number(digits), usual: range[0], marked: false,
@@ -148,7 +148,7 @@ export class Panels {
           box.sets.push((all) => line.set(all[name][key]));
           return line.line;
         });
-        return element("div", { class: "item" }, element("header", {}, element("span", { text: heading }),
+        return element("div", { class: "item", "data-entry": name }, element("header", {}, element("span", { text: heading }), element("output"),
           element("button", { class: "small", text: "Remove", "aria-label": `Remove ${heading}`,
             onclick: () => this.app.connection.change([[[table, name], null]]) })), ...made);
       }));
@@ -167,8 +167,19 @@ export class Panels {
     } }));
     this.rangeBox = element("div", { class: "actions", hidden: true }, element("span", { text: "Range" }), this.ends[0], "to", this.ends[1],
       element("label", { class: "inline", title: "Keep this range while the face moves" }, this.lockedRange, "Lock"));
+    const list = element("div", { id: "probes" });
+    this.updates.push((data) => this.list(list, "probes", data.probes, () => "Probe", {}, {}));
+    const button = element("button", { text: "Place a probe", onclick: (event) => this.app.place("Click the face to place a probe.", event.target,
+      (place) => this.app.add("probes", place)) });
     return [element("label", { class: "inline" }, "Color by ", select), this.rangeBox,
-      element("p", { text: "The legend shows the value under the pointer. Click the face to see all fields there, and what made the fold." })];
+      element("p", { text: "The legend shows the value under the pointer. Click the face to see all fields there, and what made the fold." }),
+      element("h2", { text: "Probes" }), element("div", { class: "actions" }, button), list];
+  }
+
+  /** Tell the value at a probe in the list. */
+  probed(name, text) {
+    const output = document.querySelector(`#probes [data-entry="${CSS.escape(name)}"] output`);
+    if (output && output.textContent !== String(text)) output.textContent = text;
   }
 
   /** The colours take the range of the inputs, or follow the values again. */

@@ -51,6 +51,15 @@ export class Picking {
     return [0, 1, 2].map((k) => this.box[k] + scale * position[3 * vertex + k]);
   }
 
+  /** Where a probe is now: the corners of its triangle, their shares, the nearest of them, and the place. */
+  pinned(name) {
+    const { arrays, info } = this.parts.get("probes") ?? {}, k = 3 * (info?.names.indexOf(name) ?? -1);
+    if (k < 0) return null;
+    const corners = [...arrays.corners.subarray(k, k + 3)], shares = [...arrays.shares.subarray(k, k + 3)];
+    const place = corners.reduce((sum, corner, c) => add(sum, this.pointOf(corner), shares[c]), [0, 0, 0]);
+    return { corners, shares, vertex: corners[shares.indexOf(Math.max(...shares))], place };
+  }
+
   /** The pixel of the page, from the corner of the view, where a place is seen. */
   project(place) {
     const { towards, right, up } = this.camera.basis(), { clientWidth: width, clientHeight: height } = this.canvas;

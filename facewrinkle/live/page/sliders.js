@@ -46,7 +46,9 @@ let gestures = 0;
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
 export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Math.round(100 * v), parse = (v) => v / 100, usual = 0, change }) {
   const input = element("input", { type: "range", min, max, step, "aria-label": label });
-  const output = element("output", { title: "Double-click to type a value; press Delete on the slider to reset it" });
+  const output = element("output", { title: "Double-click to type a value" });
+  input.title = "Double-click, or press Delete, to reset";
+  if (usual > min) input.style.setProperty("--usual", (usual - min) / (max - min)); // there it has a tick
   let gesture = "";
   const paint = () => {
     const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
@@ -58,13 +60,17 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   let last = -Infinity;
   const begin = () => { gesture = `drag ${++gestures} ${label}`; };
   const send = (value) => { input.value = value; paint(); change(Number(input.value), gesture); };
-  input.addEventListener("pointerdown", begin);
+  const act = ({ timeStamp }) => {
+    if (timeStamp - last > KEY_PAUSE) begin();
+    last = timeStamp;
+  };
+  input.addEventListener("pointerdown", act);
   input.addEventListener("keydown", (event) => {
-    if (event.timeStamp - last > KEY_PAUSE) begin();
-    last = event.timeStamp;
+    act(event);
     if (event.key === "Delete" || event.key === "Backspace") { event.preventDefault(); send(usual); }
   });
   input.addEventListener("input", () => send(input.value));
+  input.addEventListener("dblclick", () => send(usual));
   output.addEventListener("dblclick", () => {
     const typed = element("input", { type: "text", class: "typed", "aria-label": `${label}, number`, value: shown(Number(input.value)) });
     let over = false;

@@ -33,6 +33,7 @@ export class View extends Picking {
     this.wireframe = false;
     this.field = null;
     this.lit = new Set(); // names of muscles whose fibres stand out
+    this.curtain = 0.5; // share of the width on which what was kept is drawn
     this.locked = null; // the range of the colours, where it does not follow the values
     this.busyUntil = 0;
     new ResizeObserver(() => this.request()).observe(canvas);
@@ -48,6 +49,7 @@ export class View extends Picking {
     this.parts = new Map();
     this.empty = gl.createVertexArray();
     this.photos = new Map();
+    this.kept = null;
     this.colours = this.texture();
     this.behind = this.texture();
   }
@@ -66,6 +68,7 @@ export class View extends Picking {
   /** Begin with a face: its axes, its size and the named views. */
   begin({ axes, size, views }, other = false) {
     this.views = views;
+    if (other) this.keep(false);
     if (!this.camera || other) {
       this.camera = new Camera(axes, size, VIEW_ANGLE, 9 * size);
       this.camera.take(views.front);
@@ -80,7 +83,9 @@ export class View extends Picking {
     const clear = bytes[0] === 0x89; // PNG, which is transparent
     createImageBitmap(new Blob([bytes], { type: clear ? "image/png" : "image/jpeg" })).then((image) => {
       const gl = this.gl, form = clear ? gl.RGBA : gl.RGB;
-      gl.bindTexture(gl.TEXTURE_2D, this.photoOf(name));
+      const before = this.photos.get(name);
+      if (before !== this.kept?.photos.get(name)) gl.deleteTexture(before);
+      this.photos = new Map(this.photos).set(name, this.texture());
       gl.texImage2D(gl.TEXTURE_2D, 0, form, form, gl.UNSIGNED_BYTE, image);
       gl.generateMipmap(gl.TEXTURE_2D);
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
@@ -155,8 +160,35 @@ export class View extends Picking {
       }
     }
     gl.bindVertexArray(null);
-    if (name === "skin" && arrays.position) this.version = (this.version ?? 0) + 1;
   }
+
+  /** Keep what is shown, to be drawn left of the curtain beside what comes; or let it go. */
+  keep(on) {
+    const { gl, kept, parts, photos } = this;
+    if (kept) {
+      this.within(kept, () => { for (const name of [...this.parts.keys()]) this.drop(name); });
+      for (const [name, photo] of kept.photos) if (photo !== photos.get(name)) gl.deleteTexture(photo);
+    }
+    this.kept = on ? { parts: new Map(), box: this.box, photos } : null;
+    if (on) this.within(this.kept, () => {
+      for (const { name, kind, info, arrays } of parts.values()) {
+        this.update({ name, kind, info, arrays: Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data, width: Infinity }])) });
+      }
+      if (this.field && parts.get("skin").coloured === this.field) this.updateField({ value: { data: this.numbers } }, this.fieldInfo);
+    });
+    this.request();
+  }
+
+  /** Do something with what was kept in place of what is shown now. */
+  within(kept, act) {
+    const { parts, box, photos } = this;
+    Object.assign(this, kept);
+    act();
+    Object.assign(this, { parts, box, photos });
+  }
+
+  /** Is what was kept drawn at a pixel of the view? */
+  inKept(x) { return Boolean(this.kept) && x < this.curtain * this.canvas.clientWidth; }
 
   /** What a part does not have any more, as its photo where another face has none, or a field that is too short. */
   forget(part, key) {
@@ -195,6 +227,7 @@ export class View extends Picking {
       this.attribute(skin, "value", values, 1);
       this.gl.bindVertexArray(null);
       skin.coloured = this.field;
+      skin.range = info.range;
     }
     this.onfield?.(info);
   }
@@ -273,6 +306,20 @@ export class View extends Picking {
       this.matrices.projection[8] += (2 * x) / width;
       this.matrices.projection[9] += (2 * y) / height;
     }
+    if (this.kept) {
+      const border = Math.round(this.curtain * width);
+      gl.enable(gl.SCISSOR_TEST);
+      gl.scissor(0, 0, border, height);
+      this.within(this.kept, () => this.paint());
+      gl.scissor(border, 0, width - border, height);
+    }
+    this.paint();
+    gl.disable(gl.SCISSOR_TEST);
+    if (this.taken) this.mean.take(this.taken);
+  }
+
+  paint() {
+    const { gl } = this;
     this.ground();
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
@@ -284,13 +331,13 @@ export class View extends Picking {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
     gl.depthMask(false);
-    if (!this.field) for (const part of of("brows", "lashes")) this.drawHair(part);
+    const coloured = this.field && this.parts.get("skin")?.coloured === this.field; // what was kept may not be
+    if (!coloured) for (const part of of("brows", "lashes")) this.drawHair(part);
     for (const part of of("fibres")) drawFibres(this, part);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     const tears = of("tear");
     if (tears.length) this.drawTears(tears);
-    if (this.taken) this.mean.take(this.taken);
   }
 
   use(name, low = this.box.slice(0, 3), size = this.box[3]) {
@@ -324,7 +371,7 @@ export class View extends Picking {
     gl.uniform1i(uniforms.colours, 1);
     gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
     gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
-    const [low, high] = this.fieldInfo?.range ?? [0, 1], [from, to] = this.locked ?? [low, high];
+    const [low, high] = part.range ?? [0, 1], [from, to] = this.locked ?? this.fieldInfo?.range ?? [low, high];
     gl.uniform2f(uniforms.range, (from - low) / (high - low || 1), (to - from) / (high - low || 1) || 1);
     gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
     gl.bindVertexArray(part.vao);
@@ -377,10 +424,11 @@ export class View extends Picking {
       part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots);
     }
     if (part.kind === "brows") {
-      if (part.moved !== this.version) {
+      const skin = this.parts.get("skin");
+      if (part.moved !== skin.arrays.position) {
         part.points ??= new Float32Array(part.arrays.corners.length);
-        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(this.parts.get("skin").info.base), part.points));
-        part.moved = this.version;
+        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(skin.info.base), part.points));
+        part.moved = skin.arrays.position;
       }
     } else if (part.moved !== part.arrays.away) {
       const { root, away } = part.arrays, { knots, scale } = part.info, step = this.box[3] / 65535;
