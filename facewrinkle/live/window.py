@@ -84,14 +84,14 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self.stage.complain = self._tell
         self.stage.start()
         atexit.register(self.close)  # a thread at work in a library when Python ends would make that fail
+        if browser:  # which starts while the first frame is made
+            with contextlib.suppress(webbrowser.Error):
+                webbrowser.open(self.url)
         try:
             self._first()
         except BaseException:
             self.close()
             raise
-        if browser:
-            with contextlib.suppress(webbrowser.Error):
-                webbrowser.open(self.url)
 
     def _first(self) -> None:
         stage = self.stage

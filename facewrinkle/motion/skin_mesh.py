@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
@@ -145,6 +144,8 @@ def edge_lengths(face: Face, count: int) -> Array:
     >>> bool(length[face.points[:, 2].argmin()] > 5.0 * length[face.mesh.find_closest_point(face.landmarks["mouth_l"])])
     True
     """
+    from scipy.optimize import brentq  # every command would import it, a tenth of a second, and few scans are so fine
+
     scale, points = face.frame.scale, face.points
     from_rims = cKDTree(points[_rims(face)]).query(points)[0] / scale
     beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - FACE_REACH
