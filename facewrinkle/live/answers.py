@@ -219,7 +219,9 @@ class Answers:
         finally:
             self._saving = False
             self._tell("", 1.0)
-        return self._saved(name, content)
+        if self._folder is None:
+            return {"download": self.server.offer(name, content), "name": name}
+        return {"path": str(self._folder.write(name, content)), "name": name}
 
     def _saved_by_stage(self, what: str, camera: list[float], shows: Field) -> tuple[str, bytes]:
         with self._meshes:
@@ -244,11 +246,6 @@ class Answers:
         rest = np.asarray(frame.point_data.get("rest", frame.points))
         found["rest"] = [float(x) for x in shares / shares.sum() @ rest[origin]]
         return found | {"names": labels(frame, layers)["family"]}
-
-    def _saved(self, name: str, data: bytes) -> dict[str, str]:
-        if self._folder is None:
-            return {"download": self.server.offer(name, data), "name": name}
-        return {"path": str(self._folder.write(name, data)), "name": name}
 
     def opened(self, folder: Path) -> dict[str, Any]:
         """Read what was dropped onto a page, a session or a face, and show it; on a thread of its own."""
@@ -340,7 +337,7 @@ def landmarks_of(face: Face) -> dict[str, dict[str, Any]]:
     for name, place in face.landmarks.items():
         if name not in NOT_ON_SKIN:
             found[name] = {
-                "place": _short(place),
+                "place": np.round(place, 4).tolist(),
                 **_attached(place, face),
                 "confidence": None if name not in face.confidences else round(face.confidences[name], 2),
                 "estimated": name in face.estimated,
@@ -369,7 +366,8 @@ def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
         enough = [k for k, apart in enumerate(room) if apart > ROOM * face.frame.pupil_distance]
         vertex, place = places[enough[0] if enough else int(np.argmax(room))]
         taken = np.vstack([taken, place @ front])
-        found[name] = {"vertex": vertex, "offset": _short(place - face.points[vertex]), "pull": _short(way)}
+        offset = np.round(place - face.points[vertex], 4).tolist()
+        found[name] = {"vertex": vertex, "offset": offset, "pull": np.round(way, 4).tolist()}
     return found
 
 
@@ -395,11 +393,7 @@ def _on_skin(place: np.ndarray, face: Face, normals: np.ndarray) -> tuple[int, n
 def _attached(place: np.ndarray, face: Face) -> dict[str, Any]:
     """The vertex that a place goes along with, and how far from it the place is."""
     vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
-    return {"vertex": vertex, "offset": _short(place - face.points[vertex])}
-
-
-def _short(vector: np.ndarray) -> list[float]:
-    return [round(float(x), 4) for x in vector]
+    return {"vertex": vertex, "offset": np.round(place - face.points[vertex], 4).tolist()}
 
 
 def views_of(face: Face) -> dict[str, list[float]]:
@@ -414,9 +408,9 @@ def views_of(face: Face) -> dict[str, list[float]]:
 
 def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:
     """Return a mixture of names of the atlas, or of ARKit's shapes."""
-    names = {name for name in weights if name in face.atlas.action_units or name in face.atlas.muscles}
-    shapes = {name: weight for name, weight in weights.items() if name not in names}
-    mixture = {name: weights[name] for name in names}
+    known = (*face.atlas.action_units, *face.atlas.muscles)
+    mixture = {name: weight for name, weight in weights.items() if name in known}
+    shapes = {name: weight for name, weight in weights.items() if name not in known}
     for side in ("l", "r"):
         for unit, weight in units_of(shapes, side).items():
             sided = f"{unit}{side.upper()}"

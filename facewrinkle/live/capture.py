@@ -1,9 +1,9 @@
 """A phone or a tracker that drives the face: packets of face capture, as they come in over UDP.
 
-Live Link Face (Epic Games), in its mode *Live Link (ARKit)*, sends a packet a frame, with all numbers big-endian: a
-version (1 byte), the names of the device and of the subject (a length of 4 bytes each, and so many bytes of UTF-8), the
-time (16 bytes), the number 61 (1 byte), and 61 values of 4 bytes: the weights of ARKit's 52 shapes, and nine angles of
-the head and the eyes. So it is read and written by github.com/JimWest/PyLiveLinkFace, too.
+Live Link Face (Epic Games), in its mode *Live Link (ARKit)*, sends a packet a frame, with all numbers big-endian: the
+version 6 (1 byte), the names of the device and of the subject (a length of 4 bytes each, and so many bytes of UTF-8),
+the time (16 bytes), the number 61 (1 byte), and 61 values of 4 bytes: the weights of ARKit's 52 shapes, and nine angles
+of the head and the eyes. So it is read and written by github.com/JimWest/PyLiveLinkFace, too.
 
 The Virtual Motion Capture protocol (protocol.vmc.info) sends messages of Open Sound Control: each
 ``/VMC/Ext/Blend/Val`` has the name of a shape and its weight, and ``/VMC/Ext/Blend/Apply`` ends a frame.
@@ -30,8 +30,8 @@ SHAPES = (
 )  # fmt: skip
 """ARKit's shapes in the order of a packet of Live Link Face."""
 
-VALUES = struct.Struct(">16xB61f")
-"""The end of a packet of Live Link Face: its time, which is left out, and its values with their number."""
+VALUES = struct.Struct(">B61f")
+"""The end of a packet of Live Link Face: its values, after their number."""
 
 SILENCE = 1.0
 """Seconds without a packet after which the face is released."""
@@ -40,8 +40,8 @@ MOST = 256
 """Shapes of a frame at most."""
 
 
-def of_live_link(data: bytes) -> tuple[str, dict[str, float]]:
-    """Return the name of the subject, and the weights of shapes, of a packet of Live Link Face.
+def of_live_link(data: bytes) -> dict[str, float]:
+    """Return the weights of shapes of a packet of Live Link Face.
 
     Raises
     ------
@@ -50,18 +50,14 @@ def of_live_link(data: bytes) -> tuple[str, dict[str, float]]:
 
     Examples
     --------
-    >>> names = [len(name).to_bytes(4, "big") + name for name in (b"device", b"iPhone")]
-    >>> data = bytes([6]) + b"".join(names) + VALUES.pack(61, 0.25, *[0.0] * 60)
-    >>> name, weights = of_live_link(data)
-    >>> name, weights["eyeBlinkLeft"], len(weights)
-    ('iPhone', 0.25, 52)
+    >>> weights = of_live_link(bytes([6]) + b"names and time" + VALUES.pack(61, 0.25, *[0.0] * 60))
+    >>> weights["eyeBlinkLeft"], len(weights)
+    (0.25, 52)
     """
-    name, at = "", 1
-    for _ in range(2):  # the device, and the subject, by which people know it
-        (length,) = struct.unpack_from(">I", data, at)
-        name, at = data[at + 4 : at + 4 + length].decode(), at + 4 + length
-    _, *values = VALUES.unpack(data[at:])
-    return name, dict(zip(SHAPES, values, strict=False))
+    count, *values = VALUES.unpack(data[-VALUES.size :])
+    if (data[0], count) != (6, 61):
+        raise ValueError("this is no packet of Live Link Face")
+    return dict(zip(SHAPES, values, strict=False))
 
 
 class Capture(asyncio.DatagramProtocol):
@@ -90,7 +86,7 @@ class Capture(asyncio.DatagramProtocol):
         except Exception:  # everybody can send anything
             return
         if self._end is None:
-            self._tell("".join(letter for letter in name[:64] if letter.isprintable()))
+            self._tell(name)
         else:
             self._end.cancel()
         self._end = asyncio.get_running_loop().call_later(SILENCE, self._silent)
@@ -98,7 +94,7 @@ class Capture(asyncio.DatagramProtocol):
     def _read(self, data: bytes) -> tuple[str, Mapping[str, float]]:
         """Return the name of a sender, and weights, if the packet completes a frame."""
         if not data.startswith((b"/", b"#")):
-            return of_live_link(data)
+            return "Live Link Face", of_live_link(data)
         frame: Mapping[str, float] = {}
         for _, message in OscPacket(data).messages:
             match message.address, message.params:

@@ -251,7 +251,7 @@ class Server:
         Raises
         ------
         ParameterError
-            If the port is in use.
+            If the port is in use, or there is no such port.
         """
         packets = self._loop.create_datagram_endpoint(lambda: protocol, (self.host, port))
         self._packets, _ = self._listening(packets, port)
@@ -259,10 +259,10 @@ class Server:
     def _listening(self, listen: Coroutine[Any, Any, Any], port: int) -> Any:
         try:
             return asyncio.run_coroutine_threadsafe(listen, self._loop).result(10.0)
-        except OSError as error:
+        except (OSError, OverflowError) as error:
             self.close()
             raise ParameterError(
-                f"cannot listen at {self.host}, port {port}: {error.strerror or error}. Choose another port, or 0 "
+                f"cannot listen at {self.host}, port {port}: {error.args[-1]}. Choose another port, or 0 "
                 "for any that is free."
             ) from None
 

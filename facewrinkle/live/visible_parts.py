@@ -88,11 +88,13 @@ class VisibleParts:
         skin = np.asarray(frame.points, np.float64)
         if not self.box.holds(skin):
             self.box = Box.around(skin, *([self.box.low[None], self.box.low[None] + self.box.size]))
-        parts = [self._skin(frame, exact), *self._eyes(points, state)]
-        parts += self._mouth_parts(points, state)
-        parts += self._hair(points)
-        parts += self._own(frame)
-        return parts
+        return [
+            self._skin(frame, exact),
+            *self._eyes(points, state),
+            *self._mouth_parts(points, state),
+            *self._hair(points),
+            *self._own(frame),
+        ]
 
     def _same(self, part: str, name: str, values: np.ndarray) -> np.ndarray:
         """Return the array of the last call if it has the same values, so that a page is not sent it again."""
@@ -149,8 +151,7 @@ class VisibleParts:
             arrays = {**eye.arrays, "lids": self._same(eye.name, "lids", lids)}
             parts.append(Part(eye.name, "eye", arrays, {**eye.info, "axes": axes}))
         for margin in self._appearance.lid_margins:
-            mesh = margin.at(points)
-            parts.append(self._mesh(f"rim_{margin.eye.side}", mesh, "skin_part"))
+            parts.append(self._mesh(f"rim_{margin.eye.side}", margin.at(points), "skin_part"))
         return parts
 
     def _mouth_parts(self, points: Array, state: FrameState) -> list[Part]:
@@ -288,12 +289,12 @@ def _eye(ball: PaintedEye) -> Part:
     }
     corner = ball.corners[0] - eye.centre
     info = {
-        "centre": _numbers(eye.centre),
+        "centre": np.round(eye.centre, 6).tolist(),
         "radius": float(eye.radius),
-        "lid_axes": _numbers(ball.lid_axes),
-        "corner": _numbers(corner / np.linalg.norm(corner)),
-        "caruncle": _numbers(COLOURS["caruncle"] / 255.0),
-        "tears": _numbers(COLOURS["tears"] / 255.0),
+        "lid_axes": np.round(ball.lid_axes, 6).ravel().tolist(),
+        "corner": np.round(corner / np.linalg.norm(corner), 6).tolist(),
+        "caruncle": np.round(COLOURS["caruncle"] / 255.0, 6).tolist(),
+        "tears": np.round(COLOURS["tears"] / 255.0, 6).tolist(),
     }
     return Part(f"eye_{eye.side}", "eye", arrays, info)
 
@@ -338,7 +339,3 @@ def _file(picture: np.ndarray) -> bytes:
     else:
         image.save(out, "JPEG", quality=92, subsampling=0)
     return out.getvalue()
-
-
-def _numbers(values: Sequence[float] | np.ndarray) -> list[float]:
-    return [float(number) for number in np.round(np.asarray(values, np.float64), 6).ravel()]

@@ -6,7 +6,6 @@ import atexit
 import contextlib
 import json
 import sys
-import time
 import webbrowser
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -64,8 +63,6 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
             from .server import Server
         except ImportError as problem:
             raise missing_package("the studio needs", str(problem.name), "studio") from None
-        if listen is not None:
-            check_whole("listen", listen, 1, 65535)
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = None if save_to is None else Folder(save_to)
@@ -163,14 +160,13 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         FaceWrinkleError
             If the face still moves then, as it does while the timeline plays.
         """
-        deadline = time.monotonic() + timeout
-        with self.stage.condition:
-            while settled and not self.stage.settled:
-                if time.monotonic() > deadline or not self.stage.is_alive():
-                    raise FaceWrinkleError(f"the face still moves after {timeout:g} s. Take settled=False.")
-                self.stage.condition.wait(0.1)
-            assert self.stage.shown is not None
-            return self.stage.shown.frame.copy()
+        stage = self.stage
+        with stage.condition:
+            stage.condition.wait_for(lambda: stage.settled or stage.closed, timeout if settled else 0.0)
+            if settled and not stage.settled:
+                raise FaceWrinkleError(f"the face still moves after {timeout:g} s. Take settled=False.")
+            assert stage.shown is not None
+            return stage.shown.frame.copy()
 
     def widget(self, height: int = 520) -> StudioWidget:
         """Return the view and the sliders as a widget, to be shown in a notebook; what changes there changes here.
