@@ -43,6 +43,7 @@ from .landmarks import (
     mirrored,
     read_landmarks,
 )
+from .long_hair import long_hair
 from .parts import Part, follower, named_parts
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
@@ -114,6 +115,8 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.point_data["Colors"] = head.colour.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     seen: dict[str, Any] = {"texture": head.texture, "brows": head.brows, "age": person.age, "iris": person.iris}
+    if person.hair_length > 0.0:
+        seen["parts"] = {"hair": long_hair(head, person.hair_length)}
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))

@@ -18,8 +18,8 @@ from ..geometry.interpolation import smoothstep
 from .head import DATA, HAIR_COLOUR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 
-COLOURS = ("skin", "hair", "hair_density", "iris")
-"""Parameters that change no shape."""
+COLOURS = ("skin", "hair", "hair_density", "iris", "hair_length")
+"""Parameters that do not change the shape of the head."""
 
 TINTS = {
     "skin": np.array([[1.08, 1.13, 1.18], [0.46, 0.375, 0.33]]),
@@ -44,6 +44,9 @@ thirty-two labelled faces).
 
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
+
+LONGEST = 0.5
+"""Greatest length of the hair of somebody neither feminine nor masculine."""
 
 CHILDREN = 0.1
 """Share of random people that are children."""
@@ -113,6 +116,8 @@ class Identity:
         From a shaved head to dense hair.
     iris : float
         From blue over grey to dark brown irises.
+    hair_length : float
+        Up to 0 hair is cropped; above, it falls from a parting, and at 1 covers the ears down to the chin.
 
     Raises
     ------
@@ -144,6 +149,7 @@ class Identity:
     hair: float = 0.0
     hair_density: float = 0.0
     iris: float = 0.0
+    hair_length: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -190,20 +196,29 @@ class Identity:
         if seed is not None:
             seed = check_whole("seed", seed, 0, 2**63)
         random = np.random.default_rng(seed)
-        somebody = cls(*random.uniform(-spread, spread, len(dataclasses.fields(cls))).tolist())
+        somebody = cls(*random.uniform(-spread, spread, len(dataclasses.fields(cls)) - 1).tolist())
         child = abs(somebody.child) if random.random() < CHILDREN else 0.0
-        return dataclasses.replace(somebody, child=child).plausible()
+        hair_length = float(random.uniform(-spread, spread))
+        return dataclasses.replace(somebody, child=child, hair_length=hair_length).plausible()
 
     def plausible(self) -> Self:
         """Return the person with hair and irises that are no fairer than the skin; children look young.
 
+        The more masculine, the shorter the hair may be: at most 0.5 less `sex`.
+
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
-        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, hair_density=0.0, iris=0.5)
+        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, hair_density=0.0, iris=0.5, hair_length=0.0)
         """
         age = min(self.age, -self.child) if self.child > 0.0 else self.age
-        return dataclasses.replace(self, hair=max(self.hair, self.skin), iris=max(self.iris, self.skin), age=age)
+        return dataclasses.replace(
+            self,
+            hair=max(self.hair, self.skin),
+            iris=max(self.iris, self.skin),
+            age=age,
+            hair_length=min(self.hair_length, LONGEST - self.sex),
+        )
 
 
 def head_of(identity: Identity) -> Head:

@@ -247,7 +247,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
     def _staged(self, face: Face, plan: Plan) -> TearScene:
         """A scene of the face with what a plan puts around it; that of the last sample, if it shows the same face."""
         scene = self._scene
-        if scene is None or scene.face is not face or Appearance.of(face).own:
+        if scene is None or scene.face is not face or any(part.texture is not None for part in face.parts.values()):
             self.close()
             self._scene = scene = TearScene(face, Style(self.spec.size, quick=self.spec.quick))
         place(scene, plan)

@@ -30,6 +30,7 @@ OWN_PREFIX = "own "
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
+STRAND_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.22, "specular_power": 18.0}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
 PLAIN_COLOUR = (0.87, 0.67, 0.56)
@@ -174,8 +175,9 @@ class Scene:
         self._show_eyes(seen)
         self._show_hair(seen)
         for name, part in seen.own.items():
-            lighting = EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
-            self._put(part, f"{OWN_PREFIX}{name}", texture=self._own_textures[name], **lighting)
+            texture, lighting = self._own_textures[name], EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
+            look = {"material": "hair", **STRAND_LIGHTING} if name == "hair" and texture is None else lighting
+            self._put(part, f"{OWN_PREFIX}{name}", texture=texture, **look)
         self._pose(seen.pose)
         self._shown = frame, now
 

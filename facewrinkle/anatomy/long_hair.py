@@ -1,0 +1,220 @@
+"""Long hair of the built-in head: a sheet that falls from a parting, streaked, with loose strands around it.
+
+Lengths are in mm. Hair is opaque, and a hair of the sheet is a row of its points: any program shows it as pictures do.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from ..array_types import Array, IntArray
+from ..geometry.topology import ring_quads
+from ..mesh import to_polydata
+from ..mesh.arrays import COLORS
+from .head import Head
+from .parts import Part
+
+SEED = 5
+"""All people have the same locks, in their own colours."""
+
+COLUMNS, STRANDS = 750, 450
+"""Hairs that the sheet is made of, in order around the head, and loose ones."""
+
+KNOTS, STRAND_KNOTS = 14, 12
+"""Points along each of them."""
+
+ROOTS_DENSER = 1.4
+"""Exponent that gathers the points of the sheet near the parting, where it bends."""
+
+STRAND = 0.25
+"""Half the width of loose strands."""
+
+STEP, STEPS = 8.0, 38
+"""Length and number of the pieces in which hair grows."""
+
+PARTING = np.array([[16.0, -9.0], [10.0, -105.0]])
+"""Both ends of the parting: to the left of the middle, and forward from the hairline."""
+
+WHORL = (0.33, 0.67)
+"""Shares of the way around the head at which its hairs begin to come from the rear end of the parting, and cease to."""
+
+BACKWARDS = 0.45
+"""How much further back than straight to the side the foremost hair is combed."""
+
+COMBED, WEIGHT = 65.0, 0.8
+"""Length over which hair keeps to the way it was combed, and weight in units of that."""
+
+LIFT, LOOSE, GROWTH = 8.0, 5.0, 0.02
+"""Height over the head: of the sheet, of the loosest strands above it, and what is added along their length."""
+
+ROUNDING, LEAST = 2.5, 5.0
+"""Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
+it; no hair is lower than the second.
+"""
+
+CHEEK = 38.0
+"""Hair slides over the face as far forward of the zygion as this, and over all that is above the brows."""
+
+UNEVEN, HEM = 3.0, 6.0
+"""Deviation of the height of the hem, and its height over the chin at length 1."""
+
+
+class RoundedHull:
+    """A convex hull of points, of 160 planes, with rounded edges: what hair slides down on.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+
+    Examples
+    --------
+    Above a ball:
+
+    >>> import pyvista as pv
+    >>> ball = RoundedHull(np.asarray(pv.Sphere(radius=80.0).points))
+    >>> height, normals = ball(np.array([[0.0, 120.0, 0.0]]))
+    >>> bool(abs(height[0] - 40.0) < 5.0), normals.round(1) + 0.0
+    (True, array([[0., 1., 0.]]))
+    """
+
+    def __init__(self, points: Array) -> None:
+        count = 160
+        share = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+        turn, radius = np.pi * (1.0 + 5.0**0.5) * np.arange(count), np.sqrt(1.0 - share**2)
+        self.directions = np.stack([radius * np.cos(turn), share, radius * np.sin(turn)], axis=1)
+        self.supports = (points @ self.directions.T).max(axis=0)
+
+    def __call__(self, points: Array) -> tuple[Array, Array]:
+        """Return heights (...) of points (..., 3) above the hull, and its normals (..., 3) there."""
+        beyond = (points @ self.directions.T - self.supports) / ROUNDING
+        most = beyond.max(axis=-1, keepdims=True)
+        near = np.exp(beyond - most)
+        return ROUNDING * (most[..., 0] + np.log(near.sum(axis=-1))), _unit(near @ self.directions)
+
+    def top(self, places: Array) -> Array:
+        """Return the points (k, 3) of the hull above places [x, z] (k, 2)."""
+        upper = self.directions[:, 1] > 0.1
+        x, y, z = self.directions[upper].T
+        height = ((self.supports[upper] - places @ np.stack([x, z])) / y).min(axis=1)
+        return np.stack([places[:, 0], height, places[:, 1]], axis=1)
+
+
+def long_hair(head: Head, length: float) -> Part:
+    """Return hair that hangs down from a parting, the same for the same head and length.
+
+    Parameters
+    ----------
+    head : Head
+    length : float
+        From the brows (0) to the chin (1).
+
+    Examples
+    --------
+    Does it reach below the chin?
+
+    >>> from facewrinkle.anatomy.head import load_head
+    >>> head = load_head()
+    >>> [bool(long_hair(head, length).mesh.bounds[2] < head.landmarks["menton"][1]) for length in (0.5, 1.0)]
+    [False, True]
+    """
+    random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
+    behind = (points[:, 1] > marks["gonion_l"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
+    hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
+    loose = np.repeat([0.0, 1.0], [COLUMNS, STRANDS])
+    even = np.append(_even(random, (COLUMNS,), 25.0), np.zeros(STRANDS))
+    uneven, above = random.normal(size=len(loose)), random.uniform(-LOOSE, LOOSE, len(loose))
+    share = np.append(np.linspace(0.0, 1.0, COLUMNS), random.uniform(0.03, 0.97, STRANDS))  # of the way around
+    along = np.interp(share, [0.0, *WHORL, 1.0], [0.0, 1.0, 1.0, 0.0])
+    front, back = PARTING + np.array([0.0, marks["trichion"][2]])
+    roots = hull.top(front + along[:, None] * (back - front))
+    aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.08 * (even + loose * uneven)
+    comb = np.stack([np.sin(aside), np.zeros(len(aside)), -np.cos(aside)], axis=1)
+    comb[:, 2] -= BACKWARDS * np.clip(roots[:, 2] / front[1], 0.0, 1.0)
+    brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
+    hem = brows + (chin - brows) * length + UNEVEN * (even + (1.0 + loose) * uneven - loose)
+    lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
+    lines, ends = _grown(hull, roots, comb, lift, hem)
+    sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])
+    strands = _strands(random, hull, lines[COLUMNS:], ends[COLUMNS:])
+    places = np.concatenate([sheet.reshape(-1, 3), strands.reshape(-1, 3)])
+    height, normals = hull(places)
+    places += np.maximum(LEAST - height, 0.0)[:, None] * normals
+    quads = np.vstack([_quads(1, COLUMNS, KNOTS), _quads(STRANDS, 2, STRAND_KNOTS) + COLUMNS * KNOTS])
+    mesh = to_polydata(places, np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    tints = _tints(random, COLUMNS, KNOTS).T, np.repeat(_tints(random, STRANDS, STRAND_KNOTS), 2)
+    colours = np.asarray(head.paint[0].hair) * np.concatenate([tint.ravel() for tint in tints])[:, None]
+    mesh.point_data[COLORS] = np.rint(np.clip(colours, 0.0, 255.0)).astype(np.uint8)
+    return Part(mesh, follows="skull")
+
+
+def _grown(hull: RoundedHull, roots: Array, comb: Array, lift: Array, hem: Array) -> tuple[Array, Array]:
+    """Return the lines (k, STEPS + 1, 3) of hair, and how many of the steps (k,) it takes to reach the hem."""
+    lines, way = [roots], np.zeros_like(roots)
+    for step in range(STEPS):
+        length, (_, normals) = step * STEP, hull(lines[-1])
+        combed = comb - (comb * normals).sum(axis=1, keepdims=True) * normals
+        wanted = combed * np.exp(-length / COMBED) - [0.0, WEIGHT, 0.0] if step else combed + 0.4 * normals
+        way = _unit(1.5 * way + _unit(wanted))
+        points = lines[-1] + STEP * way
+        height, normals = hull(points)
+        least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + GROWTH * (length + STEP)
+        lines.append(points + np.maximum(least - height, 0.0)[:, None] * normals)
+    grown = np.stack(lines, axis=1)
+    low = grown[:, 1:, 1] < hem[:, None]
+    low[:, -1] = True
+    last, hairs = low.argmax(axis=1), np.arange(len(roots))
+    above, below = grown[hairs, last, 1], grown[hairs, last + 1, 1]
+    return grown, last + np.clip((above - hem) / (above - below), 0.0, 1.0)
+
+
+def _sheet(random: np.random.Generator, hull: RoundedHull, lines: Array, ends: Array) -> Array:
+    """Return the points (KNOTS, k, 3) of the sheet, which is wavy towards its hem."""
+    share = np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER
+    points = _between(lines, ends[:, None] * share).swapaxes(0, 1)
+    wave = gaussian_filter1d(_even(random, points.shape[:2], 9.0), 1.5, axis=0)
+    wave *= 2.5 * share[:, None] / wave.std()
+    return np.asarray(points + wave[..., None] * hull(points)[1])
+
+
+def _strands(random: np.random.Generator, hull: RoundedHull, lines: Array, ends: Array) -> Array:
+    """Return the points (k, STRAND_KNOTS, 2, 3) of ribbons, which begin somewhere on the way."""
+    share, shape = np.linspace(0.0, 1.0, STRAND_KNOTS), (len(lines), 1)
+    begin = random.uniform(0.0, 0.5, shape)
+    points = _between(lines, ends[:, None] * (begin + (1.0 - begin) * share))
+    along = np.gradient(points, axis=1)
+    aside = _unit(np.cross(along, hull(points)[1]))
+    half = STRAND * random.uniform(0.6, 1.4, shape) * (1.0 - np.abs(2.0 * share - 1.0) ** 4)
+    turn = random.normal(0.0, 0.5, shape)[..., None]
+    across = half[..., None] * (np.cos(turn) * aside + np.sin(turn) * _unit(np.cross(aside, along)))
+    return np.stack([points + across, points - across], axis=2)
+
+
+def _tints(random: np.random.Generator, hairs: int, knots: int) -> Array:
+    """Return factors (hairs, knots) of the colour: hairs differ, are dark at the parting, and fair at the tips."""
+    share = np.linspace(0.0, 1.0, knots)
+    streaks = 0.24 * random.normal(size=(hairs, 1)) + 0.15 * _even(random, (hairs, knots), 1.5)
+    return np.asarray(np.exp(streaks) * (0.55 + 0.45 * np.minimum(5.0 * share, 1.0)) * (1.0 + 0.2 * share**2))
+
+
+def _even(random: np.random.Generator, shape: tuple[int, ...], reach: float) -> Array:
+    """Return noise of deviation 1 that changes slowly along the last axis."""
+    noise = gaussian_filter1d(random.normal(size=shape), reach, mode="nearest")
+    return np.asarray(noise / noise.std())
+
+
+def _between(lines: Array, places: Array) -> Array:
+    """Return points (k, p, 3) of lines (k, s, 3) at fractional numbers (k, p) of their points."""
+    before = np.minimum(places.astype(int), lines.shape[1] - 2)
+    hairs, share = np.arange(len(lines))[:, None], (places - before)[..., None]
+    return np.asarray((1.0 - share) * lines[hairs, before] + share * lines[hairs, before + 1])
+
+
+def _quads(count: int, columns: int, rows: int) -> IntArray:
+    """Return the corners of the quads of grids with so many columns and rows."""
+    first = columns * rows * np.arange(count)[:, None, None]
+    return np.asarray((first + ring_quads(columns, rows, closed=False)).reshape(-1, 4))
+
+
+def _unit(vectors: Array) -> Array:
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))

@@ -1,0 +1,124 @@
+"""Long hair: outside the head, over the ears, not before eyes and mouth, and the same for the same person."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.anatomy.identity import Identity
+from facewrinkle.dataset.labels import PARTS
+from facewrinkle.dataset.sample import SampleMaker
+from facewrinkle.dataset.spec import Spec
+from facewrinkle.export.meshes import part_models
+
+PEOPLE = [
+    {"sex": -0.9},
+    {"child": 0.9, "age": -0.9},
+    {"width": 1.0, "length": -1.0},
+    {"width": -1.0, "length": 1.0, "jaw": 1.0, "cheeks": 1.0, "brow": 1.0},
+]
+
+
+@pytest.fixture(scope="module", params=PEOPLE, ids=lambda person: "-".join(person))
+def grown(request):
+    """Faces of one person, with hair of several lengths."""
+    return {length: fw.default_face(request.param | {"hair_length": length}) for length in (0.1, 0.5, 1.0)}
+
+
+def hair_of(face) -> pv.PolyData:
+    return face.parts["hair"].mesh
+
+
+def hidden(face, points, direction) -> np.ndarray:
+    """True for points (n, 3) that hair hides from a direction."""
+    hair, far = hair_of(face), 300.0 * np.array(direction)
+    return np.array([len(hair.ray_trace(point, point + far)[0]) > 0 for point in points])
+
+
+def test_no_hair_is_inside_the_head(grown):
+    for face in grown.values():
+        placed = pv.PolyData(np.asarray(hair_of(face).points)).compute_implicit_distance(face.mesh)
+        assert np.asarray(placed["implicit_distance"]).min() > 0.5
+
+
+def test_the_longest_covers_the_ears(grown):
+    face = grown[1.0]
+    x, y, z = face.points.T
+    zygion = face.landmarks["zygion_l"]
+    ear = (abs(x) > 1.03 * zygion[0]) & (abs(y - zygion[1]) < 30.0) & (z < zygion[2] - 15.0)
+    assert ear.sum() > 100
+    for sign in (1.0, -1.0):
+        assert hidden(face, face.points[ear & (sign * x > 0.0)], [sign, 0.0, 0.0]).all()
+
+
+def test_it_hangs_beside_the_face(grown):
+    names = (
+        "eye_l_inner",
+        "eye_l_outer",
+        "brow_l_inner",
+        "brow_l_mid",
+        "mouth_l",
+        "nose_tip",
+        "forehead_mid",
+        "malar_l",
+    )
+    for face in grown.values():
+        sides = [name.replace("_l", side) for name in names for side in ("_l", "_r")]
+        assert not hidden(face, [face.landmarks[name] for name in sides], [0.0, 0.0, 1.0]).any()
+
+
+def test_longer_hair_hangs_lower(grown):
+    lowest = [hair_of(grown[length]).bounds[2] for length in sorted(grown)]
+    assert lowest[0] > lowest[1] + 20.0 > lowest[2] + 40.0
+
+
+def test_the_same_person_has_the_same_hair():
+    first, second = (hair_of(fw.default_face({"hair_length": 0.7, "hair": 0.4})) for _ in range(2))
+    assert np.asarray(first.points).tobytes() == np.asarray(second.points).tobytes()
+    assert first.point_data["Colors"].tobytes() == second.point_data["Colors"].tobytes()
+
+
+@pytest.mark.parametrize("length", [0.0, -1.0])
+def test_cropped_hair_is_only_painted(face, length):
+    cropped = fw.default_face({"hair_length": length})
+    assert not cropped.parts
+    assert (cropped.points == face.points).all()
+    assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"]).all()
+
+
+def test_it_has_the_colour_of_the_person():
+    means = [
+        hair_of(fw.default_face({"hair_length": 1.0, "hair": hair})).point_data["Colors"].mean() for hair in (-1, 0, 1)
+    ]
+    assert means[0] > 1.5 * means[1] > 2.0 * means[2]
+
+
+def test_women_have_longer_hair_than_men():
+    people = [Identity.random(seed) for seed in range(300)]
+    women, men = ([p.hair_length > 0.3 for p in people if sign * p.sex > 0.3] for sign in (-1.0, 1.0))
+    assert np.mean(women) > 0.25
+    assert not any(men)
+
+
+def test_files_have_it(grown):
+    face = grown[1.0]
+    model = part_models(face, face.mesh)["hair"]
+    assert len(model.points) == hair_of(face).n_points
+    assert np.ptp(model.colours, axis=0).min() > 20
+
+
+def test_data_sets_label_it_and_what_it_hides():
+    woman = {
+        "identity": {"hair_length": 1.0, "sex": -0.9, "child": 0.0},
+        "camera": {"yaw": 60.0, "roll": 0.0, "height": 5.0},
+    }
+    with SampleMaker(Spec.of({"size": [96, 96], "quick": True, "tears": {"share": 0.0}} | woman)) as maker:
+        sample = maker.sample(0)
+    part, marks = sample.labels["part"], sample.facts["landmarks"]
+    under = part == PARTS.index("hair")
+    assert under.mean() > 0.1
+    x, y = np.floor(marks["gonion_l"]["pixel"]).astype(int)
+    assert marks["gonion_l"]["visible"] == (not under[y, x])
+    assert marks["malar_l"]["visible"]
