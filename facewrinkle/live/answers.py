@@ -274,7 +274,7 @@ class Answers:
             parts += ["patterns", "tears", "probes", *(["mixture", "gaze"] if fresh else [])]
         start = {part: START[part] for part in parts}
         if clip is not None:
-            start["timeline"] = START["timeline"] | {"length": min(max(clip.duration, 0.2), LONGEST)}
+            start["timeline"] = START["timeline"] | {"length": round(min(max(clip.duration, 0.2), LONGEST), 2)}
         with self._stage.condition:
             self._document.change([((part,), value) for part, value in {"face": name, **start}.items()])
         self._changed()

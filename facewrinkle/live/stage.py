@@ -194,11 +194,12 @@ class Stage(threading.Thread):
                 self.condition.notify_all()
 
     def _work(self) -> None:
-        due = 0.0
+        due = time.monotonic()
         while True:
             with self.condition:
                 while not (self.closed or self._jobs or self._awake):
                     self.condition.wait()
+                    due = time.monotonic()
                 if self.closed:
                     return
                 job = self._jobs.popleft() if self._jobs else None
@@ -214,8 +215,9 @@ class Stage(threading.Thread):
                         self.condition.wait(early)  # a job or a wish may come in between, and is served first
                     if time.monotonic() < due:
                         continue
-                due = max(due + self.time_step, time.monotonic())
-                self._step(data, live, playing)
+                late = time.monotonic() - due
+                due += self.time_step + late
+                self._step(data, live, playing, late)
             except Exception:
                 if self.shown is None:
                     raise
@@ -279,12 +281,12 @@ class Stage(threading.Thread):
         self._applied = {**self._applied, "face": data["face"]}
         self.tell_face()
 
-    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool) -> None:
+    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, late: float) -> None:
         player, timeline = self._player, data["timeline"]
         assert player is not None
         if playing:
             with self.condition:
-                self._time += self.time_step
+                self._time += self.time_step + late  # in real time, with fewer frames where they take longer
                 if self._time > timeline["length"]:
                     self._time = 0.0 if timeline["loop"] else timeline["length"]
                     self._playing = timeline["loop"]

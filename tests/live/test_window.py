@@ -18,6 +18,7 @@ import json
 import subprocess
 import sys
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import SimpleNamespace
@@ -43,7 +44,7 @@ from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_ef
 from facewrinkle.live.document import START, Document
 from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
-from facewrinkle.live.wishes import as_python, layers_of
+from facewrinkle.live.wishes import Player, as_python, layers_of
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
@@ -280,6 +281,27 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     with pytest.raises(FaceWrinkleError, match="still moves after 0.3 s"):
         studio.frame(timeout=0.3)
     studio.stage.play(False)
+
+
+def test_a_slow_machine_plays_in_real_time(studio, monkeypatch):
+    step = Player.step
+
+    def slow(*arguments):
+        time.sleep(0.1)
+        return step(*arguments)
+
+    monkeypatch.setattr(Player, "step", slow)
+    studio.change(timeline={"length": 60.0, "loop": True, "keys": {}})
+    stage, moments = studio.stage, []
+    stage.play(True)
+    for _ in range(12):
+        with stage.condition:
+            stage.condition.wait(5.0)
+            moments.append((stage.shown.time, time.monotonic(), stage.shown.step))
+    stage.play(False)
+    shown, passed, steps = np.subtract(moments[-1], moments[1])
+    assert shown == pytest.approx(passed, abs=0.4)
+    assert shown > 2.0 * steps * stage.time_step
 
 
 def test_a_session_that_could_not_be_saved_is_saved_at_the_end(face, tmp_path, monkeypatch, capsys):
