@@ -27,13 +27,16 @@ RINGS, ARCS = 4, 3
 RELAXED, CONTRACTED = np.array([226.0, 196.0, 176.0]), np.array([150.0, 8.0, 20.0])
 """Colours of fibres, 0 to 255."""
 
+AROUND = 6
+"""Vertices of the skin that a point of a fibre goes along with."""
+
 SMOOTHED = 6
 """Steps of smoothing along fibres: vertices under which they lie change abruptly."""
 
 WIDTH = 0.018
 """Width of a fibre at its belly, in distances between the pupils."""
 
-OPACITY = 0.85
+OPACITY = 0.75
 """Of fibres: they are seen through the skin, as if it were translucent."""
 
 BENEATH = 0.45
@@ -78,11 +81,14 @@ class Fibres:
         ring = np.array([isinstance(face.muscles[name], SphincterMuscle) for name in found], bool)[self.muscle]
         self._share = np.where(ring[:, None], 1.0, along)[..., None]
         self.half = 0.5 * WIDTH * face.frame.pupil_distance * np.where(ring[:, None], 0.6, belly)
-        nearest = cKDTree(face.points).query(lines)[1]
-        self._rest = _in_flesh(lines, nearest, face)
-        self._vertices = np.where(ring[:, None], nearest, nearest[:, -1:])
+        away, nearest = cKDTree(face.points).query(lines, k=AROUND)
+        weights = 1.0 / (away + 1e-3 * face.frame.pupil_distance) ** 2
+        weights /= weights.sum(axis=-1, keepdims=True)
+        self._rest = _in_flesh(lines, nearest, weights[..., None], face)
+        self._vertices = np.where(ring[:, None, None], nearest, nearest[:, -1:])
+        self._weights = np.where(ring[:, None, None], weights, weights[:, -1:])[..., None]
         on_jaw = np.empty(0, int) if face.mandible is None else face.mandible.vertices
-        self._on_jaw = np.isin(nearest[:, 0], on_jaw)[:, None, None]
+        self._on_jaw = np.isin(nearest[:, 0, 0], on_jaw)[:, None, None]
 
     @classmethod
     def of(cls, face: Face) -> Self:
@@ -93,12 +99,16 @@ class Fibres:
         """Return the points (count, knots, 3) of the fibres in a frame of a simulation, or in the mesh of the face."""
         state = self._face.state_of(frame)
         points = state.to_rest(state.points)
-        rest, skin = self._rest, self._face.points[self._vertices]
+        rest, skin = self._rest, self._on_skin(self._face.points)
         if (jaw := self._face.mandible) is not None:
             turn = jaw.rotation(points, state.jaw_angle).T - np.eye(3)
             rest = rest + np.where(self._on_jaw, (rest - jaw.hinge) @ turn, 0.0)
             skin = skin + np.where(self._on_jaw, (skin - jaw.hinge) @ turn, 0.0)
-        return np.asarray(state.from_rest(rest + self._share * (points[self._vertices] - skin)))
+        return np.asarray(state.from_rest(rest + self._share * (self._on_skin(points) - skin)))
+
+    def _on_skin(self, points: Array) -> Array:
+        """Return places (count, knots, 3) on skin with vertices (n, 3) that fibres go along with."""
+        return np.asarray((self._weights * points[self._vertices]).sum(axis=-2))
 
     def ribbons(self, frame: pv.PolyData, rates: Mapping[str, float], camera: Array, pixel: float) -> pv.PolyData:
         """Return the fibres as ribbons, with `paint` (rgba), so near to a camera that they are seen through the skin.
@@ -123,11 +133,15 @@ class Fibres:
         return HairCards(half, tint, pixel).along(HairLines(lines + share * towards, side, unit(towards)))
 
 
-def _in_flesh(lines: Array, nearest: IntArray, face: Face) -> Array:
+def _in_flesh(lines: Array, nearest: IntArray, weights: Array, face: Face) -> Array:
     """Return points (..., 3) moved into the soft tissue under the vertices that are nearest, and lines made smooth."""
-    normals, depth = face.tissue.normals[nearest], face.tissue.depth[nearest]
-    height = ((lines - face.points[nearest]) * normals).sum(axis=-1)
-    moved = lines + (np.clip(height, -depth, -0.2 * depth) - height)[..., None] * normals
+    on_skin, normals, depth = (
+        (weights * values[nearest]).sum(axis=-2)
+        for values in (face.points, face.tissue.normals, face.tissue.depth[:, None])
+    )
+    normals = unit(normals)
+    height = ((lines - on_skin) * normals).sum(axis=-1, keepdims=True)
+    moved = lines + (np.clip(height, -depth, -0.2 * depth) - height) * normals
     for _ in range(SMOOTHED):
         moved[:, 1:-1] = 0.25 * (moved[:, :-2] + 2.0 * moved[:, 1:-1] + moved[:, 2:])
     return np.asarray(moved)

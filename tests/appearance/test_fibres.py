@@ -31,7 +31,7 @@ def test_fibres_lie_between_skin_and_bone(face):
     depth, vertex = cKDTree(face.points).query(lines[:, 1:-1])
     under = ((lines[:, 1:-1] - face.points[vertex]) * face.tissue.normals[vertex]).sum(axis=-1)
     assert (under < 0.0).mean() > 0.95  # all, but for smoothing
-    assert under.max() < 2.0
+    assert np.percentile(under, 99) < 1.0
     assert np.percentile(depth / face.tissue.depth[vertex], 95) < 1.3
     pulling = {name for name, muscle in face.muscles.items() if np.any(muscle.force(face.points))}
     assert set(fibres.names) == pulling
@@ -42,9 +42,9 @@ def test_fibres_of_a_sheet_go_from_line_to_line_and_rings_around_their_centre(fa
     lines = fibres.at(face.mesh)[of(fibres, "frontalis_outer_l")]
     for ends, line in ((lines[:, 0], muscle.attachment), (lines[:, -1], muscle.insertion)):
         vertex = cKDTree(face.points).query(line)[1]
-        moved = ends[[0, -1]] - line  # into the flesh, and not along the skin
-        normal = face.tissue.normals[vertex]
-        assert np.abs(np.cross(moved, normal)).max() < 1e-6
+        moved = ends[[0, -1]] - line  # into the flesh, and hardly along the skin
+        across = np.linalg.norm(np.cross(moved, face.tissue.normals[vertex]), axis=1)
+        assert (across < 0.2 * np.linalg.norm(moved, axis=1)).all()
     ring = face.muscles["orbicularis_oris"]
     along, _ = ring.coordinates(fibres.at(face.mesh)[of(fibres, "orbicularis_oris")].reshape(-1, 3))
     assert ring.inner - 0.2 < along.min() < along.max() < 1.2

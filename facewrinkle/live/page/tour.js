@@ -6,7 +6,7 @@ const STEPS = [
   ["Smile", "Drag a slider: expressions come first, then action units and muscles. Or search for one, such as “smile”.", "#left .bar", "#left"],
   ["One side only", "Turn “Both sides” off (M), and each row gets a slider for left and right: the subject's left and right.", ".check"],
   ["Look around", "Drag to rotate, Shift-drag to pan, scroll to zoom. Drag an eye to change where the face looks.", "#stage"],
-  ["Pull a muscle", "Turn “Muscles” on (H): each dot is where a muscle moves the skin. Drag it along its line.", "#stage", "label:has(#muscles)"],
+  ["Pull a muscle", "Turn “Muscles” on (H): fibers are red where they contract; point at one to see its name and sliders. Each dot is where a muscle moves the skin: drag it along its line.", "#stage", "label:has(#muscles)"],
   ["What made this fold?", "Click a fold to see its muscle or wave family, and the formula with its numbers. “Fields” colors the skin.", "#stage"],
   ["Shape the folds", "Set their depth, overall or for each side, their number, and the personal lines.", "#tab-folds", "#panel-folds"],
   ["Place patterns and tears", "Choose one and click the face. Drag its dot to move it, and its ring to resize it.", "#tab-patterns"],
