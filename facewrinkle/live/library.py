@@ -26,9 +26,6 @@ ANIMATED = (*GLTF, *USD, ".vtkhdf")
 MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 """Endings of files that may hold a face."""
 
-COMPANIONS = (".mtl", ".png", ".jpg", ".jpeg", ".bin", ".json")
-"""Endings of files that go with a mesh: materials, pictures, buffers, and landmarks."""
-
 TAKES = (".csv", ".tsv", ".txt")
 """Endings of files that hold a take."""
 

@@ -209,11 +209,15 @@ class Server:
         self._loop = asyncio.new_event_loop()
         self._packets: asyncio.DatagramTransport | None = None
         app = web.Application(middlewares=[self._guard], client_max_size=LARGEST_MESSAGE)
-        app.router.add_get("/", self._page)
-        app.router.add_get("/socket", self._socket)
-        app.router.add_get("/download/{token}", self._download)
-        app.router.add_post("/open", self._open)
-        app.router.add_get("/{name}", self._page)
+        app.add_routes(
+            [
+                web.get("/", self._page),
+                web.get("/socket", self._socket),
+                web.get("/download/{token}", self._download),
+                web.post("/open", self._open),
+                web.get("/{name}", self._page),
+            ]
+        )
         self._runner = web.AppRunner(app, access_log=None, logger=LOG)
         self._thread = threading.Thread(target=self._loop.run_forever, name="facewrinkle studio server", daemon=True)
 
