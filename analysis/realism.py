@@ -26,7 +26,10 @@ Array = npt.NDArray[np.float64]
 
 AGES = (0.0, 0.5, 1.0)
 CUTS = 9
-"""Planes that cut a region."""
+"""Planes that cut a region, on each side of the face if it lies on both."""
+
+MIDDLE = ("glabella", "forehead")
+"""Regions over the middle of the face."""
 
 SHALLOW = 0.03
 """Depth below which a furrow is not counted, mm."""
@@ -97,19 +100,21 @@ def in_region(face: fw.Face, points: npt.ArrayLike, name: str) -> npt.NDArray[np
 
 
 def cuts(face: fw.Face, frame: pv.PolyData, name: str) -> Iterator[tuple[Array, Array]]:
-    """Yield distance along the skin, mm, and W, mm, of each cut through a region, side by side."""
+    """Yield distance along the skin, mm, and W, mm, of each cut through a region, side by side: first left, then right
+    if it lies on both sides of the middle.
+    """
     axis = REGIONS[name].axis
-    inside = frame.points[in_region(face, frame.points, name)]
     normal = face.frame.axes[axis]
-    low, high = np.quantile(inside @ normal, (0.02, 0.98))
-    for level in np.linspace(low, high, CUTS):
-        line = frame.slice(normal=normal, origin=level * normal)
-        points, height = np.asarray(line.points), np.asarray(line["W"])
-        along, inside = points @ face.frame.axes[1 - axis], in_region(face, points, name)
-        left = face.frame.local(points)[:, 0] > 0.0
-        apart = axis == 1 and name != "glabella"  # else a cut lies on one side, or runs over the middle
-        for part in (inside & left, inside & ~left) if apart else (inside,):
-            some = np.flatnonzero(part)
+    left = face.frame.local(frame.points)[:, 0] > 0.0
+    inside = in_region(face, frame.points, name)
+    for part in (inside,) if name in MIDDLE else (inside & left, inside & ~left):
+        low, high = np.quantile(frame.points[part] @ normal, (0.02, 0.98))
+        skin = frame.extract_points(part, include_cells=True)
+        for level in np.linspace(low, high, CUTS):
+            line = skin.slice(normal=normal, origin=level * normal)
+            points, height = np.asarray(line.points), np.asarray(line["W"])
+            along = points @ face.frame.axes[1 - axis]
+            some = np.flatnonzero(in_region(face, points, name))
             some = some[np.argsort(along[some])]
             if len(some) > 4:
                 step = np.linalg.norm(np.diff(points[some], axis=0), axis=1)

@@ -101,6 +101,9 @@ def scattered(where: BoolArray, values: Column, none: float) -> Column:
     return out
 
 
+LEAST = 0.15
+"""Folds less deep than this from bulge to furrow, mm, ask for no triangles."""
+
 TAUT = 0.15
 """Stretch that smooths out the lines of old skin."""
 

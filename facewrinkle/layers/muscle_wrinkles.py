@@ -22,10 +22,7 @@ from ..geometry.refinement import Change
 from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField, per_length, tangents_of
-from .entries import TAUT, Entries, Relief, scattered, sorted_by_vertex
-
-SMALLEST = 0.4
-"""A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles."""
+from .entries import LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
 BLUNT = 0.18
 """Half the width over which heights are averaged for the shading normals, in half cycles: about the distance of the
@@ -114,7 +111,7 @@ class MuscleWrinkles(Layer):
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
-        amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, SMALLEST, tuple(relief))
+        amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, tuple(relief))
         self._ask(k0 + kept, state.vertices, relief)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
@@ -360,7 +357,7 @@ def compressions(starts, products, strain, corners, barycentric):
 
 
 @compiled
-def amplitudes(folds, epsilon, k0, kept, smallest, relief):
+def amplitudes(folds, epsilon, k0, kept, relief):
     """Sum of (k0 A + kept) H At over the entries of each vertex, the same with blunt H (`shown`), and the half cycle of
     the finest fold that matters.
 
@@ -384,7 +381,7 @@ def amplitudes(folds, epsilon, k0, kept, smallest, relief):
                 if deep > 0.0:
                     total += deep * unit[p]
                     mild += deep * blunt[p]
-                    if cycle[p] < finest and deep * swing[p] > smallest:
+                    if cycle[p] < finest and deep * swing[p] > LEAST:
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)
         height[i], shown[i], spacing[i], active[i] = total * share[i], mild * share[i], finest, on

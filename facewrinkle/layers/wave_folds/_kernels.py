@@ -6,7 +6,7 @@ import numpy as np
 
 from ...geometry.compilation import compiled
 from ...geometry.equations import fall, fall_integral
-from ..entries import TAUT
+from ..entries import LEAST, TAUT
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""
@@ -38,9 +38,6 @@ ROUNDED = 0.18
 
 FINE = 0.11
 """Half width of the lines of old skin, in wavelengths (a standard deviation)."""
-
-LEAST = 0.15
-"""Folds less deep than this, mm, ask for no triangles."""
 
 TOLERANCE = 0.08
 """Distance of triangles from the waves that is allowed, mm, with four vertices from crest to furrow."""

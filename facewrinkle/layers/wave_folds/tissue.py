@@ -37,7 +37,7 @@ MEAN_THICKNESS, WAVELENGTH = 1.15, 6.6
 on the forehead, 5.4 mm beside the eye.
 """
 
-AGED = 1.1
+AGED = 1.5
 """Depth of lines at rest at age 1 in skin 1 mm thick, over the root of its compression in full motion, mm."""
 
 NEAR = 0.02
@@ -108,7 +108,7 @@ def wavelengths(face: Face) -> Array:
 def old_depths(face: Face, age: float) -> Array:
     """Return how deep lines at rest are (n0,), mm, over the root of the compression of the skin in full motion.
 
-    ``1.1 age^t / t^2`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On
+    ``1.5 age^(t^2) / t`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On
     people the corners of the eyes age first, and the forehead after the folds that everybody has at the same places
     (Takema and others, Skin Research and Technology 1997).
 
@@ -118,10 +118,10 @@ def old_depths(face: Face, age: float) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "eye_l_outer")]
     >>> [old_depths(face, age)[at].round(2).tolist() for age in (0.5, 1.0)]
-    [[0.32, 0.94], [0.74, 1.66]]
+    [[0.44, 1.16], [1.23, 1.84]]
     """
     thick = thickness(face)
-    return np.asarray(AGED * age**thick / thick**2)
+    return np.asarray(AGED * age ** (thick**2) / thick)
 
 
 def scale_of(face: Face) -> float:
