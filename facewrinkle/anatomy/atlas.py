@@ -42,7 +42,7 @@ KEYS = {
     "sheet": {"attachment", "insertion", "length", "width", "recoil"},
     "triangular": {"attachment", "insertion", "length", "recoil"},
     "sphincter": {"centre", "semi_major", "semi_minor", "inner", "beta", "dead_zone", "protrusion"},
-    "crease": {"path", "crest", "width", "span"},
+    "crease": {"path", "crest", "width", "span", "variety"},
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
     "eye": {"turn", "angle"},
@@ -398,7 +398,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return SheetMuscle(a, i, length, entry["width"] * size, recoil=recoil, **common)
     if entry["kind"] == "crease":
         crest, path = _direction(entry["crest"], side, frame), np.array([point(part) for part in entry["path"]])
-        return Crease(path, crest, entry["width"] * size, entry.get("span", (0.0, 1.0)), **common)
+        width, span, variety = entry["width"] * size, entry.get("span", (0.0, 1.0)), entry.get("variety", 0.0)
+        return Crease(path, crest, width, span, variety=variety, **common)
     if entry["kind"] == "jaw":
         return JawMuscle(point(entry["hinge"]), frame.axes[0], np.deg2rad(entry["angle"]), **common)
     if entry["kind"] == "lid":

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
 from ..anatomy.face import Face
-from ..anatomy.muscles import Crease, Muscle
+from ..anatomy.muscles import Crease, Muscle, zones
 from ..array_types import Array, BoolArray
-from ..errors import check_range
+from ..errors import check_range, check_whole
 from ..geometry import closest_point as closest
 from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
@@ -39,6 +40,8 @@ class Creases(MuscleWrinkles):
     age : float, optional
         In [0, 1]: creases of old skin stay at rest, where the skin is not stretched across them, and deepen in motion.
         Default: the age of the face.
+    seed : int
+        Another seed is another person: uprights of a frown differ in depth and place, left and right each for itself.
 
     Examples
     --------
@@ -50,13 +53,28 @@ class Creases(MuscleWrinkles):
     True
     """
 
-    def __init__(self, depth: float = 1.0, *, inextensible: bool = True, age: float | None = None) -> None:
+    def __init__(
+        self, depth: float = 1.0, *, inextensible: bool = True, age: float | None = None, seed: int = 0
+    ) -> None:
         super().__init__(depth, inextensible=inextensible)
         self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")
+        self.seed = check_whole("seed", seed, 0, 2**63)
 
     def draws(self, pattern: Muscle) -> bool:
         """Tell whether the folds of a muscle are a crease."""
         return isinstance(pattern, Crease)
+
+    def patterns(self, face: Face) -> tuple[list[Muscle], BoolArray]:
+        """Return the fold patterns of the muscles of a face, and the base triangles (k, m0) that each may touch."""
+        patterns, touched = super().patterns(face)
+        varied = {
+            k: pattern.of_person(np.random.default_rng([self.seed, zlib.crc32(name.encode())]))
+            for k, (name, pattern) in enumerate(zip(face.muscles, patterns, strict=True))
+            if isinstance(pattern, Crease) and pattern.variety > 0.0
+        }
+        touched = touched.copy()
+        touched[list(varied)] = zones(varied.values(), face.points, face.triangles)
+        return [varied.get(k, pattern) for k, pattern in enumerate(patterns)], touched
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""

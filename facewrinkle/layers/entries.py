@@ -102,7 +102,7 @@ def scattered(where: BoolArray, values: Column, none: float) -> Column:
 
 
 LEAST = 0.15
-"""Folds less deep than this from bulge to furrow, mm, ask for no triangles."""
+"""Folds less deep than this, mm, ask for no triangles."""
 
 TAUT = 0.15
 """Stretch that smooths out the lines of old skin."""

@@ -24,6 +24,9 @@ from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField, per_length, tangents_of
 from .entries import LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
+SMALLEST = 0.4
+"""A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles, unless it stays at rest."""
+
 BLUNT = 0.18
 """Half the width over which heights are averaged for the shading normals, in half cycles: about the distance of the
 vertices. Some vertices lie at the very bottom of a sharp furrow and others beside it; normals of the heights themselves
@@ -72,18 +75,22 @@ class MuscleWrinkles(Layer):
         """Tell whether this layer draws the folds of a muscle, given by its fold pattern."""
         return not isinstance(pattern, Crease) and (self.waves or not pattern.wrinkles.waves)
 
+    def patterns(self, face: Face) -> tuple[list[Muscle], BoolArray]:
+        """Return the fold patterns of the muscles of a face, and the base triangles (k, m0) that each may touch."""
+        return [muscle.fold_pattern for muscle in face.muscles.values()], face.zones
+
     # --- Eq. 3: W = H A At, with H At computed once, where a new vertex rests --------------------------
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.layers.base.Layer`."""
         self._face, self._unit = face, face.unit
-        self._muscles = [muscle.fold_pattern for muscle in face.muscles.values()]
+        self._muscles, touched = self.patterns(face)
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         self._kept = np.zeros(len(self._muscles))
         self._outer = outer_skin(face)
-        self._zones = face.zones & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
+        self._zones = touched & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         self._metric = StrainField.of(face).metric
@@ -381,7 +388,7 @@ def amplitudes(folds, epsilon, k0, kept, relief):
                 if deep > 0.0:
                     total += deep * unit[p]
                     mild += deep * blunt[p]
-                    if cycle[p] < finest and deep * swing[p] > LEAST:
+                    if cycle[p] < finest and (deep * swing[p] > SMALLEST or old * swing[p] > LEAST):
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)
         height[i], shown[i], spacing[i], active[i] = total * share[i], mild * share[i], finest, on

@@ -67,7 +67,7 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool
     inextensible : bool
         If True, folds stay within what skin of fixed length can fold, whatever `depth` is.
     **waves
-        Further parameters of :class:`facewrinkle.WaveFolds`.
+        Further parameters of :class:`facewrinkle.WaveFolds`; the creases have its age and seed, too.
 
     Raises
     ------
@@ -89,5 +89,5 @@ def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool
     common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(**common), Creases(**common)]
-    creases = Creases(**common, age=waves.get("age"))
+    creases = Creases(**common, age=waves.get("age"), seed=waves.get("seed", 0))
     return [MuscleWrinkles(**common, waves=False), creases, WaveFolds(**common, **waves)]

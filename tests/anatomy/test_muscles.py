@@ -409,6 +409,7 @@ BAD = {
     "span falls": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5, 0.2)), "span"),
     "span of one": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5,)), "span"),
     "span beyond the path": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5, 1.2)), "span"),
+    "variety above one": (lambda: Crease(PATH, (1, 0, 0), 9.0, variety=1.2), "variety"),
     "sliding": (lambda: LinearMuscle((0, 0, 0), (0, 9, 0), 0.5, 9.0, sliding=1.5), "sliding"),
     "fibres that meet": (lambda: TriangularMuscle(*FAN, length=70.0), "the fibers meet 66.6667 from"),
     "negative width of the insertion": (lambda: TriangularMuscle(*FAN, insertion_width=-1.0), "insertion_width"),

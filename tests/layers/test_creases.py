@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import facewrinkle as fw
+from analysis.realism import cuts
 from facewrinkle.errors import ParameterError
 from facewrinkle.layers.compression import StrainField
 from facewrinkle.layers.creases import PLACES, Gathered
@@ -64,6 +65,54 @@ def test_the_age_is_that_of_the_face_unless_another_is_given():
     assert (settled(aged, None)["W"] == settled(aged, 0.8)["W"]).all()
     with pytest.raises(ParameterError, match=r"0 has no lines at rest"):
         fw.Creases(age=2.0)
+    with pytest.raises(ParameterError, match=r"seed must lie in \[0"):
+        fw.Creases(seed=-1)
+
+
+# --- people -----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def alike(face):
+    """The face with uprights of a frown that are the same on both sides, and on everybody."""
+    muscles = {name: face.muscles[name] for name in ("corrugator_l", "corrugator_r")}
+    return face.with_muscles(
+        {k: muscle.replaced(folds=muscle.folds.replaced(variety=0.0)) for k, muscle in muscles.items()}
+    )
+
+
+def of_person(face, seed, what):
+    sim = fw.Simulation(face, layers=[fw.Creases(seed=seed)])
+    sim.express(what)
+    return sim.settle()
+
+
+def frowns(face, people):
+    """Heights on both sides, by the distance from the middle, on the five middle cuts across the frowns of people."""
+    found, aside = [], np.linspace(0.0, 10.0, 40)
+    for seed in range(people):
+        middle = list(cuts(face, of_person(face, seed, "AU4"), "glabella"))[2:7]
+        lines = [(distance - 0.5 * distance[-1], height) for distance, height in middle]
+        found.append([[np.interp(side * aside, *line) for line in lines] for side in (-1.0, 1.0)])
+    return np.array(found).reshape(people, 2, -1)
+
+
+def test_uprights_of_a_frown_differ_from_side_to_side_and_from_person_to_person(face, alike):
+    """On captured people those of the left do not correlate with those of the right."""
+    same, people = frowns(alike, 1)[0], frowns(face, 8)
+    assert np.corrcoef(*same)[0, 1] > 0.9
+    assert np.mean([np.corrcoef(*sides)[0, 1] for sides in people]) < 0.3
+    between = np.corrcoef(people[:, 0])
+    assert np.mean(between[np.triu_indices(8, 1)]) < 0.5
+    relief = people.std(axis=2)
+    assert relief.max() > 2.0 * relief.min()
+    assert relief.mean() == pytest.approx(same.std(axis=1).mean(), rel=0.15)
+    assert (people.min(axis=(1, 2)) < -0.5).all()
+
+
+def test_all_other_creases_are_the_same_on_everybody(face):
+    first, second = (of_person(face, seed, "AU12") for seed in (0, 7))
+    np.testing.assert_array_equal(first["W"], second["W"])
 
 
 # --- compression, gathered over the width of a crease ---------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +33,8 @@ class Crease(Muscle):
         The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
     thickness : float, optional
         How far in front of and behind the plane of chord and `crest` it reaches; by default 0.3 of the chord.
+    variety : float
+        In [0, 1]: how much people differ, and left from right; see :meth:`of_person`. 0: all are alike.
 
     Raises
     ------
@@ -68,6 +71,7 @@ class Crease(Muscle):
     width: float
     span: tuple[float, float] = (0.0, 1.0)
     thickness: float = 0.0
+    variety: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
@@ -84,6 +88,7 @@ class Crease(Muscle):
         width = check_range("width", self.width, 0.0, np.inf)
         if not width > 0.0:
             raise ParameterError(f"width must be positive, received {self.width!r}.")
+        check_range("variety", self.variety, 0.0, 1.0)
         thickness = check_range("thickness", self.thickness, 0.0, np.inf) or 0.3 * length
         self._set(path=path, crest=crest, span=self._checked_span(), width=width, thickness=thickness)
 
@@ -114,12 +119,12 @@ class Crease(Muscle):
 
     def _plane(self, points: npt.ArrayLike) -> tuple[Array, Array, Array, Array]:
         """x, q, the slope f' and the distance from the plane."""
-        length, along, aside, normal = self._axes
-        offset = checked_points(points) - self.path[0]
-        x = offset @ along
+        length, *axes = self._axes
+        # Not by a matrix product, whose last digit depends on which other points are there.
+        x, y, away = np.einsum("nk,ak->an", checked_points(points) - self.path[0], axes)
         slope = self._bow * (length - 2.0 * x)
-        q = (offset @ aside - self._bow * x * (length - x)) / np.sqrt(1.0 + slope**2)
-        return x, q, slope, np.abs(offset @ normal)
+        q = (y - self._bow * x * (length - x)) / np.sqrt(1.0 + slope**2)
+        return x, q, slope, np.abs(away)
 
     @property
     def _furrow(self) -> float:
@@ -130,6 +135,21 @@ class Crease(Muscle):
         """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points."""
         x, q, _, _ = self._plane(points)
         return x / self._axes[0], q / self.width
+
+    def of_person(self, rng: np.random.Generator) -> Self:
+        """Return the crease of a person: its depth times ``1 + variety r``, and ``variety r / 2`` of its width towards
+        the crest or away from it, each with a random number r in [-1, 1].
+
+        Examples
+        --------
+        >>> crease = Crease([(0, 40, 0), (0, 20, 0), (0, 0, 0)], crest=(1, 0, 0), width=16.0, variety=0.5)
+        >>> person = crease.of_person(np.random.default_rng(0))
+        >>> round(person.wrinkles.depth, 2), person.path[0].round(2).tolist()
+        (0.68, [-1.84, 40.0, 0.0])
+        """
+        deeper, aside = (self.variety * rng.uniform(-1.0, 1.0, 2)).tolist()
+        path = self.path + 0.5 * aside * self.width * self._axes[2]
+        return self.replaced(path=path, depth=(1.0 + deeper) * self.wrinkles.depth)
 
     def points_at(self, along: npt.ArrayLike, across: npt.ArrayLike) -> Array:
         """Return the points (n, 3), in the plane of the path, at `along` (lambda) and `across` (in widths)."""

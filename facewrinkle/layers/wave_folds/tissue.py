@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
+from scipy.special import expit
 
 from ...anatomy.face import Face
+from ...anatomy.identity import hair_cover
 from ...anatomy.landmarks import of_side
 from ...anatomy.muscles import LidMuscle, SheetMuscle, within
 from ...array_types import Array
@@ -54,6 +56,11 @@ OWN, OTHERS = 1.0, 0.5
 EDGE = (1.0, 4.0)
 """Distances, mm on a face of average size, from the edge of an opening, or through a flap of skin, up to which there
 are no folds, and from which they are whole.
+"""
+
+HALVED, ENDING = 2.0, 0.7
+"""Distance before the hairline, mm on a face of average size, at which lines have half their depth, and the distance
+over which the rest falls by a factor e.
 """
 
 PROBES, NEAREST, OPPOSED = (1.5, 3.5), 6, -0.2
@@ -130,7 +137,7 @@ def scale_of(face: Face) -> float:
 
 
 def firmness(face: Face, deep: float = DEEP) -> Array:
-    """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges and on the upper lids.
+    """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair.
 
     ``1 / (1 + (h / deep)^6)``, with h the depth of the tissue: thick cheeks bulge as a whole and stay smooth. Along the
     edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch would run
@@ -151,6 +158,8 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
             firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
+    if face.landmarks:
+        firm *= expit(-(hair_cover(face.points, face.landmarks, face.frame) + HALVED) / ENDING)
     firm *= (1.0 - HANGING * below_brows(face)) * (1.0 - GAP * between_bellies(face))
     return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
 
