@@ -56,10 +56,12 @@ def studio(
         window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, source=named, listen=listen)
     with window:
         report.say(f"The studio is open at {window.url}")
-        if host not in ("127.0.0.1", "localhost", "::1"):
+        local = host in ("127.0.0.1", "localhost", "::1")
+        if not local:
             report.say(f"It listens on {host}: everyone in the network who knows this address can use it.")
         if listen is not None:
-            report.say(f"A phone can drive the face: UDP port {listen} of {host}.")
+            senders = "this computer alone; a phone needs --host 0.0.0.0 too" if local else "everyone in the network"
+            report.say(f"Face capture can drive the face by UDP port {listen}, from {senders}.")
         report.say("Press Ctrl-C to quit.")
         before_the_end.append(window.end)
         window.wait()
