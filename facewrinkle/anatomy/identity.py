@@ -21,11 +21,20 @@ from .landmarks import FaceFrame
 COLOURS = ("skin", "hair", "hair_density", "iris", "hair_length")
 """Parameters that do not change the shape of the head."""
 
-TINTS = {
-    "skin": np.array([[1.08, 1.13, 1.18], [0.46, 0.375, 0.33]]),
-    "hair": np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]]),
-}
-"""Factors of red, green and blue at -1 and at 1."""
+HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
+"""Factors of red, green and blue of hair at -1 and at 1."""
+
+TONES = np.array(
+    # the value of `skin`, red, green and blue of the forehead
+    [
+        (-1.0, 248, 236, 228), (-0.75, 246, 230, 219), (-0.5, 252, 232, 208), (-0.25, 240, 216, 186),
+        (0.0, 216, 174, 145), (0.2, 168, 123, 86), (0.4, 136, 89, 67), (0.6, 100, 63, 52), (0.8, 60, 48, 42),
+        (1.0, 42, 36, 32),
+    ]
+)  # fmt: skip
+"""The ten tones of the Monk Skin Tone Scale (E. Monk, Google, 2022). They are redder than its swatches, as faces
+are: a* of CIELAB is larger by a fifth of b*. The fifth is the mean head, whose forehead is nearest to that swatch.
+"""
 
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn grey, and its colour then."""
@@ -35,6 +44,9 @@ GREYEST = 0.85
 
 BROWS_SHARE = 0.5
 """Brows differ from those of the mean head by this share of what hair does."""
+
+BROWS_ON_SKIN = 0.6
+"""Brows that are not grey have at most this share of the forehead's colour."""
 
 CHILD, ADULT = 0.24, 0.31
 """Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its
@@ -109,7 +121,7 @@ class Identity:
     child : float
         From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
     skin : float
-        From fair to dark skin.
+        From fair to dark skin, through the ten tones of the Monk Skin Tone Scale; see :attr:`monk`.
     hair : float
         From fair to black hair; with `age` it turns grey.
     hair_density : float
@@ -201,6 +213,17 @@ class Identity:
         hair_length = float(random.uniform(-spread, spread))
         return dataclasses.replace(somebody, child=child, hair_length=hair_length).plausible()
 
+    @property
+    def monk(self) -> int:
+        """The tone of the skin on the Monk Skin Tone Scale, from 1, the fairest, to 10.
+
+        Examples
+        --------
+        >>> [Identity(skin=skin).monk for skin in (-1.0, 0.0, 0.35, 1.0)]
+        [1, 5, 7, 10]
+        """
+        return 1 + int(np.abs(TONES[:, 0] - self.skin).argmin())
+
     def plausible(self) -> Self:
         """Return the person with hair and irises that are no fairer than the skin; children look young.
 
@@ -247,12 +270,14 @@ def head_of(identity: Identity) -> Head:
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
     if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GREYING:
         return head
-    skin = TINTS["skin"][int(identity.skin > 0.0)] ** abs(identity.skin)
-    tint = TINTS["hair"][int(identity.hair > 0.0)] ** abs(identity.hair)
+    at, *channels = TONES.T
+    skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
+    tint = HAIR_TINTS[int(identity.hair > 0.0)] ** abs(identity.hair)
     grey = GREYEST * smoothstep((identity.age - GREYING) / (1.0 - GREYING))
+    own = np.minimum(tint**BROWS_SHARE * mean.brows.colour, BROWS_ON_SKIN * skin * TONES[4, 1:])
     strands, brows = (
-        (1.0 - share * grey) * tint**share * colour + share * grey * GREY
-        for colour, share in ((HAIR_COLOUR, 1.0), (mean.brows.colour, BROWS_SHARE))
+        (1.0 - share * grey) * colour + share * grey * GREY
+        for colour, share in ((tint * HAIR_COLOUR, 1.0), (own, BROWS_SHARE))
     )
     colour, texture = (
         dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density) for paint in mean.paint

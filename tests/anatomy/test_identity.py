@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import cv2
 import numpy as np
 import pytest
 from expressions import after
@@ -12,7 +13,7 @@ from small_meshes import area_vectors, smallest_angles
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import MIRROR, Head, load_head
-from facewrinkle.anatomy.identity import CHILDS_FOLDS, YOUNG_FOLDS, Identity, childlike, fold_depth, head_of
+from facewrinkle.anatomy.identity import CHILDS_FOLDS, TONES, YOUNG_FOLDS, Identity, childlike, fold_depth, head_of
 from facewrinkle.appearance.eye import PaintedEye
 from facewrinkle.errors import FaceWrinkleError, ParameterError
 from tools.self_intersections import self_intersections
@@ -129,6 +130,35 @@ def test_skin_and_hair_get_darker_and_hair_turns_grey() -> None:
     old, young = (head_of(Identity(age=value)) for value in (1.0, 0.0))
     assert brightness(old, True) > 2.0 * brightness(young, True)
     assert brightness(old, False) == pytest.approx(brightness(young, False), rel=0.02)
+
+
+MONK = ("f6ede4", "f3e7db", "f7ead0", "eadaba", "d7bd96", "a07e56", "825c43", "604134", "3a312a", "292420")
+"""The published colours of the ten tones of the Monk Skin Tone Scale (skintone.google, 2022)."""
+
+
+def cielab(colours: np.ndarray) -> np.ndarray:
+    return cv2.cvtColor(np.float32(colours).reshape(1, -1, 3) / 255.0, cv2.COLOR_RGB2LAB)[0]
+
+
+def test_each_tone_of_skin_is_nearest_to_its_own_swatch() -> None:
+    mean = load_head()
+    forehead = np.linalg.norm(mean.points - mean.landmarks["forehead_mid"], axis=1) < 15.0
+    swatches = cielab(np.array([list(bytes.fromhex(tone)) for tone in MONK]))
+    lightness = []
+    for tone, skin in enumerate(TONES[:, 0], start=1):
+        person = Identity(skin=float(skin))
+        colour = cielab(head_of(person).colour[forehead].mean(axis=0))[0]
+        assert 1 + np.linalg.norm(swatches - colour, axis=1).argmin() == person.monk == tone
+        hue = np.degrees(np.arctan2(*colour[:0:-1]) - np.arctan2(*swatches[tone - 1, :0:-1]))
+        assert abs(hue) < 25.0
+        lightness.append(colour[0])
+    assert np.abs(lightness - swatches[:, 0]).max() < 5.0
+
+
+def test_brows_are_darker_than_any_skin() -> None:
+    for skin in np.linspace(-1.0, 1.0, 9):
+        person = head_of(Identity(skin=skin).plausible())
+        assert person.brows.colour.mean() < 0.8 * brightness(person, False)
 
 
 @pytest.mark.parametrize("identity", [Identity(age=1.0, sex=1.0), Identity(width=-1.0, sex=-1.0, lips=1.0), CROWD[3]])
