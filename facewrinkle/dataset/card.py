@@ -3,23 +3,35 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .. import __version__
+from ..array_types import Array
 from ..files import write_whole
+from ..plotting.images import save_picture, side_by_side
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
 from .shards import read_table
 from .spec import Spec, code_digest
+from .statistics import Sums, mean_and_deviation, sums_in
+
+MEAN = "mean.png"
+"""Name of the picture that shows the mean of all pictures and the deviation from it."""
 
 BIASES = """\
-- All people with the built-in head have its topology, and cropped or shaved hair; they differ in shape, age and
-  colours. Nobody wears a beard, make-up, glasses, jewellery, a hat or clothes: heads end in bare necks.
-- The ranges are those of the specification, not of any population: ages and complexions are even, not as in a country.
+- Drawn at random, each by itself: shape, age, colours and skin tone of a person, expression, gaze, tears, fine lines,
+  camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
+- All people with the built-in head have its topology, and cropped or shaved hair. Missing are other haircuts, beards,
+  make-up, glasses, jewellery, hats and clothes: heads end in bare necks.
+- The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
+- Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
 - Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
   face, no hand and no strand of hair; cameras have no noise, blur or distortion.
-- Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients.
+- Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
+  specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
 - What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
   in front of faces, noise and blur (domain randomisation), or with photographs beside them.
 - Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
@@ -27,19 +39,83 @@ BIASES = """\
 
 
 def write_card(folder: Path, spec: Spec, count: int) -> None:
-    """Write README.md."""
-    table = read_table(folder, ("index", "attempt"))
+    """Write README.md, and the mean picture that it shows."""
+    identity = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris"))
+    table = read_table(folder, ("index", "attempt", "person", "monk", "expression", "tears", *identity))
+    sums = sums_in(folder)
+    if sums:
+        means = mean_and_deviation(sums["pictures"], sums["small"], sums["small_squares"])
+        save_picture(side_by_side([np.rint(values).astype(np.uint8) for values in means]), folder / MEAN)
+    write_whole(folder / "README.md", _text(spec, count, table, sums))
+
+
+def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
+    """Return what a set contains, as Markdown: shares of its pictures, and means over their pixels."""
+    drawn = [json.loads(expression) for expression in table["expression"]]
+    kinds = Counter(_kind(expression) for expression in drawn)
+    groups = {
+        "Expressions": {name: number / len(drawn) for name, number in kinds.most_common()},
+        "Tears": {"crying": np.mean(table["tears"])},
+    }
+    own = [k for k, tone in enumerate(table["monk"]) if tone is not None]
+    if own:
+        monk, sex, age, child, iris = (
+            np.array([table[name][k] for k in own])
+            for name in ("monk", "identity_sex", "identity_age", "identity_child", "identity_iris")
+        )
+        adult = child <= 0.0
+        groups |= {
+            "Sex": {"feminine (`sex` below 0)": np.mean(sex < 0.0), "masculine": np.mean(sex >= 0.0)},
+            "Age": {
+                "children (`child` above 0)": np.mean(~adult),
+                "young (`age` below 0)": np.mean(adult & (age < 0.0)),
+                "middle-aged": np.mean(adult & (age >= 0.0) & (age < 0.5)),
+                "old (`age` from 0.5)": np.mean(adult & (age >= 0.5)),
+            },
+            "Skin, by the Monk Skin Tone Scale (`monk`)": {f"{tone}:": np.mean(monk == tone) for tone in range(1, 11)},
+            "Irises": {
+                "blue (`iris` below -0.3)": np.mean(iris < -0.3),
+                "grey to hazel": np.mean((iris >= -0.3) & (iris < 0.3)),
+                "brown (from 0.3)": np.mean(iris >= 0.3),
+            },
+        }
+    pixels = sums["pixels"].astype(float)
+    groups["Pixels"] = dict(zip(PARTS, pixels / pixels.sum(), strict=True))
+    lines = [f"- {len(set(table['person']))} persons. Shares are those of pictures; of people, with the built-in head."]
+    lines += [
+        f"- {title}: {', '.join(f'{name} {share:.1%}' for name, share in shares.items())}."
+        for title, shares in groups.items()
+    ]
+    mean, deviation = mean_and_deviation(pixels.sum(), sums["colours"], sums["squares"])
+    lines.append(
+        f"- Red, green and blue, from 0 to 255: mean {_numbers(mean)}, standard deviation {_numbers(deviation)} "
+        "over all pixels."
+    )
+    return "\n".join(lines)
+
+
+def _kind(expression: dict[str, float]) -> str:
+    """What the card calls an expression: its name, action units, or neutral."""
+    named = [name for name in expression if not name.startswith("AU")]
+    return named[0] if named else "action units" if expression else "neutral"
+
+
+def _numbers(values: Array) -> str:
+    return ", ".join(f"{value:.1f}" for value in values)
+
+
+def _text(spec: Spec, count: int, table: dict[str, list[Any]], sums: Sums) -> str:
     made = len(set(table["index"]))
     redrawn = float(np.mean(np.array(table["attempt"], bool))) if made else 0.0
-    write_whole(folder / "README.md", _text(spec, count, made, redrawn))
-
-
-def _text(spec: Spec, count: int, made: int, redrawn: float) -> str:
+    contents = contents_of(table, sums) if made else "Nothing."
     scans = "".join(f"- {Path(scan.path).name}: {scan.licence}\n" for scan in spec.faces.scans)
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(PARTS))
     faces = spec.written["faces"]
     named = [entry | {"path": Path(entry["path"]).name} for entry in faces["scans"]]
-    specification = json.dumps(spec.written | {"faces": {**faces, "scans": named}}, indent=1)
+    shown = spec.written | {"faces": {**faces, "scans": named}}
+    for name, key in (("background", "pictures"), ("lights", "environment")):
+        shown[name] = shown[name] | {key: Path(shown[name][key]).name}
+    specification = json.dumps(shown, indent=1)
     regions = ", ".join(f"{number} {name}" for number, name in enumerate(REGIONS))
     pictures = "a picture each" if spec.clip.frames == 1 else f"clips of {spec.clip.frames} pictures"
     return f"""\
@@ -57,7 +133,8 @@ because the face was not in the picture, showed the inside of its skin, or did n
 ## Files
 
 `shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
-picture. `sha256sum -c shard-*.sha256` checks both. Pictures of a clip have keys with the number of the sample and of
+picture; `statistics/` has sums over pixels, which add up: of parts, colours and their squares.
+`sha256sum -c shard-*.sha256` checks all. Pictures of a clip have keys with the number of the sample and of
 the frame. The persons of a shard take turns. A picture has
 
 - `png`: the picture, 8 bits of red, green and blue;
@@ -74,7 +151,8 @@ the frame. The persons of a shard take turns. A picture has
 - `mesh.npz`, if asked for: `points` of the skin and where they are at `rest`, in the unit of the face, and `triangles`;
   or `mesh.glb`: skin, eyes, mouth and tears with their colours, for other programs;
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
-  (FACS; in a clip those of this picture), identity, camera matrices (OpenCV's convention), lamps, background, furrows.
+  (FACS; in a clip those of this picture), identity, tone of the skin (`monk`), camera matrices (OpenCV's convention),
+  lamps, background, names of the pictures and environments of one's own (`files`), furrows.
 
 A sample depends on the specification and its number alone. `facewrinkle dataset check` compares all files with
 their sums, and makes some samples again.
@@ -83,6 +161,12 @@ their sums, and makes some samples again.
 
 - The built-in head and people made from it: MIT, as the package.
 {scans}
+## What it contains
+
+{contents}
+
+![The mean of all pictures, and the standard deviation of each pixel from it]({MEAN})
+
 ## Known biases and limits
 
 {BIASES}

@@ -58,14 +58,15 @@ def generate(
     Returns
     -------
     Path
-        The folder: shards with their SHA-256, ``index/`` with Parquet tables, ``README.md``, and ``dataset.json``.
+        The folder: shards with their SHA-256, ``index/`` with Parquet tables, ``statistics/`` of pixels, ``README.md``
+        with ``mean.png``, and ``dataset.json``.
 
     Raises
     ------
     OutputError
         If the folder holds something else, or a set that other code began, or cannot be written.
     ParameterError
-        If a scheduler cannot be reached.
+        If a scheduler cannot be reached, or a file of the specification is missing or changes meanwhile.
     FaceWrinkleError
         If a process died, or the scheduler was lost; what is missing is made when the same is run again.
     MissingPackageError
@@ -77,8 +78,8 @@ def generate(
     >>> folder = tempfile.TemporaryDirectory()
     >>> out = generate({"size": [32, 32], "shard": 2}, f"{folder.name}/small", count=3)
     >>> sorted(path.name for path in out.iterdir())
-    ['README.md', 'dataset.json', 'index', 'shard-000000.sha256', 'shard-000000.tar',
-     'shard-000001.sha256', 'shard-000001.tar']
+    ['README.md', 'dataset.json', 'index', 'mean.png', 'shard-000000.sha256', 'shard-000000.tar',
+     'shard-000001.sha256', 'shard-000001.tar', 'statistics']
     >>> folder.cleanup()
     """
     spec = spec_of(spec)
@@ -148,9 +149,9 @@ def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
     """Raise an OutputError if the set in a folder is not the one that is to be made."""
     if known.digest != spec.digest:
         raise OutputError(
-            f"{str(folder)!r} holds a set of another specification, or of other code of facewrinkle (version "
-            f"{known.version}, code {known.code}; this is {__version__}, {code_digest()}). Name a new folder, or go on "
-            f"with that code and the specification in {STATE}."
+            f"{str(folder)!r} holds a set of another specification, of other files, or of other code of facewrinkle "
+            f"(version {known.version}, code {known.code}; this is {__version__}, {code_digest()}). Name a new folder, "
+            f"or go on with that code, those files, and the specification in {STATE}."
         )
     if count < known.count or (count > known.count and known.count % spec.shard):
         raise OutputError(
@@ -206,7 +207,9 @@ def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:
     os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
     os.environ.setdefault("LP_NUM_THREADS", "0")  # software that draws does so in the same thread: one core a worker
     if Spec.of(spec.written).digest != spec.digest:
-        raise OutputError("a worker has other code of facewrinkle or other scans. Give it those of this machine.")
+        raise OutputError(
+            "a worker has other code of facewrinkle, other scans or pictures. Give it those of this machine."
+        )
     with inside_only(inside):
         for _ in write_shard(spec, shard, folder):
             pass

@@ -20,6 +20,8 @@ class Person:
     number : int
     scan : int or None
         Number of the scan; None is the built-in head.
+    monk : int or None
+        Tone of the built-in head's skin on the Monk Skin Tone Scale, from 1 to 10.
     identity : dict of str to float
         Of the built-in head, see :class:`facewrinkle.Identity`; for a scan only its age.
     folds : dict of str to float
@@ -28,6 +30,7 @@ class Person:
 
     number: int
     scan: int | None
+    monk: int | None
     identity: dict[str, float]
     folds: dict[str, float]
 
@@ -44,7 +47,8 @@ class Plan:
     expression : dict of str to float
         Action units or expressions, and how much of each.
     gaze, camera, lights, background : dict of str to float
-        As in the specification.
+        As in the specification; with one's own files, also the numbers of the environment and of the picture, and
+        which part of the latter is seen.
     tears : float or None
         Seconds since the tears began; None for dry eyes.
     """
@@ -101,12 +105,12 @@ def person_of(spec: Spec, number: int) -> Person:
     random = spec.random(number, "face")
     weights = np.array([spec.faces.built_in, *(scan.weight for scan in spec.faces.scans)])
     chosen = int(random.choice(len(weights), p=weights / weights.sum()))
-    identity = asdict(Identity(**spec.drawn("identity", spec.random(number, "identity"))).plausible())
-    if chosen:
-        identity = {"age": identity["age"]}
+    somebody = Identity(**spec.drawn("identity", spec.random(number, "identity"))).plausible()
+    identity = {"age": somebody.age} if chosen else asdict(somebody)
     folds = spec.drawn("folds", spec.random(number, "folds"))
     folds["seed"] = int(folds["seed"])
-    return Person(number, chosen - 1 if chosen else None, identity, folds)
+    scan, monk = (chosen - 1, None) if chosen else (None, somebody.monk)
+    return Person(number, scan, monk, identity, folds)
 
 
 def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
@@ -125,6 +129,13 @@ def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
     crying = random("crying")
     cries = crying.uniform() < spec.crying
     time = spec.drawn("tears", crying)["time"]
+    lights, background = spec.drawn("lights", random("lights")), spec.drawn("background", random("background"))
+    if spec.environments:
+        lights["environment"] = int(random("environment").integers(len(spec.environments)))
+    if spec.backgrounds:
+        chosen = random("picture")
+        background["picture"] = int(chosen.integers(len(spec.backgrounds)))
+        background |= {"across": float(chosen.uniform()), "down": float(chosen.uniform())}
     return Plan(
         index=index,
         person=person_at(spec, index),
@@ -132,8 +143,8 @@ def plan_of(spec: Spec, index: int, attempt: int = 0) -> Plan:
         expression=expression_of(spec.expression, random("expression")),
         gaze=spec.drawn("gaze", random("gaze")),
         camera=spec.drawn("camera", random("camera")),
-        lights=spec.drawn("lights", random("lights")),
-        background=spec.drawn("background", random("background")),
+        lights=lights,
+        background=background,
         tears=time if cries else None,
     )
 

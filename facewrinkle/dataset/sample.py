@@ -29,8 +29,7 @@ from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
-from ..plotting.scene import Scene
-from ..plotting.views import LIGHTS, Style, View, add_lamps, placed
+from ..plotting.views import Style
 from ..plotting.wet import TearScene
 from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
@@ -39,6 +38,7 @@ from .furrows import FurrowTracker
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS, labels_of
 from .plan import Person, Plan, person_of, plan_of
 from .spec import TIME_STEP, Spec
+from .surroundings import files_of, place
 from .visible import Camera
 
 ATTEMPTS = 5
@@ -101,7 +101,7 @@ class Sample:
         picture = io.BytesIO()
         Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=LEVEL)
         text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
-        files = {"png": picture.getvalue(), "npz": _compressed(self.labels), "json": text.encode()}
+        files = {"png": picture.getvalue(), "npz": compressed(self.labels), "json": text.encode()}
         return files | self.mesh
 
 
@@ -116,7 +116,7 @@ def key_of(index: int, frame: int | None = None) -> str:
     return f"{index:09d}" if frame is None else f"{index:09d}-{frame:04d}"
 
 
-def _compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
+def compressed(arrays: dict[str, npt.NDArray[Any]]) -> bytes:
     """Return arrays as `np.savez_compressed` writes them, at a level that takes two thirds of the time."""
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w") as archive:
@@ -210,6 +210,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
                 "steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP},
                 "parts": list(PARTS),
                 "regions": list(REGIONS),
+                "files": files_of(plan, self.spec),
                 "spec": self.spec.digest,
                 "version": __version__,
             }
@@ -250,7 +251,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
         if scene is None or scene.face is not face or any(part.texture is not None for part in face.parts.values()):
             self.close()
             self._scene = scene = TearScene(face, Style(self.spec.size, quick=self.spec.quick))
-        place(scene, plan)
+        place(scene, plan, self.spec)
         return scene
 
     def frames(self, simulation: Simulation, plan: Plan) -> Iterator[pv.PolyData]:
@@ -307,7 +308,7 @@ def mesh_files(kind: str, frame: pv.PolyData, face: Face, tears: list[pv.PolyDat
     if kind == "npz":
         rest = np.asarray(frame.point_data.get("rest", frame.points), np.float32)
         arrays = {"points": np.asarray(frame.points, np.float32), "rest": rest}
-        return {"mesh.npz": _compressed(arrays | {"triangles": np.asarray(frame.regular_faces, np.int32)})}
+        return {"mesh.npz": compressed(arrays | {"triangles": np.asarray(frame.regular_faces, np.int32)})}
     if kind == "glb":
         with TemporaryDirectory() as folder:
             path = write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears)
@@ -357,41 +358,3 @@ def face_of(spec: Spec, person: Person) -> Face:
         return default_face(Identity.of(person.identity))
     path = Path(spec.faces.scans[person.scan].path)
     return read_face(path) if path.suffix == ".face" else fit_face(path)
-
-
-def view_of(camera: dict[str, float]) -> View:
-    """Return the view of a drawn camera.
-
-    Examples
-    --------
-    >>> view = view_of({"yaw": 90.0, "pitch": 0.0, "roll": 0.0, "height": 4.0, "aside": 0.0, "above": 0.0})
-    >>> tuple(round(x, 9) for x in view.direction)
-    (1.0, 0.0, 0.0)
-    """
-    yaw, pitch = np.radians([camera["yaw"], camera["pitch"]])
-    direction = (float(np.sin(yaw) * np.cos(pitch)), float(np.sin(pitch)), float(np.cos(yaw) * np.cos(pitch)))
-    x, y, z = View((0.0, 0.0, 1.0)).offset
-    aside, above = -camera["aside"], -camera["above"]
-    offset = (x + aside * float(np.cos(yaw)), y + above, z - aside * float(np.sin(yaw)))
-    return View(direction, offset=offset, height=camera["height"])
-
-
-def place(scene: Scene, plan: Plan) -> None:
-    """Give a scene the camera, the lamps and the background of a plan."""
-    view, plotter, lamps = view_of(plan.camera), scene.plotter, plan.lights
-    scene.look(view)
-    plotter.camera.roll += plan.camera["roll"]
-    plotter.remove_all_lights()
-    focus, towards, right, up = placed(view, scene.face)
-    turn = np.radians(lamps["turn"])
-    warm = np.array([1.0 + lamps["warmth"], 1.0, 1.0 - lamps["warmth"]])
-    right, towards = right * np.cos(turn) - towards * np.sin(turn), right * np.sin(turn) + towards * np.cos(turn)
-    drawn = [
-        (direction, tuple(np.clip(warm * colour, 0.0, 1.0).tolist()), intensity * lamps[name])
-        for (direction, colour, intensity), name in zip(LIGHTS, ("key", "fill", "rim"), strict=True)
-    ]
-    add_lamps(plotter, focus, np.stack([right, up, towards]), drawn)
-    behind = plan.background
-    tint = np.array([1.0 + behind["warmth"], 1.0, 1.0 - behind["warmth"]])
-    bottom, top = (np.clip(tint * behind[end], 0.0, 1.0).tolist() for end in ("bottom", "top"))
-    plotter.renderer.set_background(bottom, top=top)

@@ -1,7 +1,8 @@
 """Shards: files of consecutive samples, whole or absent, with a table of what is in them; and what is wrong with them.
 
-A shard is a tar file as WebDataset reads it; beside it are a Parquet file with a row for each picture, and the SHA-256
-of both as the program ``sha256sum`` checks it. The same samples give the same bytes: members have no times and owners.
+A shard is a tar file as WebDataset reads it; beside it are a Parquet file with a row for each picture, sums over the
+pictures, and the SHA-256 of all three as the program ``sha256sum`` checks it. The same samples give the same bytes:
+members have no times and owners.
 """
 
 from __future__ import annotations
@@ -20,11 +21,12 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from ..errors import OutputError, check_whole, missing_package
+from ..errors import OutputError, ParameterError, check_whole, missing_package
 from ..files import write_whole, written
 from .plan import person_at
-from .sample import Sample, SampleMaker, key_of
+from .sample import Sample, SampleMaker, compressed, key_of
 from .spec import Spec, code_digest
+from .statistics import Sums, added, sums_of
 
 STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
@@ -60,9 +62,10 @@ class Shard:
         """The name of the files, without ending."""
         return f"shard-{self.number:06d}"
 
-    def files(self) -> tuple[str, str, str]:
-        """Return the names of the tar file, the table, and the list of samples that could not be made."""
-        return f"{self.name}.tar", f"index/{self.name}.parquet", f"{self.name}.failed.json"
+    def files(self) -> tuple[str, str, str, str]:
+        """Return the names of tar file, table and statistics, and of the list of samples that could not be made."""
+        name = self.name
+        return f"{name}.tar", f"index/{name}.parquet", f"statistics/{name}.npz", f"{name}.failed.json"
 
     @property
     def sums(self) -> str:
@@ -70,8 +73,8 @@ class Shard:
         return f"{self.name}.sha256"
 
     def done(self, folder: Path) -> bool:
-        """Return True if tar file, table and sums are there; the sums are written last."""
-        return all((folder / name).is_file() for name in (*self.files()[:2], self.sums))
+        """Return True if tar file, table, statistics and their SHA-256 are there; the last is written last."""
+        return all((folder / name).is_file() for name in (*self.files()[:3], self.sums))
 
     def sums_in(self, folder: Path, spec: str) -> str:
         """Return the SHA-256 of the files that are there, a line each, after the digest of the specification."""
@@ -101,10 +104,11 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     Each person is made once: samples are made person by person, kept in a file without a name, and written in order.
     One that fails twice is listed with its error in a file beside the shard, and left out.
     """
-    archive, table, failed = (folder / name for name in shard.files())
+    archive, table, statistics, failed = (folder / name for name in shard.files())
     rows: list[dict[str, Any]] = []
     failures: list[dict[str, Any]] = []
     members: list[tuple[int, str, int, int]] = []
+    sums: Sums = {}
     with written(archive) as partial, TemporaryFile(dir=folder) as store:
         for old in (folder / shard.sums, failed):
             old.unlink(missing_ok=True)
@@ -112,6 +116,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
             for index in sorted(range(shard.first, shard.last), key=lambda index: person_at(spec, index)):
                 for sample in _tried(maker, index, failures):
                     files = sample.files().items()
+                    sums = added(sums, sums_of(sample))
                     rows.append(row_of(sample.facts) | {"shard": archive.name})
                     for ending, content in files:
                         members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
@@ -127,6 +132,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
         failures.sort(key=itemgetter("index"))
         write_whole(failed, json.dumps(failures, indent=1, sort_keys=True))
     write_table(sorted(rows, key=itemgetter("index")), table)
+    write_whole(statistics, compressed(sums))
     write_whole(folder / shard.sums, shard.sums_in(folder, spec.digest))
 
 
@@ -134,6 +140,8 @@ def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> li
     for attempt in range(2):
         try:
             return maker.pictures(index)
+        except ParameterError:  # a file of the specification has changed: all that follows would be another set
+            raise
         except Exception as problem:  # one sample must not stop a night's work
             if attempt:
                 failures.append({"index": index, "error": f"{type(problem).__name__}: {problem}"})
@@ -149,6 +157,7 @@ def row_of(facts: dict[str, Any]) -> dict[str, Any]:
         "person": person["number"],
         "frame": frame or 0,
         "scan": -1 if person["scan"] is None else person["scan"],
+        "monk": person["monk"],
         "expression": json.dumps(plan["expression"], sort_keys=True),
         "action_units": json.dumps(facts["action_units"], sort_keys=True),
         "tears": plan["tears"] is not None,
@@ -157,6 +166,7 @@ def row_of(facts: dict[str, Any]) -> dict[str, Any]:
         "deepest": max((furrow["depth"] for furrow in facts["furrows"]), default=0.0),
         "visible_landmarks": sum(landmark["visible"] for landmark in facts["landmarks"].values()),
     }
+    row |= {f"{what}_file": name for what, name in facts["files"].items()}
     drawn = {"identity": person["identity"], "gaze": plan["gaze"], "camera": plan["camera"], "light": plan["lights"]}
     return row | {f"{group}_{name}": value for group, values in drawn.items() for name, value in values.items()}
 
@@ -175,7 +185,7 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     rows: list[dict[str, Any]] = []
     for path in sorted((folder / "index").glob("shard-*.parquet")):
         try:
-            rows += arrow()[1].read_table(path).to_pylist()
+            rows += arrow()[1].read_table(path, columns=list(columns)).to_pylist()
         except (OSError, ValueError):
             raise OutputError(
                 f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
@@ -242,9 +252,10 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     shards = shards_of(state.count, spec.shard)
     changed = state.code == code_digest() and spec.digest != state.digest
     known = {folder / name for shard in shards for name in shard.files()}
-    extra = {*folder.glob("shard-*.tar"), *folder.glob("index/[!.]*")} - known
+    found = (path for pattern in ("shard-*.tar", "index/[!.]*", "statistics/[!.]*") for path in folder.glob(pattern))
+    extra = {*found} - known
     problems = ["its specification is not that of the set"] if changed else []
-    yield STATE, problems + [f"{path.name} is not a shard or table of the set" for path in sorted(extra)]
+    yield STATE, problems + [f"{path.name} is no file of the set" for path in sorted(extra)]
     whole = []
     for shard in shards:
         problems = _problems(shard, folder, state.digest)
@@ -264,7 +275,7 @@ def _problems(shard: Shard, folder: Path, digest: str) -> list[str]:
         return [f"{shard.sums} is missing"]
     of_set, *found = shard.sums_in(folder, digest).splitlines()
     problems = [] if known[:1] == [of_set] else ["is of another set"]
-    problems += [f"{name} is missing" for name in shard.files()[:2] if not (folder / name).is_file()]
+    problems += [f"{name} is missing" for name in shard.files()[:3] if not (folder / name).is_file()]
     return problems + [f"{line.split()[1]} is not what was made" for line in found if line not in known]
 
 

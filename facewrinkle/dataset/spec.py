@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
+from glob import escape, glob
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -178,6 +179,13 @@ class Scan(Struct, frozen=True, forbid_unknown_fields=True):
     licence: str = "not stated"
 
 
+class InputFile(Struct, frozen=True):
+    """A file that the user brings, and the SHA-256 of its content."""
+
+    path: str
+    digest: str
+
+
 class Faces(Struct, frozen=True, forbid_unknown_fields=True):
     """The table ``[faces]``: the weight of the built-in head among the scans."""
 
@@ -233,12 +241,14 @@ class Spec(Struct, frozen=True, eq=False):
     expression : Expressions
     crying : float
         Share of faces with tears.
+    backgrounds, environments : tuple of InputFile
+        Pictures, one of which is behind each face, and environment maps, one of which lights it; empty for none.
     numbers : dict
         Distributions by table and key.
     written : dict
         All values as written, those that were left out from the default.
     digest : str
-        A hash of all values, of the scans, and of the code of the package: sets that differ in it differ.
+        A hash of all values, of the scans and pictures, and of the code of the package: sets that differ in it differ.
 
     Examples
     --------
@@ -257,13 +267,15 @@ class Spec(Struct, frozen=True, eq=False):
     clip: Clip
     expression: Expressions
     crying: Share
+    backgrounds: tuple[InputFile, ...] = ()
+    environments: tuple[InputFile, ...] = ()
     numbers: dict[str, dict[str, Distribution]] = {}
     written: dict[str, Any] = {}
     digest: str = ""
 
     @classmethod
     def read(cls, path: str | Path) -> Self:
-        """Read a TOML file; paths of scans are relative to its folder.
+        """Read a TOML file; paths of scans and pictures are relative to its folder.
 
         Raises
         ------
@@ -299,15 +311,21 @@ class Spec(Struct, frozen=True, eq=False):
             )
         faces = replace(spec.faces, scans=_scans(spec.faces, Path(folder)))
         whole["faces"] = to_builtins(faces)
-        contents = [(hashlib.sha256(Path(scan.path).read_bytes()).hexdigest(), scan.weight) for scan in faces.scans]
-        text = json.dumps([code_digest(), whole | {"faces": [faces.built_in, contents]}], sort_keys=True)
+        backgrounds = _files(whole["background"], "pictures", Path(folder))
+        environments = _files(whole["lights"], "environment", Path(folder))
+        contents = {
+            "faces": [faces.built_in, [(input_file(scan.path).digest, scan.weight) for scan in faces.scans]],
+            "background": whole["background"] | {"pictures": [(Path(f.path).name, f.digest) for f in backgrounds]},
+            "lights": whole["lights"] | {"environment": [(Path(f.path).name, f.digest) for f in environments]},
+        }
+        text = json.dumps([code_digest(), whole | contents], sort_keys=True)
         numbers = {
             table: {key: Distribution.of(whole[table][key], f"{table}.{key}", *limits) for key, limits in keys.items()}
             for table, keys in NUMBERS.items()
         }
         return replace(
-            spec, faces=faces, expression=_expressions(spec.expression), numbers=numbers,
-            written=whole, digest=hashlib.sha256(text.encode()).hexdigest()[:16],
+            spec, faces=faces, expression=_expressions(spec.expression), numbers=numbers, backgrounds=backgrounds,
+            environments=environments, written=whole, digest=hashlib.sha256(text.encode()).hexdigest()[:16],
         )  # fmt: skip
 
     def random(self, number: int, what: str, attempt: int = 0) -> np.random.Generator:
@@ -359,6 +377,28 @@ def _scans(faces: Faces, folder: Path) -> list[Scan]:
     if not faces.built_in + sum(scan.weight for scan in scans) > 0.0:
         raise ParameterError("no face is left to draw from: give built_in or a scan a weight above 0.")
     return scans
+
+
+def _files(table: dict[str, Any], key: str, folder: Path) -> tuple[InputFile, ...]:
+    """Return the files that a pattern in a table names, of which one must be there; the pattern becomes absolute."""
+    pattern = conforming(table[key], str, key)
+    if not pattern:
+        return ()
+    table[key] = str(Path(escape(str(folder.absolute()))) / Path(pattern).expanduser())
+    found = sorted(path for path in map(Path, glob(table[key], recursive=True)) if path.is_file())
+    if not found:
+        raise ParameterError(
+            f"{key}: no file is like {table[key]!r}. A pattern such as 'folder/*.jpg' is relative to the specification."
+        )
+    return tuple(input_file(str(path)) for path in found)
+
+
+def input_file(path: str) -> InputFile:
+    """Return a file as it is now."""
+    try:
+        return InputFile(path, hashlib.sha256(bytes_of(path)).hexdigest())
+    except OSError as problem:
+        raise ParameterError(f"{path!r} cannot be read: {problem.strerror}.") from None
 
 
 def _expressions(table: Expressions) -> Expressions:

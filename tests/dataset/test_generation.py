@@ -18,6 +18,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, generation, preview
 from facewrinkle.dataset import shards as shards_module
@@ -312,6 +313,28 @@ def test_the_card_tells_what_it_is(small):
     text = (small / "README.md").read_text(encoding="utf-8")
     assert "3 of 3 samples, a picture each of 48 x 48 pixels" in text
     assert json.loads(text.split("```json")[1].split("```")[0])["per_person"] == 2
+
+
+def test_the_card_tells_means_and_shares(small):
+    """Against the pictures and labels themselves, of all shards."""
+    pictures, parts, facts = [], [], []
+    for path in sorted(small.glob("*.tar")):
+        with tarfile.open(path) as tar:
+            read = {member.name: tar.extractfile(member).read() for member in tar}
+        pictures += [np.array(Image.open(io.BytesIO(read[name]))) for name in read if name.endswith("png")]
+        parts += [np.load(io.BytesIO(read[name]))["part"] for name in read if name.endswith("npz")]
+        facts += [json.loads(read[name]) for name in read if name.endswith("json")]
+    stack = np.array(pictures, float)
+    text = (small / "README.md").read_text(encoding="utf-8")
+    mean, deviation = (", ".join(f"{x:.1f}" for x in f(stack, axis=(0, 1, 2))) for f in (np.mean, np.std))
+    assert f"mean {mean}, standard deviation {deviation} over all pixels" in text
+    shares = np.bincount(np.ravel(parts), minlength=len(PARTS)) / np.size(parts)
+    assert f"Pixels: {', '.join(f'{name} {share:.1%}' for name, share in zip(PARTS, shares, strict=True))}." in text
+    for tone in range(1, 11):
+        assert f"{tone}: {np.mean([each['person']['monk'] == tone for each in facts]):.1%}" in text
+    shown = np.array(Image.open(small / "mean.png"), float)
+    assert np.abs(shown[:, :48] - stack.mean(axis=0)).max() <= 0.5
+    assert np.abs(shown[:, -48:] - stack.std(axis=0)).max() <= 0.5
 
 
 def test_a_preview_shows_different_people(remembered):

@@ -71,6 +71,15 @@ def test_a_person_is_always_the_same():
     assert all(person_of(spec, k).identity["hair"] >= person_of(spec, k).identity["skin"] for k in range(50))
 
 
+def test_skin_tones_are_even():
+    people = [person_of(Spec.of(), k) for k in range(2000)]
+    tones = Counter(person.monk for person in people)
+    assert set(tones) == set(range(1, 11))
+    assert max(abs(count - 200) for count in tones.values()) < 4.0 * (2000 * 0.1 * 0.9) ** 0.5
+    feminine = sum(person.identity["sex"] < 0.0 for person in people)
+    assert abs(feminine - 1000) < 4.0 * (2000 * 0.25) ** 0.5
+
+
 def test_all_cry_or_none():
     everybody, nobody = (Spec.of({"tears": {"share": share}}) for share in (1.0, 0.0))
     assert all(0.5 <= plan_of(everybody, k).tears <= 4.0 for k in range(20))

@@ -18,6 +18,7 @@ pq = pytest.importorskip("pyarrow.parquet", reason="data sets need pyarrow")
 
 SHARD, OTHER, SUMS = "shard-000000.tar", "shard-000001.tar", "shard-000000.sha256"
 TABLE, OTHER_TABLE = "index/shard-000000.parquet", "index/shard-000001.parquet"
+STATISTICS, OTHER_STATISTICS = "statistics/shard-000000.npz", "statistics/shard-000001.npz"
 
 
 @pytest.fixture
@@ -60,14 +61,18 @@ TAMPERING = {
     "a shard is that of other samples": (copied(OTHER, SHARD), SHARD, f"{SHARD} is not what was made"),
     "a shard is gone": (removed(SHARD), SHARD, f"{SHARD} is missing"),
     "a shard too many": (
-        copied(SHARD, "shard-000007.tar"), "dataset.json", "shard-000007.tar is not a shard or table of the set",
+        copied(SHARD, "shard-000007.tar"), "dataset.json", "shard-000007.tar is no file of the set",
     ),
     "columns have each other's names": (table, SHARD, f"{TABLE} is not what was made"),
     "a table is that of other samples": (copied(OTHER_TABLE, TABLE), SHARD, f"{TABLE} is not what was made"),
     "a table is gone": (removed(TABLE), SHARD, f"{TABLE} is missing"),
     "a table too many": (
-        copied(TABLE, "index/more.parquet"), "dataset.json", "more.parquet is not a shard or table of the set",
+        copied(TABLE, "index/more.parquet"), "dataset.json", "more.parquet is no file of the set",
     ),
+    "statistics are those of other samples": (
+        copied(OTHER_STATISTICS, STATISTICS), SHARD, f"{STATISTICS} is not what was made",
+    ),
+    "statistics are gone": (removed(STATISTICS), SHARD, f"{STATISTICS} is missing"),
     "a list of failures that are none": (
         copied("dataset.json", "shard-000000.failed.json"), SHARD, "shard-000000.failed.json is not what was made",
     ),
@@ -83,7 +88,7 @@ TAMPERING = {
     "the number of samples is another": (
         file("dataset.json", lambda content: content.replace(b'"count": 3', b'"count": 2')),
         "dataset.json",
-        f"{OTHER} is not a shard or table of the set",
+        f"{OTHER} is no file of the set",
     ),
 }  # fmt: skip
 """What is done, the shard (or file) that is named, and what is said of it."""
@@ -101,13 +106,14 @@ def test_what_was_not_touched_is_well(small):
     assert dict(check(small, remade=0)) == {"dataset.json": [], SHARD: [], OTHER: []}
     sums = sorted(path.name for path in small.glob("*.sha256"))
     told = subprocess.run(["sha256sum", "-c", *sums], cwd=small, capture_output=True, text=True, check=True)
-    assert told.stdout == "".join(f"{name}: OK\n" for name in (SHARD, TABLE, OTHER, OTHER_TABLE))
+    names = (SHARD, TABLE, STATISTICS, OTHER, OTHER_TABLE, OTHER_STATISTICS)
+    assert told.stdout == "".join(f"{name}: OK\n" for name in names)
 
 
 def test_shards_of_two_sets_are_not_mixed(folder, tmp_path):
     """A whole shard with its table and sums, as another version or another seed makes it."""
     other = generate({**SPEC, "seed": 1}, tmp_path / "other", count=2)
-    for name in (SHARD, TABLE, SUMS):
+    for name in (SHARD, TABLE, STATISTICS, SUMS):
         shutil.copy(other / name, folder / name)
     assert dict(check(folder, remade=0))[SHARD] == ["is of another set"]
 

@@ -1,0 +1,183 @@
+"""One's own pictures behind faces, and environment maps that light them."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from PIL import Image
+
+from facewrinkle.dataset import SampleMaker, Spec, generate
+from facewrinkle.dataset.plan import plan_of
+from facewrinkle.dataset.surroundings import covering, lamps_in
+from facewrinkle.errors import ParameterError
+from tests.dataset.conftest import SPEC
+
+SIZE = 64
+STILL = {**SPEC, "size": [SIZE, SIZE], "expression": {"neutral": 1.0, "named": 0.0}}
+FRONT = {"yaw": 0.0, "pitch": 0.0, "roll": 0.0, "height": 5.0, "aside": 0.0, "above": 0.0}
+EVEN = {"key": 1.0, "turn": 0.0, "warmth": 0.0}
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with three pictures of noise, as large as a sample."""
+    random = np.random.default_rng(3)
+    for name in "abc":
+        Image.fromarray(random.integers(0, 256, (SIZE, SIZE, 3), np.uint8)).save(tmp_path / f"{name}.png")
+    return tmp_path
+
+
+def with_map(folder, place, size=4, light=50.0):
+    """Write a map of a dim room with a lamp at a row and a column, and return a specification that is lit by it."""
+    room = np.full((64, 128, 3), 0.02, np.float32)
+    row, column = place
+    room[row - size : row + size, column - size : column + size] = light
+    cv2.imwrite(str(folder / "room.hdr"), room)
+    return {**STILL, "camera": FRONT, "lights": {**EVEN, "environment": "*.hdr"}}
+
+
+def made(spec, index=0):
+    with SampleMaker(spec) as maker:
+        return maker.sample(index)
+
+
+def test_a_picture_is_seen_behind_the_face_as_it_is(folder):
+    spec = Spec.of({**STILL, "background": {"pictures": "*.png"}}, folder)
+    sample, plain = made(spec), made(Spec.of(STILL))
+    whole = np.asarray(Image.open(folder / sample.facts["files"]["background"]))
+    behind = cv2.erode((sample.labels["part"] == 0).astype(np.uint8), np.ones((5, 5))) > 0  # edges are blended
+    assert behind.mean() > 0.1
+    assert np.array_equal(sample.image[behind], whole[behind])
+    assert all(np.array_equal(sample.labels[name], plain.labels[name]) for name in plain.labels)
+    inside = cv2.erode((sample.labels["part"] == 1).astype(np.uint8), np.ones((5, 5))) > 0
+    assert np.array_equal(sample.image[inside], plain.image[inside])
+
+
+def test_pictures_are_scaled_and_cut_to_cover(tmp_path):
+    """Red on the left and blue on the right, twice as wide as it is high."""
+    flag = np.zeros((30, 60, 3), np.uint8)
+    flag[:, :30, 0] = flag[:, 30:, 2] = 255
+    Image.fromarray(flag).save(tmp_path / "flag.png")
+    (file,) = Spec.of({"background": {"pictures": "flag.png"}}, tmp_path).backgrounds
+    for across, colour in ((0.0, [255, 0, 0]), (1.0, [0, 0, 255])):
+        seen = covering(file, {"across": across, "down": 0.5}, (20, 20))
+        assert seen.shape == (20, 20, 3)
+        assert (seen[:, 2:-2] == colour).all()
+
+
+def test_edges_are_blended_with_the_picture(tmp_path):
+    """What black, grey and white behind it makes of a pixel is a straight line: its share of the background."""
+    seen = []
+    for level in (0, 128, 255):
+        Image.new("RGB", (8, 8), (level,) * 3).save(tmp_path / "plain.png")
+        spec = {**STILL, "quick": False, "background": {"pictures": "plain.png"}}
+        seen.append(made(Spec.of(spec, tmp_path)).image.astype(float))
+    share = (seen[2] - seen[0]) / 255.0
+    assert np.abs(seen[1] - seen[0] - 128.0 * share).max() <= 2.0
+    assert ((share > 0.1) & (share < 0.9)).mean() > 0.01  # edges and hair
+    assert ((share == 0.0) | (share == 1.0)).mean() > 0.8
+
+
+def test_all_pictures_are_drawn(folder):
+    spec = Spec.of({**STILL, "background": {"pictures": "*.png"}}, folder)
+    drawn = [plan_of(spec, index).background["picture"] for index in range(300)]
+    shares = np.bincount(drawn) / 300
+    assert len(shares) == 3
+    assert np.abs(shares - 1.0 / 3.0).max() < 4.0 * (2.0 / 9.0 / 300) ** 0.5
+    assert plan_of(spec, 5).lights == plan_of(Spec.of(STILL), 5).lights  # nothing else is drawn otherwise
+
+
+def test_pictures_are_known_by_their_contents(folder, tmp_path_factory):
+    written = {**STILL, "background": {"pictures": "*.png"}}
+    first = Spec.of(written, folder)
+    other = tmp_path_factory.mktemp("other")
+    for path in folder.iterdir():
+        (other / path.name).write_bytes(path.read_bytes())
+    assert Spec.of(written, other).digest == first.digest == Spec.of(first.written).digest
+    (other / "b.png").write_bytes((other / "a.png").read_bytes())
+    assert Spec.of(written, other).digest != first.digest
+    (folder / "c.png").unlink()
+    assert Spec.of(written, folder).digest != first.digest
+
+
+@pytest.mark.parametrize(("change", "told"), [("changed", "has changed"), ("removed", "cannot be read")])
+def test_a_picture_that_changes_meanwhile_stops_the_run(folder, tmp_path_factory, change, told):
+    pytest.importorskip("pyarrow", reason="data sets need pyarrow")
+    out = tmp_path_factory.mktemp("sets") / "set"
+    spec = Spec.of({**STILL, "background": {"pictures": "a.png"}}, folder)
+    if change == "changed":
+        Image.new("RGB", (8, 8)).save(folder / "a.png")
+    else:
+        (folder / "a.png").unlink()
+    with pytest.raises(ParameterError, match=told):
+        generate(spec, out, count=1)
+    assert not list(out.glob("shard*"))
+
+
+def test_lamps_are_where_the_light_comes_from(tmp_path):
+    """The middle of a map is behind the camera; what is to the right of it there is to the left in the picture."""
+    seen = {}
+    for side, column in (("left", 92), ("right", 36)):
+        sample = made(Spec.of(with_map(tmp_path, (24, column)), tmp_path))
+        skin = sample.labels["part"] == 1
+        half = np.arange(SIZE) < SIZE / 2
+        brightness = [sample.image[skin & own].mean() for own in (half, ~half)]
+        seen[side] = brightness[0] / brightness[1]
+    assert seen["left"] > 1.3
+    assert seen["right"] < 1.0 / 1.3
+
+
+def test_lamps_light_a_surface_as_the_map_does():
+    """Of a lamp of half a radian, against the integral over all directions, on surfaces that face it about."""
+    rows, columns = 128, 256
+    elevation = np.pi * (0.5 - (np.arange(rows) + 0.5) / rows)[:, None]
+    azimuth = 2.0 * np.pi * (0.5 - (np.arange(columns) + 0.5) / columns)
+    towards = np.stack(
+        np.broadcast_arrays(
+            np.cos(elevation) * np.sin(azimuth), np.sin(elevation), np.cos(elevation) * np.cos(azimuth)
+        ),
+        axis=-1,
+    )
+    lamp = np.array([0.6, 0.5, 0.62])
+    lamp /= np.linalg.norm(lamp)
+    radiance = np.where((towards @ lamp > np.cos(0.25))[..., None], [8.0, 4.0, 2.0], 0.0)
+    area = np.cos(elevation) * (np.pi / rows) * (2.0 * np.pi / columns)
+    for normal in (lamp, np.array([0.0, 0.6, 0.8]), np.array([0.6, 0.0, 0.8])):
+        wanted = (radiance * (area * np.maximum(towards @ normal, 0.0))[..., None]).sum(axis=(0, 1)) / np.pi
+        found = sum(
+            max(float(np.dot(direction, normal)), 0.0) * intensity * np.array(colour)
+            for direction, colour, intensity in lamps_in(radiance)
+        )
+        assert found == pytest.approx(wanted, rel=0.03)
+
+
+def test_the_environment_is_seen_behind(tmp_path):
+    """A bright window at the left border of a map is behind the head, and to its right in the picture."""
+    written = with_map(tmp_path, (31, 2), size=2)
+    right = np.arange(SIZE) >= SIZE / 2
+    for turn, factor in ((0.0, 2.0), (90.0, 0.0)):
+        sample = made(Spec.of({**written, "lights": {**written["lights"], "turn": turn}}, tmp_path))
+        behind = sample.labels["part"] == 0
+        assert sample.image[behind & right].mean() > factor * sample.image[behind & ~right].mean()
+    assert np.ptp(sample.image[behind]) <= 1  # turned out of sight: the plain room
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ({"background": {"pictures": "none/*.jpg"}}, r"pictures: no file is like '.*none.\*\.jpg'. .* relative to"),
+        ({"background": {"pictures": 3}}, "pictures: expected `str`"),
+        ({"lights": {"environment": "*.hdr"}}, "no file is like"),
+    ],
+)
+def test_wrong_values(tmp_path, written, message):
+    with pytest.raises(ParameterError, match=message):
+        Spec.of(written, tmp_path)
+
+
+@pytest.mark.parametrize(("table", "key"), [("background", "pictures"), ("lights", "environment")])
+def test_files_that_are_no_pictures(tmp_path, table, key):
+    (tmp_path / "letter.hdr").write_text("dear")
+    with pytest.raises(ParameterError, match="letter.hdr' cannot be read as"):
+        made(Spec.of({**STILL, table: {key: "letter.hdr"}}, tmp_path))
