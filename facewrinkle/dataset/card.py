@@ -21,11 +21,14 @@ from .statistics import Sums, mean_and_deviation, sums_in
 MEAN = "mean.png"
 """Name of the picture that shows the mean of all pictures and the deviation from it."""
 
+IDENTITY = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris", "hair_length"))
+"""Columns of the tables about people that the card counts."""
+
 BIASES = """\
 - Drawn at random, each by itself: shape, age, colours and skin tone of a person, expression, gaze, tears, fine lines,
   camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
-- All people with the built-in head have its topology, and cropped or shaved hair. Missing are other haircuts, beards,
-  make-up, glasses, jewellery, hats and clothes: heads end in bare necks.
+- All people with the built-in head have its topology. Hair is shaved, cropped, or falls from a parting, to the chin at
+  most. Missing are other haircuts, beards, make-up, glasses, jewellery, hats and clothes: heads end in bare necks.
 - The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
 - Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
 - Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
@@ -40,8 +43,7 @@ BIASES = """\
 
 def write_card(folder: Path, spec: Spec, count: int) -> None:
     """Write README.md, and the mean picture that it shows."""
-    identity = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris"))
-    table = read_table(folder, ("index", "attempt", "person", "monk", "expression", "tears", *identity))
+    table = read_table(folder, ("index", "attempt", "person", "monk", "expression", "tears", *IDENTITY))
     sums = sums_in(folder)
     if sums:
         means = mean_and_deviation(sums["pictures"], sums["small"], sums["small_squares"])
@@ -59,10 +61,7 @@ def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
     }
     own = [k for k, tone in enumerate(table["monk"]) if tone is not None]
     if own:
-        monk, sex, age, child, iris = (
-            np.array([table[name][k] for k in own])
-            for name in ("monk", "identity_sex", "identity_age", "identity_child", "identity_iris")
-        )
+        monk, sex, age, child, iris, length = (np.array([table[name][k] for k in own]) for name in ("monk", *IDENTITY))
         adult = child <= 0.0
         groups |= {
             "Sex": {"feminine (`sex` below 0)": np.mean(sex < 0.0), "masculine": np.mean(sex >= 0.0)},
@@ -73,6 +72,7 @@ def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
                 "old (`age` from 0.5)": np.mean(adult & (age >= 0.5)),
             },
             "Skin, by the Monk Skin Tone Scale (`monk`)": {f"{tone}:": np.mean(monk == tone) for tone in range(1, 11)},
+            "Hair": {"shaved or cropped": np.mean(length <= 0.0), "longer": np.mean(length > 0.0)},
             "Irises": {
                 "blue (`iris` below -0.3)": np.mean(iris < -0.3),
                 "grey to hazel": np.mean((iris >= -0.3) & (iris < 0.3)),
