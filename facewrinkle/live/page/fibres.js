@@ -72,10 +72,10 @@ export class Fibres {
   /** Light the fibres under the pointer. */
   hover({ clientX, clientY }) {
     if (!this.part?.points) return;
-    const box = this.view.canvas.getBoundingClientRect(), { points, arrays, info: { names, knots } } = this.part;
+    const box = this.view.canvas.getBoundingClientRect(), pixel = this.view.projection(), { points, arrays, info: { names, knots } } = this.part;
     let best = null, nearest = NEAR;
     for (let p = 0; p < points.length; p += 3) {
-      const { x, y } = this.view.project(points.subarray(p, p + 3)), away = Math.hypot(x + box.left - clientX, y + box.top - clientY);
+      const { x, y } = pixel([points[p], points[p + 1], points[p + 2]]), away = Math.hypot(x + box.left - clientX, y + box.top - clientY);
       if (away < nearest) { nearest = away; best = p; }
     }
     this.light(best !== null && this.seen(points.subarray(best, best + 3)) ? [names[arrays.muscle[Math.floor(best / (3 * knots))]]] : [], true);

@@ -181,12 +181,14 @@ class App {
 
   /** Tell what is under the pointer: the muscle, and the number of the field. */
   hover(event) {
-    this.fibres.hover(event);
-    const here = $("legend").querySelector(".here");
-    if (!here || $("legend").hidden || this.hovering) return;
+    if (this.hovering) return;
     this.hovering = true;
     requestAnimationFrame(() => {
       this.hovering = false;
+      if (!$("canvas").matches(":hover")) return; // it has left meanwhile
+      this.fibres.hover(event);
+      const here = $("legend").querySelector(".here");
+      if (!here || $("legend").hidden) return;
       const hit = this.view.pick(event.clientX, event.clientY), value = hit && this.view.valueAt(hit);
       here.textContent = value === null ? "" : `here: ${typeof value === "number" ? Number(value.toPrecision(3)) : value.replaceAll("_", " ")}`;
     });

@@ -61,10 +61,16 @@ export class Picking {
   }
 
   /** The pixel of the page, from the corner of the view, where a place is seen. */
-  project(place) {
-    const { towards, right, up } = this.camera.basis(), { clientWidth: width, clientHeight: height } = this.canvas;
-    const focal = this.camera.matrices(width / height).focal, at = add(place, this.camera.position, -1), deep = -dot(at, towards);
-    return { x: 0.5 * width + (0.5 * height * focal * dot(at, right)) / deep, y: 0.5 * height - (0.5 * height * focal * dot(at, up)) / deep };
+  project(place) { return this.projection()(place); }
+
+  /** A function that finds such pixels, for many places. */
+  projection() {
+    const { towards, right, up } = this.camera.basis(), { position } = this.camera, { clientWidth: width, clientHeight: height } = this.canvas;
+    const scale = 0.5 * height * this.camera.matrices(width / height).focal;
+    return (place) => {
+      const at = add(place, position, -1), deep = -dot(at, towards);
+      return { x: 0.5 * width + (scale * dot(at, right)) / deep, y: 0.5 * height - (scale * dot(at, up)) / deep };
+    };
   }
 
   /** Does the skin at a vertex face the camera? */
