@@ -159,7 +159,7 @@ def parse(text: str) -> Message:
     Examples
     --------
     >>> parse('{"do": "field", "name": "W", "id": 3}')
-    Field(name='W', id=3)
+    Field(name='W', muscles=False, id=3)
     """
     try:
         content = msgspec.json.decode(text, type=dict[str, Any])
