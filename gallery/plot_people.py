@@ -18,7 +18,7 @@ from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
 
 people = [
     fw.default_face({"age": 1.0, "sex": 0.5, "nose_length": 0.6}),
-    fw.default_face({"sex": -0.8, "lips": 0.7, "cheeks": 0.4, "jaw": -0.4}),
+    fw.default_face({"sex": -0.8, "lips": 0.7, "cheeks": 0.4, "jaw": -0.4, "hair_length": 1.0}),
     fw.default_face(fw.Identity.random(4)),
     fw.default_face(fw.Identity.random(11)),
 ]

@@ -18,7 +18,7 @@ from .parts import Part
 SEED = 5
 """All people have the same locks, in their own colours."""
 
-COLUMNS, STRANDS = 750, 450
+COLUMNS, STRANDS = 400, 160
 """Hairs that the sheet is made of, in order around the head, and loose ones."""
 
 KNOTS, STRAND_KNOTS = 14, 12
@@ -27,7 +27,7 @@ KNOTS, STRAND_KNOTS = 14, 12
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-STRAND = 0.25
+STRAND = 0.3
 """Half the width of loose strands."""
 
 STEP, STEPS = 8.0, 38
@@ -36,7 +36,7 @@ STEP, STEPS = 8.0, 38
 PARTING = np.array([[16.0, -9.0], [10.0, -105.0]])
 """Both ends of the parting: to the left of the middle, and forward from the hairline."""
 
-WHORL = (0.33, 0.67)
+WHORL = (0.27, 0.73)
 """Shares of the way around the head at which its hairs begin to come from the rear end of the parting, and cease to."""
 
 BACKWARDS = 0.45
@@ -122,7 +122,7 @@ def long_hair(head: Head, length: float) -> Part:
     behind = (points[:, 1] > marks["gonion_l"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
     hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
     loose = np.repeat([0.0, 1.0], [COLUMNS, STRANDS])
-    even = np.append(_even(random, (COLUMNS,), 25.0), np.zeros(STRANDS))
+    even = np.append(_even(random, (COLUMNS,), 14.0), np.zeros(STRANDS))
     uneven, above = random.normal(size=len(loose)), random.uniform(-LOOSE, LOOSE, len(loose))
     share = np.append(np.linspace(0.0, 1.0, COLUMNS), random.uniform(0.03, 0.97, STRANDS))  # of the way around
     along = np.interp(share, [0.0, *WHORL, 1.0], [0.0, 1.0, 1.0, 0.0])
@@ -132,7 +132,7 @@ def long_hair(head: Head, length: float) -> Part:
     comb = np.stack([np.sin(aside), np.zeros(len(aside)), -np.cos(aside)], axis=1)
     comb[:, 2] -= BACKWARDS * np.clip(roots[:, 2] / front[1], 0.0, 1.0)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
-    hem = brows + (chin - brows) * length + UNEVEN * (even + (1.0 + loose) * uneven - loose)
+    hem = brows + (chin - brows) * length + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
     lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
     lines, ends = _grown(hull, roots, comb, lift, hem)
     sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])
@@ -172,7 +172,7 @@ def _sheet(random: np.random.Generator, hull: RoundedHull, lines: Array, ends: A
     """Return the points (KNOTS, k, 3) of the sheet, which is wavy towards its hem."""
     share = np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER
     points = _between(lines, ends[:, None] * share).swapaxes(0, 1)
-    wave = gaussian_filter1d(_even(random, points.shape[:2], 9.0), 1.5, axis=0)
+    wave = gaussian_filter1d(_even(random, points.shape[:2], 5.0), 1.5, axis=0)
     wave *= 2.5 * share[:, None] / wave.std()
     return np.asarray(points + wave[..., None] * hull(points)[1])
 
