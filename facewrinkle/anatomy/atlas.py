@@ -26,6 +26,7 @@ from .muscles import (
     Muscle,
     SheetMuscle,
     SphincterMuscle,
+    TongueMuscle,
     TriangularMuscle,
     Wrinkles,
 )
@@ -46,6 +47,7 @@ KEYS = {
     "jaw": {"hinge", "angle"},
     "lid": {"share"},
     "eye": {"turn", "angle"},
+    "tongue": set(),
 }
 """Keys of a muscle's entry, by its kind, besides the `COMMON` ones."""
 
@@ -406,6 +408,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
         return LidMuscle(side, entry["share"], **common)
     if entry["kind"] == "eye":
         return EyeMuscle(side, entry["turn"], np.deg2rad(entry["angle"]), **common)
+    if entry["kind"] == "tongue":
+        return TongueMuscle(**common)
     beta1, beta2 = np.deg2rad(entry["beta"])
     return SphincterMuscle(
         point(entry["centre"]),

@@ -102,7 +102,7 @@ class Face:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> face
-    Face(4517 triangles, 33 landmarks, 47 muscles)
+    Face(4517 triangles, 33 landmarks, 48 muscles)
     >>> round(float(face.landmarks["nose_tip"][2] - face.eyes[0].centre[2]))
     46
     """
@@ -300,6 +300,16 @@ class Face:
             if isinstance(muscle, JawMuscle) and self.mouth_opens:
                 found[name] = jaw_weights(muscle, self.points, self.triangles, self.landmarks, self.frame)
         return {name: weights for name, weights in found.items() if name in self.muscles}
+
+    @cached_property
+    def mandible_share(self) -> Array:
+        """Share (n,) of the mandible's turn that each vertex takes: 1 on the lower lip, 0 on the upper one."""
+        share = np.zeros(len(self.points))
+        for name, weights in self.joint_weights.items():
+            muscle = self.muscles[name]
+            if isinstance(muscle, JawMuscle):
+                share[weights.vertices] = weights.angles / muscle.angle
+        return np.clip(share, 0.0, 1.0)
 
     def _weights_of_lids(self, side: str, lids: LidWeights) -> dict[str, JointWeights]:
         """Turns with the lids of one eye, by muscle; where several contract, closing comes first, then the gaze."""

@@ -69,6 +69,8 @@ class Arch:
         Counter-clockwise seen from outside.
     paint : ndarray of uint8, shape (n, 3)
         Colour.
+    edge : ndarray, shape (3,)
+        Middle of the edges of the incisors.
 
     Examples
     --------
@@ -85,6 +87,7 @@ class Arch:
     points: Array
     triangles: IntArray
     paint: npt.NDArray[np.uint8]
+    edge: Array
 
 
 def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
@@ -157,7 +160,8 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: floa
         points, triangles, paint = _arch(jaw)
         down, back = (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
         placed = lips + frame.scale * (points - [0.0, down, back]) @ frame.axes
-        arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8)))
+        edge = lips - frame.scale * np.array([0.0, down, back]) @ frame.axes
+        arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8), edge))
     return arches[0], arches[1]
 
 

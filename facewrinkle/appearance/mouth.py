@@ -13,6 +13,7 @@ from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.face import Face
 from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
+from ..anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
 from ..array_types import Array, IntArray
 from ..geometry.depth_buffer import depth_buffer
 from ..geometry.interpolation import smoothstep
@@ -48,6 +49,20 @@ GUM_FROM = 0.16
 """Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
 
 
+LIP_HALF_WIDTH, LIP_MIDDLE, LIP_HEIGHT = 16.0, 6.0, 12.0
+"""Half width of the lower lip, and of the upper one, between which the tongue comes out, and how far above and below
+the edges of the lower incisors they reach, mm on a face of average size.
+"""
+
+ROOM, TUCKED = 11.6, 0.35
+"""Height of the room above the lower lip at which the tongue comes all the way out, mm on a face of average size, and
+the share of its way on which it stays behind closed teeth.
+"""
+
+COMING_OUT = 0.7
+"""The paint of the tongue fades backwards as it would if the tongue were put out by this share."""
+
+
 class Mouth:
     """The dark pocket, teeth, gums and tongue of a face.
 
@@ -80,7 +95,7 @@ class Mouth:
         if not face.landmarks:
             return
         centre = lips_middle(face.landmarks)
-        self._size, self._axes = face.frame.pupil_distance, face.frame.axes
+        self._size, self._scale, self._axes = face.frame.pupil_distance, face.frame.scale, face.frame.axes
         self.loop = _mouth_loop(face, centre)
         ends = self._middles(face) if len(self.loop) else _lips_of_bag(face, centre)
         if ends is None:
@@ -98,9 +113,24 @@ class Mouth:
         for arch in self.teeth:
             paint = arch.paint * self._facing(vertex_normals(arch.points, arch.triangles))
             self._parts[f"{arch.jaw}_teeth"] = self._part(arch.points, arch.triangles, paint)
-        ball = pv.Sphere(radius=1.0, theta_resolution=24, phi_resolution=16)
-        tongue = centre + (ball.points * [0.30, 0.15, 0.42] - [0.0, 0.15, 0.62]) * self._size @ self._axes
-        self._parts["tongue"] = self._part(tongue, np.asarray(ball.regular_faces, np.int32), TONGUE_COLOUR)
+        self._lips = self._lips_at_tongue(face)
+        coming_out = self._tongue(COMING_OUT, lip_crest(self._from_incisors(face.points[self._lips[1]])))
+        self._parts["tongue"] = self._part(coming_out, tongue_triangles().astype(np.int32), tongue_paint())
+
+    def _lips_at_tongue(self, face: Face) -> tuple[IntArray, IntArray]:
+        """Vertices of the upper and of the lower lip between which the tongue comes out."""
+        left, up, forward = self._from_incisors(face.points).T
+        near = (np.abs(left) < LIP_HALF_WIDTH) & (np.abs(up) < LIP_HEIGHT) & (forward > 0.0)
+        lower = face.mandible_share > 0.5
+        return np.flatnonzero(near & ~lower & (np.abs(left) < LIP_MIDDLE)), np.flatnonzero(near & lower)
+
+    def _from_incisors(self, points: Array) -> Array:
+        """Places (n, 3), [left, up, forward] from the edges of the lower incisors, mm on a face of average size."""
+        return np.asarray((points - self.teeth[1].edge) @ self._axes.T / self._scale)
+
+    def _tongue(self, out: float, crest: Array) -> Array:
+        """Points (n, 3) of a tongue on a closed jaw; see :func:`facewrinkle.anatomy.tongue.tongue_points`."""
+        return np.asarray(self.teeth[1].edge + self._scale * tongue_points(out, crest) @ self._axes)
 
     def _middles(self, face: Face) -> tuple[int, int]:
         """The two vertices of the loop in the middle of the lips: nearest to the midline on either side of it."""
@@ -167,16 +197,17 @@ class Mouth:
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})
 
     def inside(
-        self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None
+        self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None, out: float = 0.0
     ) -> dict[str, pv.PolyData]:
         """Return teeth and tongue by name, with `paint` (rgb), in a face with vertices at `points` (n, 3).
 
         The lower teeth and the tongue go with the mandible, which has turned by `jaw_angle`, radians, or else as the
-        skin over it shows, and then moved by the matrix (4, 4) `mandible`.
+        skin over it shows, and then moved by the matrix (4, 4) `mandible`. The tongue is put `out` by a share in
+        [0, 1], if lips and teeth let it.
         """
         turn, shift = self.motion(points, jaw_angle, mandible)
         parts = {}
-        for name, part in self._parts.items():
+        for name, part in (self._parts | {"tongue": self.tongue(points, turn, shift, out)}).items():
             rest, normals = np.asarray(part.points), np.asarray(part.point_data["Normals"])
             parts[name] = part
             if name == "upper_teeth":
@@ -187,6 +218,19 @@ class Mouth:
                 places = np.where(gum[:, None], self._behind_skin(places, points), places)
             parts[name] = reshaped(part, places, normals @ turn.T)
         return parts
+
+    def tongue(self, points: Array, turn: Array, shift: Array, out: float) -> pv.PolyData:
+        """Return the tongue as if the jaw were closed, in a face with vertices at `points` (n, 3).
+
+        It is put `out` by a share in [0, 1], as far as there is room above the lower lip at this :meth:`motion` of the
+        mandible.
+        """
+        upper, lower = ((points[lip] - shift) @ turn for lip in self._lips)
+        roof = np.vstack([upper, (self.teeth[0].edge - shift) @ turn])
+        crest = lip_crest(self._from_incisors(lower))
+        room = (self._from_incisors(roof)[:, 1].min() - max(crest[0], 0.0)) / ROOM
+        places, blank = self._tongue(min(out, max(room, TUCKED)), crest), self._parts["tongue"]
+        return reshaped(blank, places, vertex_normals(places, blank.regular_faces))
 
     def _behind_skin(self, places: Array, points: Array) -> Array:
         """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).

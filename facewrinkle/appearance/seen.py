@@ -165,7 +165,8 @@ class Seen:
         """Teeth and tongue by name, if none came with the face, whether they can be seen or not."""
         if not self._of.mouth.opens:
             return {}
-        parts = self._of.mouth.inside(self._points, self._state.jaw_angle, self._state.mandible)
+        state = self._state
+        parts = self._of.mouth.inside(self._points, state.jaw_angle, state.mandible, state.tongue)
         return {name: part for name, part in parts.items() if name not in self._of.own}
 
     @cached_property

@@ -322,7 +322,7 @@ def without_effect(face: Face, clip: Recorded | Take | None = None) -> dict[str,
     if not face.muscles:
         return dict.fromkeys(everything, "this surface has no muscles")
     if not face.mouth_opens:
-        off |= dict.fromkeys(("AU26", "AU27", "jaw"), "the mouth of this face has no opening")
+        off |= dict.fromkeys(("AU19", "AU26", "AU27", "genioglossus", "jaw"), "the mouth of this face has no opening")
     if not face.eyelid_openings:
         why = "the lids of this face have no opening"
         off |= dict.fromkeys(("AU5", "AU7", "AU43", "AU45", "AU46", "levator_palpebrae", "gaze"), why)

@@ -1,7 +1,7 @@
 """A face as parts for a page: much of it is worked out there, from a few numbers of each frame.
 
-Eyes turn and are shaded in the page, by the heights of their lids; teeth go with a matrix; brows are bound to triangles
-of the skin; lashes are lines.
+Eyes turn and are shaded in the page, by the heights of their lids; teeth and tongue go with a matrix; brows are bound
+to triangles of the skin; lashes are lines.
 """
 
 from __future__ import annotations
@@ -162,6 +162,9 @@ class VisibleParts:
         turn, shift = mouth.motion(points, state.jaw_angle, state.mandible) if shown else (np.eye(3), np.zeros(3))
         for name, arrays in self._teeth.items():
             matrix = np.eye(4)
+            if name == "tongue" and shown:
+                soft = _rigid(mouth.tongue(points, turn, shift, state.tongue))
+                arrays = {key: self._same(name, key, values) for key, values in soft.items()}
             if name != "upper_teeth":
                 matrix[:3, :3], matrix[:3, 3] = turn, shift
             info: dict[str, Any] = {"visible": shown, "matrix": np.round(matrix, 6).T.ravel().tolist()}

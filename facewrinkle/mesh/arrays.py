@@ -50,6 +50,9 @@ AGE = "age"
 JAW = "jaw_angle"
 """Field-data array of a frame with the turn of the mandible, radians, where muscles turn it."""
 
+TONGUE = "tongue"
+"""Field-data array of a frame with the share by which the tongue is put out, in [0, 1], where a muscle does that."""
+
 MANDIBLE = "mandible"
 """Field-data array of a frame whose mandible moves besides turning about its hinge: a matrix (4, 4), in the unit of the
 mesh, which is applied after the turn."""

@@ -10,7 +10,7 @@ import pyvista as pv
 
 from ..array_types import Array
 from ..errors import MeshError
-from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE
+from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE, TONGUE
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +31,8 @@ class FrameState:
         Turn of the mandible, radians; None if it has to be measured on the skin.
     mandible : ndarray, shape (4, 4), optional
         Motion of the mandible after that turn, such as forward or aside, on the head at rest.
+    tongue : float
+        Share by which the tongue is put out, in [0, 1].
 
     Examples
     --------
@@ -49,6 +51,7 @@ class FrameState:
     parts: Mapping[str, Array]
     jaw_angle: float | None = None
     mandible: Array | None = None
+    tongue: float = 0.0
 
     @classmethod
     def of(cls, frame: pv.PolyData, n_points: int) -> FrameState:
@@ -74,6 +77,7 @@ class FrameState:
             {key[len(OF_PART) :]: np.asarray(data[key]) for key in keys if key.startswith(OF_PART)},
             float(data[JAW][0]) if JAW in keys else None,
             np.asarray(data[MANDIBLE], dtype=np.float64) if MANDIBLE in keys else None,
+            float(data[TONGUE][0]) if TONGUE in keys else 0.0,
         )
 
     @property

@@ -315,7 +315,7 @@ def rig(
     Warns
     -----
     FaceWrinkleWarning
-        For shapes that the face cannot make, other than `tongueOut`; see `left_out` of the rig.
+        For shapes that the face cannot make; see `left_out` of the rig.
 
     Examples
     --------
@@ -339,10 +339,9 @@ def rig(
             )
         check_texture(face)
     wanted, left_out = shapes_of(shapes, face)
-    lacking = [name for name in left_out if name != "tongueOut"]
-    if lacking:
-        reasons = "; ".join(dict.fromkeys(left_out[name] for name in lacking))
-        warn(f"{len(lacking)} shapes are left out ({reasons}): {', '.join(lacking)}.")
+    if left_out:
+        reasons = "; ".join(dict.fromkeys(left_out.values()))
+        warn(f"{len(left_out)} shapes are left out ({reasons}): {', '.join(left_out)}.")
     posing, progress = Posing(face), progress or bar
     poses = movement_poses(wanted, posing)
     neutral = posing.neutral()

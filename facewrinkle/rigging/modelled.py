@@ -102,16 +102,6 @@ class Movements:
     face: Face
 
     @cached_property
-    def lower(self) -> Array:
-        """Share (n,) of the mandible's turn that each vertex takes: 1 on the lower lip, 0 on the upper one."""
-        face, share = self.face, np.zeros(len(self.face.points))
-        for name, weights in face.joint_weights.items():
-            muscle = face.muscles[name]
-            if isinstance(muscle, JawMuscle):
-                share[weights.vertices] = weights.angles / muscle.angle
-        return np.clip(share, 0.0, 1.0)
-
-    @cached_property
     def _local(self) -> Array:
         """Places (n, 3) as [left, up, forward] from the middle of the lips, in distances between the pupils."""
         frame = self.face.frame
@@ -154,9 +144,9 @@ class Movements:
             case "mouth_left" | "mouth_right":
                 return self._aside(1.0 if name == "mouth_left" else -1.0)
             case "roll_upper":
-                return self._rolled(1.0, 1.0 - self.lower, ROLL_UPPER)
+                return self._rolled(1.0, 1.0 - self.face.mandible_share, ROLL_UPPER)
             case "roll_lower":
-                return self._rolled(-1.0, self.lower, ROLL_LOWER)
+                return self._rolled(-1.0, self.face.mandible_share, ROLL_LOWER)
             case "lift_upper":
                 return self._lifted()
             case "lids_in" | "lids_out":
@@ -166,7 +156,7 @@ class Movements:
 
     def _with_jaw(self, name: str) -> Array:
         matrix, points = self.mandible(name), self.face.points
-        return np.asarray(self.lower[:, None] * (points @ matrix[:3, :3].T + matrix[:3, 3] - points))
+        return np.asarray(self.face.mandible_share[:, None] * (points @ matrix[:3, :3].T + matrix[:3, 3] - points))
 
     def _aside(self, sign: float) -> Array:
         local = self._local
@@ -220,7 +210,7 @@ class Movements:
 
     def _lifted(self) -> Array:
         local = self._local - [0.0, 0.06, 0.0]
-        weight = np.exp(-((local / LIFT_SIZE) ** 2).sum(axis=1)) * (1.0 - self.lower)
+        weight = np.exp(-((local / LIFT_SIZE) ** 2).sum(axis=1)) * (1.0 - self.face.mandible_share)
         weight = np.where(weight > 0.02, weight - 0.02, 0.0)
         return self._world(LIFTED * weight[:, None] * np.array([0.0, 1.0, 0.15]))
 
@@ -274,7 +264,8 @@ class Movements:
         """Vertices of the upper lip and of the lower one that lie opposite each other at rest, if they meet."""
         local = self._local
         near = (np.abs(local[:, 0]) < 1.05 * self._half_width) & (np.abs(local[:, 1]) < 0.2) & (local[:, 2] > -0.25)
-        upper, lower = (np.flatnonzero(near & part) for part in (self.lower < 0.35, self.lower > 0.65))
+        share = self.face.mandible_share
+        upper, lower = (np.flatnonzero(near & part) for part in (share < 0.35, share > 0.65))
         points = self._scaled
         gaps, partner = cKDTree(points[lower]).query(points[upper])
         other_gaps, other = cKDTree(points[upper]).query(points[lower])

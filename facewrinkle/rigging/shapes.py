@@ -39,7 +39,7 @@ class Shape:
     age : float
         Lines that old skin has at rest, in [0, 1], at weight 1.
     needs : tuple of str
-        What the face must have: "mouth" (lips that open), "eyes" (lids that open), "tongue".
+        What the face must have: "mouth" (lips that open), "eyes" (lids that open), "tongue" (one that is ours).
     """
 
     units: Mapping[str, float] = field(default_factory=dict)
@@ -100,7 +100,7 @@ ARKIT: Mapping[str, Shape] = MappingProxyType(
         **_pair("mouthStretch", {"AU20": 1.0}),
         **_pair("mouthUpperUp", {"AU10": 1.0}, MOUTH),
         **_pair("noseSneer", {"AU9": 1.0}),
-        "tongueOut": Shape(needs=("tongue",)),
+        "tongueOut": Shape({"AU19": 1.0}, needs=("mouth", "tongue")),
     }
 )
 """The 52 shapes of ARKit."""
@@ -148,7 +148,7 @@ LACKS: Mapping[str, str] = MappingProxyType(
         "mouth": "the lips of this mesh do not open",
         "lips": "the lips of this mesh do not meet at rest",
         "eyes": "the lids of this mesh do not open",
-        "tongue": "there is no tongue that moves",
+        "tongue": "the tongue that came with the mesh does not move",
     }
 )
 """Reasons for which a shape is left out, by what it needs."""
@@ -175,12 +175,12 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     >>> import facewrinkle as fw
     >>> shapes, left_out = shapes_of("arkit", fw.default_face())
     >>> len(shapes), left_out
-    (51, {'tongueOut': 'there is no tongue that moves'})
+    (52, {})
     """
     wanted: dict[str, Shape] = {}
     for word in asked.split("+"):
         wanted |= _named(word.strip(), face)
-    having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": False}
+    having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": "tongue" not in face.parts}
     having["lips"] = having["mouth"] and len(Movements(face).pairs[0]) > 0
     possible: dict[str, Shape] = {}
     left_out: dict[str, str] = {}

@@ -9,12 +9,12 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..anatomy.muscles import EyeMuscle, JawMuscle
+from ..anatomy.muscles import EyeMuscle, JawMuscle, TongueMuscle
 from ..array_types import Array
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import GAZE, JAW, MANDIBLE, OF_PART, use_texture
+from ..mesh.arrays import GAZE, JAW, MANDIBLE, OF_PART, TONGUE, use_texture
 from ..motion.base import Motion
 
 
@@ -45,9 +45,8 @@ class FrameMaker:
         self._common.field_data[UNIT] = [face.unit]
         self._template: pv.PolyData | None = None
         self._kinds: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {}
-        self._turning = [
-            k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), EyeMuscle | JawMuscle)
-        ]
+        kinds = EyeMuscle | JawMuscle | TongueMuscle
+        self._turning = [k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), kinds)]
         self._shown_rates: list[float] | None = None
 
     @property
@@ -84,12 +83,15 @@ class FrameMaker:
         return frame
 
     def _update_joints(self) -> None:
-        """Write the turns of eyes and mandible by muscles to the common field data, if these have changed."""
+        """Write the turns of eyes, mandible and tongue by muscles to the common field data, if these have changed."""
         names, rates = self._motion.names, self._motion.rates[self._turning].tolist()
         if rates != self._shown_rates:
             by_name = {names[k]: rate for k, rate in zip(self._turning, rates, strict=True)}
             if (angle := self._face.jaw_angle(by_name)) is not None:
                 self._common.field_data[JAW] = [angle]
+            for name, rate in by_name.items():
+                if isinstance(self._face.muscles[name], TongueMuscle):
+                    self._common.field_data[TONGUE] = [rate]
             for side, gaze in self._face.gazes(by_name).items():
                 self._common.field_data[GAZE + side] = gaze[None]
             self._shown_rates = rates

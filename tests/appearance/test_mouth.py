@@ -1,12 +1,18 @@
-"""The inside of a mouth: it shows between parted lips, dark, and its lower teeth go with the jaw."""
+"""The inside of a mouth: it shows between parted lips, dark; its lower teeth go with the jaw; its tongue comes out."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from drawing import held, on_screen
+from expressions import settled
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
+from small_meshes import signed_distances
 
+import facewrinkle as fw
 from facewrinkle.appearance.mouth import Mouth
+from facewrinkle.appearance.seen import Appearance
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 
@@ -81,3 +87,82 @@ def test_the_pocket_moves_no_farther_than_the_lips(face):
     upper = rim[:, 1] > np.median(rim[:, 1])
     assert (behind[: len(rim), 2] < 0.0).all()
     assert behind[: len(rim), 1][upper].mean() > 3.0 > -3.0 > behind[: len(rim), 1][~upper].mean()
+
+
+# --- the tongue ---------------------------------------------------------------------------------
+
+
+def depth_in(tongue, points):
+    """How deep the deepest of some points (k, 3) lies in a tongue, by VTK's signed distance."""
+    mesh = to_polydata(np.asarray(tongue.points, np.float64), tongue.regular_faces)
+    return max(-signed_distances(points, mesh).min(initial=0.0), 0.0)
+
+
+def depth_in_teeth(tongue, inside):
+    """How deep a tongue and the crowns of teeth are in each other at most; gums are the largest bodies."""
+    deepest, points = 0.0, np.asarray(tongue.points, np.float64)
+    for jaw in ("upper_teeth", "lower_teeth"):
+        region = np.asarray(inside[jaw].connectivity("all").point_data["RegionId"])
+        bodies = [np.asarray(inside[jaw].points, np.float64)[region == k] for k in range(15)]
+        crowns = sorted(bodies, key=len)[:-1]
+        deepest = max(deepest, depth_in(tongue, np.concatenate(crowns)))
+        for crown in crowns:
+            faces = ConvexHull(crown).equations
+            deepest = max(deepest, -(points @ faces[:, :3].T + faces[:, 3]).max(axis=1).min())
+    return deepest
+
+
+def skin_near(face, frame, tongue):
+    """Vertices of the skin beside a tongue, and the middles of its edges and triangles (k, 3)."""
+    corners = face.state_of(frame).points[face.triangles]
+    places = np.concatenate([*corners.transpose(1, 0, 2), corners.mean(axis=1)])
+    places = np.concatenate([places, *(0.5 * (corners[:, k] + corners[:, k - 1]) for k in range(3))])
+    margin = 0.2 * face.frame.pupil_distance  # there is skin in there at all times
+    low, high = np.asarray(tongue.points).min(axis=0) - margin, np.asarray(tongue.points).max(axis=0) + margin
+    return places[((places > low) & (places < high)).all(axis=1)]
+
+
+def tip_before_incisors(face, frame, tongue):
+    """How far the tip of a tongue is in front of the edges of the lower incisors, mm on a face of average size."""
+    mouth, state = Appearance.of(face).mouth, face.state_of(frame)
+    turn, shift = mouth.motion(state.points, state.jaw_angle)
+    ahead = face.frame.axes[2]
+    edge = turn @ mouth.teeth[1].edge + shift
+    return ((np.asarray(tongue.points) - edge) @ ahead).max() / face.frame.scale
+
+
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+def test_a_tongue_comes_out_over_the_lip_between_the_teeth(any_face):
+    """Nothing passes through anything, on the whole way out and back; people reach 20 to 30 mm beyond their teeth
+    without effort.
+    """
+    face, sim = any_face, fw.Simulation(any_face, layers=[])
+    tips = {}
+    for weight in (0.0, 0.6, 0.8, 0.9, 1.0):
+        frame = settled(sim, {"AU19": weight})
+        inside = Appearance.of(face).at(frame).mouth_parts
+        tongue = inside["tongue"]
+        tips[weight] = tip_before_incisors(face, frame, tongue)
+        assert depth_in_teeth(tongue, inside) * face.unit < 0.3
+        assert depth_in(tongue, skin_near(face, frame, tongue)) * face.unit < 0.5
+    assert tips[0.0] < -5.0
+    assert 15.0 < tips[1.0] < 25.0
+    assert (np.diff(list(tips.values())) > -0.1).all()
+    back = Appearance.of(face).at(settled(sim, {"AU19": 0.0})).mouth_parts["tongue"]
+    np.testing.assert_array_equal(back.points, Appearance.of(face).mouth.inside(face.points, 0.0)["tongue"].points)
+
+
+@pytest.mark.parametrize("other", ["AU12", "AU16", "AU17", "AU18", "AU24", "AU27", "AU28"])
+def test_a_tongue_gives_way_to_lips_that_leave_it_no_room(face, other):
+    frame = settled(fw.Simulation(face, layers=[]), {"AU19": 1.0, other: 1.0})
+    inside = Appearance.of(face).at(frame).mouth_parts
+    assert depth_in(inside["tongue"], skin_near(face, frame, inside["tongue"])) < 0.5
+    assert depth_in_teeth(inside["tongue"], inside) < 0.3
+
+
+def test_a_tongue_stays_behind_closed_teeth(face):
+    still = settled(fw.Simulation(face, layers=[]), {"genioglossus": 1.0})
+    np.testing.assert_allclose(still.points, face.points, atol=1e-9)
+    inside = Appearance.of(face).at(still).mouth_parts
+    assert tip_before_incisors(face, still, inside["tongue"]) < 0.0
+    assert depth_in_teeth(inside["tongue"], inside) < 0.3

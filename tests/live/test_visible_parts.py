@@ -2,7 +2,7 @@
 
 eyes: turned and between lids as the page works it out | the painted eye of pictures
 brows, bound to triangles                              | the brows of pictures at rest; carried by a rigid motion
-teeth with their matrix                                | those inside an open mouth
+teeth and tongue with their matrix                     | those inside an open mouth
 shade of furrows, exact                                | cavity_shading
 fibres of muscles, as far as positions are whole       | those of pictures
 pins                                                   | places at rest, by the corners that they are told to have
@@ -76,7 +76,9 @@ def test_brows_are_those_of_pictures_and_go_with_the_skin(face):
     assert np.abs(bound(part, face.points @ turn.T + 5.0) - (bound(part, face.points) @ turn.T + 5.0)).max() < 1e-3
 
 
-def test_teeth_go_with_their_matrix(face, laughing):
+@pytest.mark.parametrize("what", ["laughter", "AU19"])
+def test_teeth_and_tongue_go_with_their_matrix(face, what):
+    laughing = after(fw.Simulation(face, layers=[]), what, 12)
     parts, inside = parts_of(face, laughing), Appearance.of(face).at(laughing).inside_mouth
     assert set(inside) == {"upper_teeth", "lower_teeth", "tongue"}
     for name, mesh in inside.items():

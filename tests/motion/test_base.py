@@ -180,7 +180,7 @@ HALF = types.SimpleNamespace(names=(), rates=np.empty(0), points=np.empty(0), ti
         (lambda face, _: fw.Simulation(face, motion=Still(face), material=fw.SkinMaterial()), "material"),
         (lambda face, _: Still(face, 0.0), "time_step"),
         (lambda face, _: fw.Simulation(face, motion=HALF), "given lacks pose, gazes, parts, mandible, .*Undriven"),
-        (lambda face, _: fw.Simulation(face, motion=fw.Skin(only(face, "mentalis_l"))), "all 47 muscles"),
+        (lambda face, _: fw.Simulation(face, motion=fw.Skin(only(face, "mentalis_l"))), "all 48 muscles"),
         (lambda face, _: fw.Simulation(face, motion=Still(face)).express("surprise"), "moved by a Still.*frontalis"),
         (lambda face, _: fw.Simulation(face, motion=Still(face)).skin, "no skin.*Still"),
     ],

@@ -9,11 +9,11 @@ import facewrinkle as fw
 
 @pytest.fixture(scope="session")
 def rig(face):
-    """The 51 shapes of ARKit, with wrinkles, on triangles that are split once."""
+    """The 52 shapes of ARKit, with wrinkles, on triangles that are split once."""
     return fw.rig(face, level=1)
 
 
 @pytest.fixture(scope="session")
 def smooth_rig(face):
-    """The 51 shapes without wrinkles, on the head's own triangles."""
+    """The 52 shapes without wrinkles, on the head's own triangles."""
     return fw.rig(face, wrinkles="none", level=0)

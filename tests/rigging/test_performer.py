@@ -8,6 +8,8 @@ the head                    rotations about one point
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -83,11 +85,22 @@ def test_the_head_turns_about_its_neck(face):
 
 
 def test_what_a_face_cannot_perform_is_told(face):
-    tongue = fw.Take(("tongueOut", "jawOpen"), [0.0], [[0.5, 0.5]])
-    with pytest.warns(FaceWrinkleWarning, match=r"1 shapes of the take are left out \(there is no tongue that moves\)"):
-        motion = fw.Performer(tongue, face)
-    assert motion.left_out == {"tongueOut": "there is no tongue that moves"}
+    blinking = fw.Take(("eyeBlinkLeft", "jawOpen"), [0.0], [[0.5, 0.5]])
+    blind = dataclasses.replace(face, eyes=[])
+    with pytest.warns(FaceWrinkleWarning, match=r"1 shapes of the take are left out \(the lids of this"):
+        motion = fw.Performer(blinking, blind)
+    assert motion.left_out == {"eyeBlinkLeft": "the lids of this mesh do not open"}
     with pytest.raises(ParameterError, match="performs a take"):
-        fw.Simulation(face, motion=motion).contract({"jaw": 1.0})
+        fw.Simulation(blind, motion=motion).contract({"jaw": 1.0})
     with pytest.raises(ParameterError, match="can make none of the shapes"):
-        fw.Performer(tongue, fw.surface(face.mesh, "mm"))
+        fw.Performer(blinking, fw.surface(face.mesh, "mm"))
+
+
+def test_a_tongue_comes_out_where_a_take_says_so(face):
+    take = fw.Take(("tongueOut", "jawOpen"), [0.0, 0.5], [[0.0, 0.0], [1.0, 0.3]])
+    *_, frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=fw.Performer(take, face)).run(40)
+    tongue, at_rest = (companion_meshes(face, each, always=True)["tongue"].points for each in (frame, face.mesh))
+    tips = (np.asarray(tongue) @ face.frame.axes[2]).max(), (np.asarray(at_rest) @ face.frame.axes[2]).max()
+    assert (tips[0] - tips[1]) / face.frame.scale > 20.0
+    shape = face.atlas.contractions("AU19")
+    assert frame.field_data["jaw_angle"][0] == pytest.approx(face.jaw_angle(shape))

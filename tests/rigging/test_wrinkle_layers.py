@@ -171,9 +171,9 @@ def with_texture_beside(face):
             r"set of shapes 'arkitt'. Did you mean 'arkit'",
         ),
         (
-            lambda face, smooth: fw.rig(face, "tongueOut"),
+            lambda face, smooth: fw.rig(replace(face, eyes=[]), "eyeWideLeft"),
             ParameterError,
-            "can make none of the shapes of 'tongueOut'",
+            "can make none of the shapes of 'eyeWideLeft'",
         ),
     ],
 )

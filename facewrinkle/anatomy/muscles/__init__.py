@@ -6,7 +6,7 @@ once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear
 
 from .base import FRONTS, Fronts, Muscle, Wrinkles, within, zones
 from .crease import Crease
-from .joint_muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, turned
+from .joint_muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, TongueMuscle, turned
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle, TriangularMuscle
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Muscle",
     "SheetMuscle",
     "SphincterMuscle",
+    "TongueMuscle",
     "TriangularMuscle",
     "Wrinkles",
     "turned",

@@ -114,7 +114,7 @@ class Wrinkles:
 @dataclass(frozen=True, eq=False)
 class Muscle:
     """Base class of all muscles. By itself it neither pulls the skin nor folds it: :class:`LinearMuscle`,
-    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone, a lid or an eye.
+    :class:`SheetMuscle` and :class:`SphincterMuscle` do; the others move a bone, a lid, an eye or the tongue.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Muscles that turn the mandible, a lid or an eyeball, and the turns of the skin with bones and the plates of lids."""
+"""Muscles that turn the mandible, a lid or an eyeball, or put out the tongue; turns of the skin with bones and lids."""
 
 from __future__ import annotations
 
@@ -45,6 +45,18 @@ class JawMuscle(Muscle):
         self._check_common()
         self._set(hinge=vector("hinge", self.hinge), axis=unit(vector("axis", self.axis)))
         check_range("angle", self.angle, 0.0, 0.6)
+
+
+@dataclass(frozen=True, eq=False)
+class TongueMuscle(Muscle):
+    """The muscle that puts out the tongue; it moves no skin.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> isinstance(fw.default_face().muscles["genioglossus"], TongueMuscle)
+    True
+    """
 
 
 @dataclass(frozen=True, eq=False)
