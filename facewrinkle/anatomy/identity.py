@@ -197,7 +197,7 @@ class Identity:
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
         """Return a random person, with all parameters in [-spread, spread]; the same for the same seed.
 
-        One in ten is a child; the colours are :meth:`plausible`.
+        One in ten is a child, most women have long hair, and the colours are :meth:`plausible`.
 
         Examples
         --------
@@ -210,7 +210,7 @@ class Identity:
         random = np.random.default_rng(seed)
         somebody = cls(*random.uniform(-spread, spread, len(dataclasses.fields(cls)) - 1).tolist())
         child = abs(somebody.child) if random.random() < CHILDREN else 0.0
-        hair_length = float(random.uniform(-spread, spread))
+        hair_length = float(np.clip(random.uniform(-spread, spread) - somebody.sex, -spread, spread))
         return dataclasses.replace(somebody, child=child, hair_length=hair_length).plausible()
 
     @property
