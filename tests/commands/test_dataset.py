@@ -26,9 +26,11 @@ class Grey(SampleMaker):
     def pictures(self, index):
         plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
         facts = {"plan": asdict(plan), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
-        facts |= {"furrows": [], "action_units": {}, "size": list(self.spec.size), "spec": self.spec.digest}
+        facts |= {"furrows": [], "action_units": {}, "files": {}}
+        facts |= {"size": list(self.spec.size), "spec": self.spec.digest}
         shape = self.spec.size[::-1]
-        return [Sample(index, np.full((*shape, 3), index, np.uint8), {"depth": np.zeros(shape, np.uint16)}, facts)]
+        labels = {"depth": np.zeros(shape, np.uint16), "part": np.zeros(shape, np.uint8)}
+        return [Sample(index, np.full((*shape, 3), index, np.uint8), labels, facts)]
 
 
 @pytest.fixture
