@@ -166,9 +166,8 @@ def report(quick: bool = False) -> Report:
         frame = cache(partial(held, face))  # regions share faces at rest, and smiles
         for name, region in REGIONS.items():
             waves = name in ("forehead", "corners of the eyes")
-            drawn = seeds if waves else seeds[:1]
             found = [
-                np.mean([measured(face, frame(age, seed, units), name) for seed in drawn], axis=0)
+                np.mean([measured(face, frame(age, seed, units), name) for seed in seeds], axis=0)
                 for units in ("", region.units)
                 for age in AGES
             ]
@@ -183,7 +182,7 @@ def report(quick: bool = False) -> Report:
         "realism",
         "Lines by region and age",
         "Depth (ninth decile of the furrows, below the lower of their crests) and distance of lines, mm, on cuts across"
-        f" each region; where lines differ from person to person, means of {len(seeds)}. Contracted: AU6+12, AU15, "
+        f" each region, means of {len(seeds)} people. Contracted: AU6+12, AU15, "
         'AU4, AU6+12 and AU1+2. Published values are in columns of that name; sources are on the page "How real?".',
         f"At age .5 the corners of the eyes have {eyes[1][0] / eyes[2][0]:.0%} of their depth at rest, the forehead "
         f"{forehead[1][0] / forehead[2][0]:.0%}.",

@@ -23,6 +23,7 @@ from squares import pressed as pressed_by
 
 import facewrinkle as fw
 from analysis.swept import swept_volumes
+from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.interpolation import smoothstep
 from facewrinkle.geometry.normals import vertex_normals
@@ -249,6 +250,16 @@ def test_phases_are_of_the_material(face):
         seen.append([sorted((wave["family"], wave["theta"]) for wave in here) for here in waves])
     assert seen[0] == seen[1]
     assert sum(map(len, seen[0])) > 50
+
+
+def test_lines_of_raised_brows_end_at_the_hairline(face):
+    """Within an edge of the mesh, over which the share that is left is interpolated."""
+    sim = fw.Simulation(face, layers=[WaveFolds()])
+    sim.express({"AU1": 1.0, "AU2": 1.0})
+    frame = sim.settle()
+    under_hair = hair_cover(np.asarray(frame["rest"]), face.landmarks, face.frame) > 5.0
+    height = np.abs(np.asarray(frame["W"]))
+    assert height[under_hair].max() < 0.05 < 0.5 < height.max()
 
 
 def test_age_furrows_the_face_at_rest_and_stretch_smooths_it(sheet, vertically, pressed):
