@@ -141,7 +141,7 @@ def long_hair(head: Head, length: float) -> Part:
     height, normals = hull(places)
     places += np.maximum(LEAST - height, 0.0)[:, None] * normals
     quads = np.vstack([_quads(1, COLUMNS, KNOTS), _quads(STRANDS, 2, STRAND_KNOTS) + COLUMNS * KNOTS])
-    mesh = to_polydata(places, np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    mesh = to_polydata(places, np.vstack([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]]))
     tints = _tints(random, COLUMNS, KNOTS).T, np.repeat(_tints(random, STRANDS, STRAND_KNOTS), 2)
     colours = np.asarray(head.paint[0].hair) * np.concatenate([tint.ravel() for tint in tints])[:, None]
     mesh.point_data[COLORS] = np.rint(np.clip(colours, 0.0, 255.0)).astype(np.uint8)

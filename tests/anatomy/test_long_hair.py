@@ -69,6 +69,14 @@ def test_it_hangs_beside_the_face(grown):
         assert not hidden(face, [face.landmarks[name] for name in sides], [0.0, 0.0, 1.0]).any()
 
 
+def test_its_front_is_its_outer_side(grown):
+    hair, middle = hair_of(grown[1.0]), 0.5 * sum(eye.centre for eye in grown[1.0].eyes) - [0.0, 0.0, 80.0]
+    a, b, c = (np.asarray(hair.points)[corners] for corners in hair.regular_faces.T)
+    area = np.cross(b - a, c - a)
+    outwards = (area * (a - middle)).sum(axis=1) > 0.0
+    assert np.linalg.norm(area[outwards], axis=1).sum() > 0.95 * np.linalg.norm(area, axis=1).sum()
+
+
 def test_longer_hair_hangs_lower(grown):
     lowest = [hair_of(grown[length]).bounds[2] for length in sorted(grown)]
     assert lowest[0] > lowest[1] + 20.0 > lowest[2] + 40.0
