@@ -34,7 +34,7 @@ VESTIBULE_DEPTH = 30.0
 LIP_LINE, AROUND_LIPS = 4.0, 6.0
 """Depth of the line where the lips meet behind their red, and reach of the lips' tethers around this line, mm."""
 
-MODIOLUS, KNOT = (0.08, -0.03, -0.05), 4.5
+MODIOLUS, KNOT = (0.085, 0.03, -0.02), 4.5
 """Place of the modiolus from the corner of the mouth, [outwards, up, forward] in distances between the pupils, and its
 size, the standard deviation of a Gaussian, on a face of average size, mm.
 """

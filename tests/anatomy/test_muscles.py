@@ -460,6 +460,15 @@ def test_flesh_is_bunched_up_around_the_belly():
     assert (np.diff(share[np.argmax(share) :]) <= 0.0).all()
 
 
+def test_sheets_bunch_up_flesh_as_a_linear_muscle_in_their_middle_does():
+    lines = [(-9, 40, 0), (9, 40, 0)], [(-9, 0, 0), (9, 0, 0)]
+    sheet, between = SheetMuscle(*lines, length=48.0, swell=0.5), LinearMuscle((0, 40, 0), (0, 0, 0), 0.3, 48.0)
+    x = np.random.default_rng(3).uniform(-60.0, 60.0, (20_000, 3))
+    np.testing.assert_allclose(sheet.bunched(x), between.bunched(x), rtol=0, atol=1e-14)
+    middle, reach = sheet.reach
+    assert np.linalg.norm(x[sheet.bunched(x) > 0.0] - middle, axis=1).max() <= reach
+
+
 def test_regions_and_pull_lie_within_reach(muscle):
     pulling = dataclasses.replace(muscle, recoil=0.5) if isinstance(muscle, SheetMuscle) else muscle
 

@@ -28,7 +28,7 @@ def test_with_equal_widths_it_is_a_sheet():
     fan = TriangularMuscle(*lines, length=48.0, recoil=0.3, wrinkles=STYLE)
     sheet = SheetMuscle(*lines, length=48.0, recoil=0.3, wrinkles=STYLE)
     x = around()
-    for name in ("coordinates", "force", "envelope", "unit_amplitude", "fold_direction", "wrinkling_region"):
+    for name in ("coordinates", "force", "bunched", "envelope", "unit_amplitude", "fold_direction", "wrinkling_region"):
         np.testing.assert_allclose(getattr(fan, name)(x), getattr(sheet, name)(x), rtol=0, atol=1e-13)
     assert fan.reach[1] == sheet.reach[1]
 

@@ -37,6 +37,15 @@ def _lateral(across: Array) -> Array:
     return np.where(across < 1.0, np.cos(across * (0.5 * np.pi)), 0.0)
 
 
+def _belly(points: npt.ArrayLike, origin: Array, way: Array) -> Array:
+    """Flesh bunched up (n,), in [0, 1], by fibres that run from an origin along a way (3,) as long as the muscle: most
+    at the belly, none beyond its extent; see `BELLY`.
+    """
+    at, reach = BELLY
+    offset = checked_points(points) - origin - at * way
+    return np.asarray(np.maximum(1.0 - (offset**2).sum(axis=1) / (reach**2 * (way @ way)), 0.0) ** 2)
+
+
 @dataclass(frozen=True, eq=False)
 class LinearMuscle(Muscle):
     """A muscle that pulls a cone of skin towards one point on the bone (Eqs. 1-2).
@@ -150,10 +159,8 @@ class LinearMuscle(Muscle):
 
     def bunched(self, points: npt.ArrayLike) -> Array:
         """Flesh bunched up, in [0, 1]: most at the belly of the muscle, none beyond its extent; see `BELLY`."""
-        at, reach = BELLY
-        fibre = np.subtract(self.insertion, self.attachment) / self.length
-        offset = (checked_points(points) - self.attachment) / self.radius - at * fibre
-        return np.asarray(np.maximum(1.0 - (offset**2).sum(axis=1) / reach**2, 0.0) ** 2)
+        way = np.subtract(self.insertion, self.attachment) * (self.radius / self.length)
+        return _belly(points, self.attachment, way)
 
     @property
     def half_wavelength(self) -> float:
@@ -250,11 +257,14 @@ class SheetMuscle(Muscle):
 
     @property
     def reach(self) -> tuple[Array, float]:
-        """About the middle of the sheet, up to its corners; with recoil as far behind the attachment line."""
+        """About the middle of the sheet, up to its corners, with recoil as far behind the attachment line, and at least
+        to the end of the belly of one that swells.
+        """
         origin, fibre, _, _ = self._axes
         half = 0.5 * self.length, float(self._half_width(np.array([0.0, self.length])).max()), self.thickness
         behind = self.length if self.recoil else 0.0
-        return origin + half[0] * fibre, float(np.linalg.norm(half)) + behind
+        belly = self.length * (0.5 - BELLY[0] + BELLY[1]) if self.swell else 0.0
+        return origin + half[0] * fibre, max(float(np.linalg.norm(half)) + behind, belly)
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
@@ -283,6 +293,11 @@ class SheetMuscle(Muscle):
             size = size - self.recoil * _longitudinal(-lam, inserted)
         size = np.where(near, size * _lateral(gamma), 0.0)
         return size[:, None] * self.fold_direction(points)
+
+    def bunched(self, points: npt.ArrayLike) -> Array:
+        """As of a linear muscle, over the middle of the sheet."""
+        origin, fibre, _, _ = self._axes
+        return _belly(points, origin, self.length * fibre)
 
     @property
     def half_wavelength(self) -> float:
