@@ -1,11 +1,11 @@
-"""Wrinkles found in pictures by a small network that was trained on a data set, tried on people it has not seen.
+"""Wrinkles found in pictures by a network that was trained on a data set, tried on people that it has not seen.
 
-    facewrinkle dataset --count 240 --workers 2 --out faces
-    python -m tools.trials wrinkle-detection faces
+    facewrinkle dataset --count 5000 --workers 2 --out faces
+    python -m tools.trials wrinkle-detection faces --photographs folder
 
-The network has one hidden layer and sees a pixel and its surroundings: derivatives of the logarithm of the brightness
-at a few scales, as a filter that enhances ridges does (Frangi et al., 1998). Nothing tells it where on the face it
-looks. It shows that the labels can be learnt from and carry over to other people, not what the best method could reach.
+The people of the set that are kept for the trial, and photographs on which lines were marked by eye, are compared
+with the best of the filters that enhance ridges (Frangi et al., MICCAI 1998). Needs PyTorch, and a GPU for more than a
+few hundred pictures.
 """
 
 from __future__ import annotations
@@ -19,66 +19,54 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from PIL import Image
-from scipy.ndimage import gaussian_filter
+from PIL import Image, ImageDraw
+from scipy.ndimage import binary_dilation, gaussian_filter
 from scipy.stats import rankdata
 
 from analysis.report import Plot, Report, Table, plot, publish
 from facewrinkle.dataset.labels import PARTS
+from facewrinkle.export import output_folder
+from facewrinkle.progress import bar
 
 from .runner import OUTPUT
 
+MARKS = Path(__file__).with_name("photographs.json")
+"""Lines marked by eye on photographs by the government of the United States (public domain), which are test data of
+the packages face_recognition 1.3.0 (its source) and scikit-image on PyPI."""
+
 Array = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
-Picture = tuple[int, Array, BoolArray, BoolArray]
+Bytes = npt.NDArray[np.uint8]
 
 SCALES = (1.0, 1.6, 2.5, 4.0)
-"""Standard deviations of the filters, pixels."""
+"""Standard deviations of the ridge filters, pixels."""
 
-CONTEXT = 8.0
-"""Standard deviation of the means of the filters around a pixel, pixels."""
+BACKGROUND, OTHER, SKIN, FURROW = range(4)
+"""What a pixel shows."""
 
-TRIED = 4
-"""One in so many people is kept for the test."""
+TRIED, MOST = 10, 200
+"""One in so many people is kept for the trial, and so many of their pictures at most."""
 
-HIDDEN, EPOCHS, BATCH, RATE = 32, 12, 2048, 3e-3
-"""Hidden units, and how they are trained (Kingma and Ba, Adam, 2015)."""
+PUPILS, SIZE, EYES = 96.0, 384, 165.0
+"""Distance between the pupils, side, and row of the eyes of a photograph when it is looked at, pixels."""
 
-PER_PICTURE = 3000
-"""Pixels of each picture that are learnt from, and that are tried."""
-
-
-def features(picture: Array) -> Array:
-    """Return the features (h, w, f) of the pixels of a picture (h, w, 3) with values in [0, 1].
-
-    Examples
-    --------
-    A dark line along the rows has the larger curvature across:
-
-    >>> picture = np.full((40, 40, 3), 0.6)
-    >>> picture[20] = 0.3
-    >>> found = features(picture)
-    >>> found.shape, bool(found[20, 20, 0] > 10 * abs(found[20, 20, 1]))
-    ((40, 40, 25), True)
-    """
-    bright = np.log(0.05 + picture @ [0.299, 0.587, 0.114])
-    found = []
-    for scale in SCALES:
-        yy, xx, xy = (
-            scale**2 * gaussian_filter(bright, scale, order=order, mode="nearest") for order in ((2, 0), (0, 2), (1, 1))
-        )
-        mean, apart = 0.5 * (xx + yy), np.hypot(0.5 * (xx - yy), xy)
-        slopes = [scale * gaussian_filter(bright, scale, order=order, mode="nearest") for order in ((1, 0), (0, 1))]
-        across = mean + apart
-        found += [across, mean - apart, np.hypot(*slopes), 0.5 * (yy - xx) / (apart + 1e-6)]
-        found.append(gaussian_filter(np.maximum(across, 0.0), CONTEXT, mode="nearest"))
-    wide = gaussian_filter(bright, CONTEXT, mode="nearest")
-    red, green, blue = np.moveaxis(np.log(0.05 + picture), 2, 0)
-    return np.stack([*found, bright - wide, wide, red - green, green - blue, gaussian_filter(bright, 2.0) - wide], 2)
+MARKED = 2
+"""Half the width of a line that was marked by eye, pixels: so exact are the marks."""
 
 
-def read(folder: Path) -> Iterator[Picture]:
-    """Yield for each picture of a set the person, the picture, its pixels of bare skin, and those in furrows."""
+def sample(files: dict[str, bytes]) -> tuple[int, Bytes, Bytes]:
+    """Return the person, the picture (h, w, 3), and what each pixel shows (h, w), of a sample's files by ending."""
+    with Image.open(io.BytesIO(files["png"])) as image:
+        picture = np.asarray(image.convert("RGB"))
+    with np.load(io.BytesIO(files["npz"])) as labels:
+        part, furrow = labels["part"], labels["furrow"] > 0
+    skin = part == PARTS.index("skin")
+    kinds = np.select([skin & furrow, skin, part != PARTS.index("background")], [FURROW, SKIN, OTHER], BACKGROUND)
+    return json.loads(files["json"])["person"]["number"], picture, kinds.astype(np.uint8)
+
+
+def read(folder: Path) -> Iterator[tuple[int, Bytes, Bytes]]:
+    """Yield the samples of a set, as `sample` returns them."""
     for archive in sorted(folder.glob("shard-*.tar")):
         with tarfile.open(archive) as tar:
             files: dict[str, bytes] = {}
@@ -86,67 +74,66 @@ def read(folder: Path) -> Iterator[Picture]:
                 file = tar.extractfile(member)
                 files[member.name.partition(".")[2]] = file.read() if file is not None else b""
                 if {"png", "npz", "json"} <= files.keys():
-                    yield _decoded(files)
+                    yield sample(files)
                     files = {}
 
 
-def _decoded(files: dict[str, bytes]) -> Picture:
-    with Image.open(io.BytesIO(files["png"])) as image:
-        picture = np.asarray(image, np.float64) / 255.0
-    with np.load(io.BytesIO(files["npz"])) as labels:
-        skin, furrow = labels["part"] == PARTS.index("skin"), labels["furrow"] > 0
-    return json.loads(files["json"])["person"]["number"], picture, skin, furrow
-
-
-class Network:
-    """A network with one hidden layer that tells the logarithm of the odds of two classes.
+def photograph(folder: Path, entry: dict[str, Any]) -> tuple[Bytes, Bytes]:
+    """Return a photograph (SIZE, SIZE, 3) with level eyes, PUPILS apart, and what its pixels show.
 
     Parameters
     ----------
-    samples : ndarray, shape (n, f)
-    truth : ndarray of bool, shape (n,)
-    seed : int
+    folder : Path
+        Of the photographs.
+    entry : dict
+        Of photographs.json: places of the pupils in the file, and, in the pixels of what is returned, the outline of
+        the skin, those of what is not skin within it, and the lines.
+    """
+    with Image.open(folder / entry["file"]) as file:
+        image = file.convert("RGB")
+    left, right = np.array(entry["pupils"], np.float64)
+    scale = np.hypot(*(right - left)) / PUPILS
+    if scale > 1.0:  # fewer pixels first, as the transform takes the nearest four only
+        image = image.resize((round(image.width / scale), round(image.height / scale)), Image.Resampling.LANCZOS)
+        left, right = left / scale, right / scale
+    along = (right - left) / PUPILS
+    across = np.array([-along[1], along[0]])
+    corner = 0.5 * (left + right) - 0.5 * SIZE * along - EYES * across
+    rows = (along[0], across[0], corner[0], along[1], across[1], corner[1])
+    image = image.transform((SIZE, SIZE), Image.Transform.AFFINE, rows, Image.Resampling.BICUBIC)
+    drawn = Image.new("L", (SIZE, SIZE), OTHER)
+    draw = ImageDraw.Draw(drawn)
+    draw.polygon([tuple(point) for point in entry["skin"]], fill=SKIN)
+    for outline in entry["not_skin"]:
+        draw.polygon([tuple(point) for point in outline], fill=OTHER)
+    lines = Image.new("1", (SIZE, SIZE))
+    for line in entry["lines"]:
+        ImageDraw.Draw(lines).line([tuple(point) for point in line], fill=1)
+    yy, xx = np.mgrid[-MARKED : MARKED + 1, -MARKED : MARKED + 1]
+    wide = binary_dilation(np.asarray(lines), xx**2 + yy**2 <= MARKED**2)
+    kinds = np.asarray(drawn).copy()
+    kinds[wide & (kinds == SKIN)] = FURROW
+    return np.asarray(image), kinds
+
+
+def ridges(picture: Bytes) -> list[Array]:
+    """Return for each of the scales how strongly a dark line runs through each pixel (h, w).
 
     Examples
     --------
-    >>> samples = np.random.default_rng(0).normal(size=(40000, 2))
-    >>> network = Network(samples, np.hypot(*samples.T) < 1.0)
-    >>> bool(area_under_curve(network(samples), np.hypot(*samples.T) < 1.0) > 0.98)
-    True
+    >>> picture = np.full((40, 40, 3), 150, np.uint8)
+    >>> picture[20] = 80
+    >>> [bool(found[20, 20] > 10 * abs(found[10, 20])) for found in ridges(picture)]
+    [True, True, True, True]
     """
-
-    def __init__(self, samples: Array, truth: BoolArray, seed: int = 0) -> None:
-        random = np.random.default_rng(seed)
-        self._mean, self._spread = samples.mean(axis=0), samples.std(axis=0) + 1e-9
-        inputs, targets = (samples - self._mean) / self._spread, truth.astype(np.float64)
-        f = inputs.shape[1]
-        self.weights: list[Array] = [
-            random.normal(size=(f, HIDDEN)) * np.sqrt(2.0 / f), np.zeros(HIDDEN),
-            random.normal(size=HIDDEN) / np.sqrt(HIDDEN), np.zeros(1),
-        ]  # fmt: skip
-        first, second, step = [np.zeros_like(w) for w in self.weights], [np.zeros_like(w) for w in self.weights], 0
-        for epoch in range(EPOCHS):
-            order = random.permutation(len(inputs))
-            for start in range(0, len(order), BATCH):
-                some, step = order[start : start + BATCH], step + 1
-                rate = RATE * 0.5 * (1.0 + np.cos(np.pi * epoch / EPOCHS))
-                for k, gradient in enumerate(self.gradients(inputs[some], targets[some])):
-                    first[k] += 0.1 * (gradient - first[k])
-                    second[k] += 0.001 * (gradient**2 - second[k])
-                    mean, square = first[k] / (1.0 - 0.9**step), second[k] / (1.0 - 0.999**step)
-                    self.weights[k] -= rate * mean / (np.sqrt(square) + 1e-8)
-
-    def gradients(self, inputs: Array, targets: Array) -> list[Array]:
-        w, b, v, c = self.weights
-        hidden = np.maximum(inputs @ w + b, 0.0)
-        off = (1.0 / (1.0 + np.exp(-(hidden @ v + c))) - targets) / len(inputs)
-        back = off[:, None] * v * (hidden > 0.0)
-        return [inputs.T @ back, back.sum(axis=0), hidden.T @ off, off.sum(keepdims=True)]
-
-    def __call__(self, samples: Array) -> Array:
-        """Return the logarithms of the odds (n,)."""
-        w, b, v, c = self.weights
-        return np.asarray(np.maximum((samples - self._mean) / self._spread @ w + b, 0.0) @ v + c)
+    bright = np.log(0.05 + picture / 255.0 @ [0.299, 0.587, 0.114])
+    found = []
+    for scale in SCALES:
+        yy, xx, xy = (
+            scale**2 * gaussian_filter(bright, scale, order=order, mode="nearest") for order in ((2, 0), (0, 2), (1, 1))
+        )
+        found.append(0.5 * (xx + yy) + np.hypot(0.5 * (xx - yy), xy))
+    return found
 
 
 def area_under_curve(score: Array, truth: BoolArray) -> float:
@@ -173,79 +160,116 @@ def average_precision(score: Array, truth: BoolArray) -> float:
     return float((np.cumsum(right) / np.arange(1, len(right) + 1))[right].mean())
 
 
-def overlap(score: Array, truth: BoolArray, level: float) -> float:
-    """Return the intersection of furrows found, which score above a level, and true ones, over their union."""
-    found = score > level
-    return float((found & truth).sum() / max((found | truth).sum(), 1))
+Tried = list[tuple[str, Bytes, Bytes, Array]]
+"""Names, pictures, what their pixels show, and what the network finds there."""
 
 
-def report(folder: Path) -> Report:
-    """Train on some people of a set, and try it on the others."""
-    random = np.random.default_rng(0)
-    sets: dict[bool, list[tuple[Array, BoolArray]]] = {True: [], False: []}
-    people: dict[bool, set[int]] = {True: set(), False: set()}
-    shown: list[tuple[Array, BoolArray, BoolArray]] = []
-    for person, picture, skin, furrow in read(folder):
+def scores(tried: Tried, least: int) -> list[tuple[str, float, float, float]]:
+    """Return for the network, and for each ridge filter, its name, the share of furrows, the area under the ROC curve,
+    and the average precision, over the pixels that show at least SKIN, or BACKGROUND, which is all."""
+    methods: dict[str, list[Array]] = {}
+    truths = []
+    for _, picture, kinds, found in tried:
+        looked = kinds >= least
+        truths.append((kinds == FURROW)[looked])
+        methods.setdefault("network", []).append(found[looked])
+        for scale, ridge in zip(SCALES, ridges(picture), strict=True):
+            methods.setdefault(f"ridge filter of {scale:g} pixels", []).append(ridge[looked])
+    truth = np.concatenate(truths)
+    joined = {name: np.concatenate(parts) for name, parts in methods.items()}
+    return [
+        (name, float(truth.mean()), area_under_curve(score, truth), average_precision(score, truth))
+        for name, score in joined.items()
+    ]
+
+
+def report(folder: Path, photographs: Path | None, network: Path | None, steps: int, out: Path) -> Report:
+    """Train on some people of a set, unless a network is there, and try it on the others, and on photographs."""
+    from . import unet  # PyTorch takes seconds to load, and is not there for other trials
+
+    learnt: tuple[list[Bytes], list[Bytes]] = ([], [])
+    kept: list[tuple[str, Bytes, Bytes]] = []
+    people: tuple[set[int], set[int]] = (set(), set())
+    for person, picture, kinds in read(folder):
         tried = person % TRIED == TRIED - 1
-        pixels = np.flatnonzero(skin)
-        pixels = random.choice(pixels, min(PER_PICTURE, len(pixels)), replace=False)
-        all_features = features(picture).reshape(skin.size, -1)
-        sets[tried].append((all_features[pixels], furrow.ravel()[pixels]))
         people[tried].add(person)
-        if tried and (skin & furrow).mean() > 0.02:
-            shown.append((picture, skin, furrow))
-    (train, known), (test, truth) = (map(np.concatenate, zip(*sets[tried], strict=True)) for tried in (False, True))
-    network = Network(train, known)
-    rows: list[tuple[Any, ...]] = []
-    ridges = [(f"ridge filter of {scale:g} pixels", 5 * k) for k, scale in enumerate(SCALES)]
-    for name, before, after in [
-        *((name, train[:, column], test[:, column]) for name, column in ridges),
-        ("network", network(train), network(test)),
-    ]:
-        levels = np.quantile(before, np.linspace(0.5, 0.995, 60))
-        level = max(levels, key=lambda each: overlap(before, known, each))  # chosen on the people of the training
-        scores = area_under_curve(after, truth), average_precision(after, truth), overlap(after, truth, level)
-        rows.append((name, *scores))
-    columns = ("method", "area under ROC curve", "average precision", "intersection over union")
-    share, best = float(truth.mean()), rows[-1]
+        if tried and len(kept) < MOST:
+            kept.append((f"person {person}", picture, kinds))
+        elif not tried and network is None:
+            learnt[0].append(picture)
+            learnt[1].append(kinds)
+    if network is None:
+        kinds = np.stack(learnt[1])
+        found = unet.train(np.stack(learnt[0]), kinds == FURROW, kinds == BACKGROUND, steps)
+        output_folder(out)
+        unet.save(found, out / "unet.pt")
+    else:
+        found = unet.load(network)
+    tried_on = {"people of the set": kept}
+    if photographs is not None:
+        entries = json.loads(MARKS.read_text())
+        tried_on["photographs"] = [(entry["file"], *photograph(photographs, entry)) for entry in entries]
+    tables, plots, told = [], [], []
+    for name, pictures in tried_on.items():
+        results = [(*shown, unet.probabilities(found, shown[1])) for shown in bar(pictures, name, len(pictures))]
+        for where, least in (("bare skin", SKIN), ("the whole picture", BACKGROUND)):
+            rows = scores(results, least)
+            title = f"Scores per pixel of {where}, {len(results)} {name}"
+            tables.append(
+                Table(title, ("method", "share of furrows", "area under ROC curve", "average precision"), rows)
+            )
+            best = max(row[3] for row in rows[1:])
+            told.append(
+                f"In {where} of {len(results)} {name}, the network reaches an average precision of {rows[0][3]:.2f}, "
+                f"the best filter {best:.2f}, and guessing {rows[0][1]:.2f}."
+            )
+        plots.append(_figure(name, results))
     return Report(
         "wrinkle_detection",
         "Furrows found in pictures of people who were not in training",
-        f"{len(sets[False])} pictures of {len(people[False])} people to learn from, {len(sets[True])} of "
-        f"{len(people[True])} others to try it on; {share:.1%} of the pixels of bare skin are in furrows, which is the "
-        "average precision of guessing.",
-        f"The network reaches an average precision of {best[2]:.2f}; the best filter, "
-        f"{max(row[2] for row in rows[:-1]):.2f}.",
-        [Table("Scores per pixel of bare skin", columns, rows)],
-        [_figure(network, shown)] if shown else [],
-        {"train": len(sets[False]), "test": len(sets[True]), "share": share},
+        f"Learnt from {len(people[False])} people of the set, tried on {len(people[True])} others.",
+        " ".join(told),
+        tables,
+        plots,
+        {table.title: dict(zip(table.columns[1:], table.rows[0][1:], strict=True)) for table in tables},
     )
 
 
-def _figure(network: Network, shown: list[tuple[Array, BoolArray, BoolArray]]) -> Plot:
-    chosen = shown[:: max(len(shown) // 4, 1)][:4]
+def _figure(name: str, results: Tried) -> Plot:
+    lined = [result for result in results if (result[2] == FURROW).mean() > 0.005] or results
+    chosen = lined[:: max(len(lined) // 5, 1)][:5]
     figure, axes = plot(3, len(chosen), (2.6 * len(chosen), 7.8))
-    for k, (picture, skin, furrow) in enumerate(chosen):
-        odds = network(features(picture).reshape(skin.size, -1)).reshape(skin.shape)
-        found = np.where(skin, 1.0 / (1.0 + np.exp(-odds)), 0.0)
-        for row, image in enumerate((picture, furrow & skin, found)):
+    for k, (_, picture, kinds, found) in enumerate(chosen):
+        for row, image in enumerate((picture, kinds == FURROW, np.where(kinds >= SKIN, found, 0.0))):
             ax = axes[row * len(chosen) + k]
             ax.imshow(image, cmap="gray", vmin=0, vmax=1)
             ax.set_axis_off()
-            ax.set_title(("picture", "label", "probability found")[row], fontsize=8)
-    return Plot(
-        "people", figure, "People who were not in training: the picture, the label, and what the network tells."
-    )
+            ax.set_title(("picture", "marked", "probability found")[row], fontsize=8)
+    return Plot(name.replace(" ", "_"), figure, f"Some {name}: picture, furrows as marked, and what the network tells.")
 
 
-def wrinkle_detection(folder: Path, /, *, out: Path = OUTPUT) -> None:
-    """Train a small network to find furrows in the pictures of a data set, and try it on other people.
+def wrinkle_detection(
+    folder: Path,
+    /,
+    *,
+    photographs: Path | None = None,
+    network: Path | None = None,
+    steps: int = 4000,
+    out: Path = OUTPUT,
+) -> None:
+    """Train a network to find furrows in the pictures of a data set, and try it on other people.
 
     Parameters
     ----------
     folder
         Of a set by facewrinkle dataset.
+    photographs
+        Folder of the photographs that photographs.json names, on which lines were marked by eye.
+    network
+        A file unet.pt of an earlier run, to be tried only.
+    steps
+        Batches of 16 pictures to learn from.
     out
-        Folder for the table and the plot.
+        Folder for the tables, the plots and the network.
     """
-    publish(report(folder), out)
+    publish(report(folder, photographs, network, steps, out), out)
