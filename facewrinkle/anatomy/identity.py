@@ -28,12 +28,13 @@ TONES = np.array(
     # the value of `skin`, red, green and blue of the forehead
     [
         (-1.0, 248, 236, 228), (-0.75, 246, 230, 219), (-0.5, 252, 232, 208), (-0.25, 240, 216, 186),
-        (0.0, 216, 174, 145), (0.2, 168, 123, 86), (0.4, 136, 89, 67), (0.6, 100, 63, 52), (0.8, 60, 48, 42),
-        (1.0, 42, 36, 32),
+        (0.0, 216, 174, 145), (0.2, 168, 123, 86), (0.4, 136, 89, 67), (0.6, 100, 63, 52), (0.8, 66, 48, 38),
+        (1.0, 48, 36, 29),
     ]
 )  # fmt: skip
 """The ten tones of the Monk Skin Tone Scale (E. Monk, Google, 2022). They are redder than its swatches, as faces
-are: a* of CIELAB is larger by a fifth of b*. The fifth is the mean head, whose forehead is nearest to that swatch.
+are: a* of CIELAB is larger by a fifth of b*, and the two darkest have more color. The fifth is the mean head, whose
+forehead is nearest to that swatch.
 """
 
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])

@@ -195,7 +195,7 @@ class Material:
         Share of light that is reflected at the surface, by the light's colour `C`, the cosine `near` between the normal
         and the half-way direction, and powers of it (`near8`).
     gloss : str
-        Factor of it, by the `albedo` of a pixel, its square root of the reflectance.
+        Factor of it, by the `albedo` of a pixel, its reflectance.
     sharp : int
         Number of lights, the first of them, whose highlights are worked out pixel by pixel.
     behind : str
@@ -328,13 +328,13 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
         actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
 
 
-# Dark paint has no highlights: hair and furrows on the skin are dull, and so are teeth that no light reaches.
+# Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
     "0.20, 0.14, 0.11",
     "0.022 * near8 + 0.05 * near32 * near8",
-    gloss="smoothstep(-0.03, 0.2, albedo.g)",
+    gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
