@@ -70,6 +70,7 @@ class Film:
     def pull(self, label: str, share: float, steps: int = 8) -> None:
         """Pull a slider to a share of its length."""
         selector = f"input[type=range][aria-label='{label}']"
+        self.page.locator(selector).scroll_into_view_if_needed()
         box = self.page.locator(selector).bounding_box()
         now = self.page.evaluate("(e) => (e.value - e.min) / (e.max - e.min)", self.page.query_selector(selector))
         at = [box["x"] + 6 + (box["width"] - 12) * part for part in (now, share)]

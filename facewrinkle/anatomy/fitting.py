@@ -104,7 +104,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     --------
     >>> face = default_face()
     >>> face.mesh.n_cells, len(face.muscles)
-    (4517, 47)
+    (4517, 48)
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """

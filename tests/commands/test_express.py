@@ -80,7 +80,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     options += ["--folds=paper", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
     ((performance, output),) = seen
-    frown = {"corrugator_l": 0.5, "corrugator_r": 0.5, "procerus_l": 0.15, "procerus_r": 0.15}
+    frown = {"corrugator_l": 0.5, "corrugator_r": 0.5, "procerus_l": 0.21, "procerus_r": 0.21}
     assert performance.rates == frown
     assert (performance.frames, performance.size, performance.view, output.fps) == (7, (64, 48), "nose", 10.0)
     refinement = performance.refinement

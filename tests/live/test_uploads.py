@@ -34,8 +34,8 @@ def scan(face, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_scan_is_shown_and_undone(studio, scan):
-    before = set(Path(tempfile.gettempdir()).glob("facewrinkle-*"))
+def test_a_scan_is_shown_and_undone(studio, scan, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     studio.change(mixture={"AU12": 1.0}, gaze=[10.0, 0.0])
     status, text = sent(studio, scan)
     assert status == 200
@@ -44,7 +44,7 @@ def test_a_scan_is_shown_and_undone(studio, scan):
     assert studio.document["face"].startswith("head.ply")
     assert studio.face.texture is None
     assert (studio.rates, studio.document["gaze"]) == ({}, [0.0, 0.0])  # the expression does not jump onto it
-    assert set(Path(tempfile.gettempdir()).glob("facewrinkle-*")) == before
+    assert not list(tmp_path.glob("facewrinkle-*"))
     studio.undo()
     studio.frame()
     assert studio.face.texture is not None
@@ -57,11 +57,11 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     studio.change(patterns={"d": dimple})
     rest = studio.frame()
     rows = ["0,0,0,0,0", *(f"{t},0.8,0.5,1,0.5" for t in (0.5, 1.0, 1.5, 2.0))]
-    table = "time,jawOpen,mouthSmileLeft,jawLeft,tongueOut\n" + "\n".join(rows)
+    table = "time,jawOpen,mouthSmileLeft,jawLeft,wink\n" + "\n".join(rows)
     status, text = sent(studio, {"take.csv": table.encode()})
     answer = json.loads(text)
     assert (status, answer["plays"]) == (200, True)
-    assert "tongueOut" in " ".join(answer["said"])
+    assert "wink" in " ".join(answer["said"])
     assert studio.document["face"] == answer["name"]
     assert studio.document["timeline"]["length"] == 2.0
     assert list(studio.document["patterns"]) == ["d"]
@@ -83,10 +83,9 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     assert studio.document["face"] == ""
 
 
-@pytest.mark.parametrize(("table", "said"), [("a,b\n1,2\n", "no column of a shape"), ("tongueOut\n1\n", "tongue")])
-def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio, table, said):
-    status, text = sent(studio, {"take.csv": table.encode()})
-    assert (status, said in json.loads(text)["error"]) == (400, True)
+def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio):
+    status, text = sent(studio, {"take.csv": b"a,b\n1,2\n"})
+    assert (status, "no column of a shape" in json.loads(text)["error"]) == (400, True)
     assert studio.document["face"] == ""
 
 
