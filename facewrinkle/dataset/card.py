@@ -38,6 +38,8 @@ BIASES = """\
 - What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
   in front of faces, noise and blur (domain randomisation), or with photographs beside them.
 - Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
+- A U-Net that learnt from 4,500 such pictures, much varied, was tried on five photographs: in whole pictures its
+  average precision was 0.27 (0.03 for the best ridge filter), on skin outlined by hand 0.33 (0.38 for the filter).
 """
 
 
