@@ -6,7 +6,6 @@ it learns carries over to photographs (domain randomization: Tobin et al., IROS 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 
@@ -16,8 +15,10 @@ import torch
 import torch.nn.functional as nf
 from torch import Tensor, nn
 
-RATE = 2e-3
-"""Largest learning rate (AdamW)."""
+from facewrinkle.progress import bar
+
+RATE, BATCH = 2e-3, 32
+"""Largest learning rate (AdamW), and pictures in a batch."""
 
 
 class UNet(nn.Module):
@@ -102,11 +103,7 @@ def train(
     furrow: npt.NDArray[np.bool_],
     background: npt.NDArray[np.bool_],
     steps: int,
-    *,
-    batch: int = 16,
-    widths: tuple[int, ...] = (32, 64, 128, 256),
     seed: int = 0,
-    progress: Callable[[int, float], None] | None = None,
 ) -> UNet:
     """Return a network that has learnt from pictures.
 
@@ -117,24 +114,18 @@ def train(
         Where each is.
     steps : int
         Batches that are learnt from.
-    batch : int
-        Pictures in a batch.
-    widths : tuple of int
-        See UNet.
     seed : int
-    progress : callable, optional
-        Called with the number of batches and the loss after each 50.
     """
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     torch.manual_seed(seed)
     random = torch.Generator(device).manual_seed(seed)
-    network = UNet(widths).to(device)
+    network = UNet().to(device)
     optimizer = torch.optim.AdamW(network.parameters(), RATE, weight_decay=1e-2)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimizer, RATE, total_steps=steps)
     all_pictures = torch.from_numpy(pictures).to(device)
     all_masks = torch.from_numpy(np.stack([furrow, background], 1)).to(device)
-    for step in range(steps):
-        chosen = torch.randint(len(pictures), (batch,), generator=random, device=device)
+    for _ in bar(range(steps), "Batches", steps):
+        chosen = torch.randint(len(pictures), (BATCH,), generator=random, device=device)
         some = all_pictures[chosen].permute(0, 3, 1, 2).float() / 255.0
         seen, inside = varied(some, all_masks[chosen].float(), random)
         with torch.autocast(device.type, torch.bfloat16, enabled=device.type == "cuda"):
@@ -146,8 +137,6 @@ def train(
         loss.backward()
         optimizer.step()
         schedule.step()
-        if progress is not None and step % 50 == 49:
-            progress(step + 1, loss.item())
     return network.eval()
 
 

@@ -254,7 +254,7 @@ def wrinkle_detection(
     *,
     photographs: Path | None = None,
     network: Path | None = None,
-    steps: int = 4000,
+    steps: int = 3400,
     out: Path = OUTPUT,
 ) -> None:
     """Train a network to find furrows in the pictures of a data set, and try it on other people.
@@ -268,7 +268,7 @@ def wrinkle_detection(
     network
         A file unet.pt of an earlier run, to be tried only.
     steps
-        Batches of 16 pictures to learn from.
+        Batches of 32 pictures to learn from.
     out
         Folder for the tables, the plots and the network.
     """
