@@ -4,6 +4,7 @@ from . import animation as animation
 from . import appearance as appearance
 from . import dataset as dataset
 from . import errors as errors
+from . import examples as examples
 from . import export as export
 from . import geometry as geometry
 from . import layers as layers

@@ -20,7 +20,7 @@ import facewrinkle as fw
 PACKAGE = Path(__file__).parents[1] / "facewrinkle"
 
 FLOORS = (
-    ("array_types", "errors"),
+    ("array_types", "errors", "examples"),
     ("checks", "files", "progress", "schemas"),
     ("geometry",),
     ("mesh",),
