@@ -8,7 +8,8 @@ from __future__ import annotations
 import reprlib
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 LARGEST = 1e50
@@ -16,6 +17,21 @@ LARGEST = 1e50
 
 LISTED = 48
 """An error lists at most this many known names."""
+
+OPTIONAL = {
+    "aiohttp": ("aiohttp", "studio"),
+    "anywidget": ("anywidget", "studio"),
+    "pythonosc": ("python-osc", "studio"),
+    "msgspec": ("msgspec", "studio,dataset"),
+    "distributed": ("distributed", "dataset"),
+    "pyarrow": ("pyarrow", "dataset"),
+    "imageio": ("imageio", "export"),
+    "imageio_ffmpeg": ("imageio_ffmpeg", "export"),
+    "pxr": ("usd-core", "export"),
+    "DracoPy": ("DracoPy", "gltf"),
+    "meshoptimizer": ("meshoptimizer", "gltf"),
+}
+"""Packages that a bare installation lacks, and the extras that bring them, by the names that are imported."""
 
 
 class FaceWrinkleError(ValueError):
@@ -125,7 +141,7 @@ class MissingPackageError(FaceWrinkleError):
     ...         write_movie([], "head.mp4")
     ...     except MissingPackageError as error:
     ...         print(error)
-    movies need the package imageio, which is not installed. In a checkout of the repository: pip install ".[export]"
+    movies need the package imageio, which is not installed. To install it: pip install "facewrinkle[export]"
     """
 
 
@@ -170,16 +186,37 @@ def type_of(value: object) -> str:
     return f"{'an' if name[0] in 'AEIOaeio' else 'a'} {name}"
 
 
-def missing_package(who: str, package: str, extra: str, otherwise: str = "") -> MissingPackageError:
-    """Return the error for an optional package that is not installed, and how to install it.
+@contextmanager
+def optional_imports(who: str, otherwise: str = "") -> Iterator[None]:
+    """Import packages that may be missing: a :class:`MissingPackageError` then names the extra that brings them.
+
+    Parameters
+    ----------
+    who : str
+        Who needs them, with its verb.
+    otherwise : str
+        What else can be done.
 
     Examples
     --------
-    >>> print(missing_package("movies need", "imageio", "export"))
-    movies need the package imageio, which is not installed. In a checkout of the repository: pip install ".[export]"
+    >>> from unittest import mock
+    >>> with mock.patch.dict("sys.modules", {"pxr": None}), optional_imports("USD files need", ", or write .glb."):
+    ...     import pxr
+    Traceback (most recent call last):
+    facewrinkle.errors.MissingPackageError: USD files need the package usd-core, which is not installed. To install it:
+    pip install "facewrinkle[export]", or write .glb.
     """
-    remedy = f'In a checkout of the repository: pip install ".[{extra}]"'
-    return MissingPackageError(f"{who} the package {package}, which is not installed. {remedy}{otherwise}")
+    try:
+        yield
+    except ImportError as problem:
+        name = (problem.name or "").partition(".")[0]
+        if name not in OPTIONAL:
+            raise
+        package, extra = OPTIONAL[name]
+        raise MissingPackageError(
+            f"{who} the package {package}, which is not installed. "
+            f'To install it: pip install "facewrinkle[{extra}]"{otherwise}'
+        ) from None
 
 
 def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameError:

@@ -6,12 +6,9 @@ import reprlib
 from collections.abc import Mapping
 from typing import Annotated, Any, get_args, get_origin
 
-from .errors import ParameterError, missing_package, type_of, unknown_name
+import msgspec
 
-try:
-    import msgspec
-except ImportError:
-    raise missing_package("the studio and data sets need", "msgspec", "studio,dataset") from None
+from .errors import ParameterError, type_of, unknown_name
 
 Share = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 """A number from 0 to 1."""

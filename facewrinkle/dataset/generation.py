@@ -14,7 +14,7 @@ from typing import Any
 from msgspec import to_builtins
 
 from .. import __version__
-from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, missing_package, warn
+from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, optional_imports, warn
 from ..files import inside_only, is_inside_only, output_folder, write_whole
 from ..progress import Progress, bar
 from .card import write_card
@@ -187,10 +187,8 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
         with ProcessPoolExecutor(workers, get_context("spawn")) as pool:  # VTK does not get over a fork
             yield pool
         return
-    try:
+    with optional_imports("a scheduler needs"):
         import distributed
-    except ImportError:
-        raise missing_package("a scheduler needs", "distributed", "dataset") from None
     try:
         client = distributed.Client(scheduler)
     except (OSError, ValueError) as problem:

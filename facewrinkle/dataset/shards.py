@@ -21,7 +21,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta, Struct
 
-from ..errors import OutputError, ParameterError, check_whole, missing_package
+from ..errors import OutputError, ParameterError, check_whole, optional_imports
 from ..files import write_whole, written
 from .plan import person_at
 from .sample import Sample, SampleMaker, compressed, key_of
@@ -201,11 +201,9 @@ def arrow() -> tuple[Any, Any]:
     MissingPackageError
         Without pyarrow.
     """
-    try:
+    with optional_imports("data sets need"):
         import pyarrow
         import pyarrow.parquet
-    except ImportError:
-        raise missing_package("data sets need", "pyarrow", "dataset") from None
     return pyarrow, pyarrow.parquet
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..checks import picture
-from ..errors import ParameterError, check_range, missing_package
+from ..errors import ParameterError, check_range, optional_imports
 from ..files import not_written, output_file, replaced
 
 
@@ -156,12 +156,9 @@ def _pictures_in(path: Path) -> int:
 
 
 def _imageio() -> ModuleType:
-    try:
+    with optional_imports("movies need"):
         import imageio.v2 as imageio
         import imageio_ffmpeg  # noqa: F401
-    except ImportError as missing:
-        package = (missing.name or "imageio").partition(".")[0]
-        raise missing_package("movies need", package, "export") from None
     return imageio
 
 

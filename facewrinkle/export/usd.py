@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..array_types import Array, Single
-from ..errors import missing_package
+from ..errors import optional_imports
 from ..files import written
 from ..mesh.formats.merging import linear_light
 from .gltf import SKIN_COLOUR, roughness
@@ -71,10 +71,8 @@ def write_usd(
     ...     path.stat().st_size > 10000
     True
     """
-    try:
+    with optional_imports(f"{path.name}: USD files need", ", or write .glb."):
         from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
-    except ImportError:
-        raise missing_package(f"{path.name}: USD files need", "usd-core", "export", ", or write .glb.") from None
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, unit / 1000.0)

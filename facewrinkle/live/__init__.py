@@ -17,6 +17,9 @@ window, widget     | the object that users hold; the same in a notebook
 
 from __future__ import annotations
 
-from .window import Studio, studio
+from ..errors import optional_imports
+
+with optional_imports("the studio needs"):
+    from .window import Studio, studio
 
 __all__ = ["Studio", "studio"]

@@ -15,10 +15,13 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
-from ..errors import FaceWrinkleError, check_whole, missing_package
+from ..errors import FaceWrinkleError, check_whole, optional_imports
+from .answers import Answers
+from .capture import Capture
 from .document import Document
 from .library import Library
 from .saving import Folder, Kept
+from .server import Server
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -57,12 +60,6 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         source: str | None = None,
         listen: int | None = None,
     ) -> None:
-        try:
-            from .answers import Answers
-            from .capture import Capture
-            from .server import Server
-        except ImportError as problem:
-            raise missing_package("the studio needs", str(problem.name), "studio") from None
         self._library = Library(face)
         self._document = Document(face.atlas, lambda: self._library.names)
         folder = None if save_to is None else Folder(save_to)
@@ -182,10 +179,8 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
             Without the package anywidget.
         """
         check_whole("height", height, 200, 4000)
-        try:
+        with optional_imports("the widget needs"):
             from .widget import StudioWidget
-        except ImportError:
-            raise missing_package("the widget needs", "anywidget", "studio") from None
         return StudioWidget(self._server, height)
 
     def as_python(self) -> str:
@@ -269,7 +264,7 @@ def studio(
     Raises
     ------
     MissingPackageError
-        Without the package aiohttp.
+        Without the packages of the extra `studio`.
     ParameterError
         For a port that is in use, and an address that is not of this computer.
 

@@ -210,5 +210,5 @@ def test_what_cannot_be_played_says_so(stage, tmp_path, monkeypatch):
     with pytest.raises(MeshError, match="broken.usdc cannot be read"):
         fw.read_animation(tmp_path / "broken.usdc")
     monkeypatch.setitem(sys.modules, "pxr", None)
-    with pytest.raises(MissingPackageError, match=r"usd-core.*\.\[export\]"):
+    with pytest.raises(MissingPackageError, match=r"usd-core.*\[export\]"):
         fw.read_animation(stage.GetRootLayer().realPath)

@@ -83,7 +83,7 @@ def test_movie_checks_its_pictures(tmp_path, images, message):
 @pytest.mark.parametrize("missing", ["imageio", "imageio_ffmpeg"])
 def test_movie_without_its_packages(tmp_path, monkeypatch, missing):
     monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install \"\.\[export\]\""):
+    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install \"facewrinkle\[export\]\""):
         write_movie(pictures(2, 4, 4), tmp_path / "movie.mp4")
     assert write_movie(pictures(2, 4, 4), tmp_path / "movie.gif").exists()
 

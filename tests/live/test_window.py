@@ -323,10 +323,34 @@ def test_a_program_that_ends_without_closing_the_studio_has_saved(tmp_path):
     assert json.loads((tmp_path / "session.json").read_text())["mixture"] == {"AU12": 0.5}
 
 
-def test_without_aiohttp_the_error_says_what_to_install(face, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "facewrinkle.live.server", None)
-    with pytest.raises(MissingPackageError, match=r"pip install \"\.\[studio\]\""):
-        Studio(face, browser=False)
+def test_a_widget_without_anywidget_says_what_to_install(studio, monkeypatch):
+    monkeypatch.setitem(sys.modules, "anywidget", None)
+    monkeypatch.delitem(sys.modules, "facewrinkle.live.widget", raising=False)
+    with pytest.raises(MissingPackageError, match=r"the widget needs .*pip install \"facewrinkle\[studio\]\""):
+        studio.widget()
+
+
+@pytest.mark.parametrize("package", ["msgspec", "pythonosc", "aiohttp"])
+def test_without_a_package_the_studio_says_what_to_install(package):
+    program = f"""
+import sys
+sys.modules["{package}"] = None
+import facewrinkle as fw
+from facewrinkle.cli import main
+from facewrinkle.errors import MissingPackageError
+try:
+    fw.studio
+except MissingPackageError as error:
+    print(error)
+sys.exit(main(["studio", "--no-browser"]))
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment())
+    package = package.replace("pythonosc", "python-osc")
+    extra = "studio,dataset" if package == "msgspec" else "studio"
+    message = f"the studio needs the package {package}, which is not installed. To install it: "
+    message += f'pip install "facewrinkle[{extra}]"'
+    assert done.stdout.splitlines() == [message]
+    assert (done.returncode, done.stderr.splitlines()) == (1, [f"facewrinkle: {message}"])
 
 
 # --- what a page is told of a face ----------------------------------------------------------------

@@ -24,7 +24,7 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
-from ...errors import MeshError, missing_package, warn
+from ...errors import MeshError, optional_imports, warn
 from ...files import bytes_of, sibling_file
 from .merging import srgb
 from .polygons import Primitive, image_place
@@ -469,12 +469,9 @@ def decoder(extension: str, who: str) -> ModuleType:
     Traceback (most recent call last):
     facewrinkle.errors.MissingPackageError: head.glb is compressed (KHR_draco_mesh_compression) and needs ...
     """
-    name = COMPRESSED[extension]
-    try:
-        return import_module(name)
-    except ImportError:
-        otherwise = " Or export it without compression, or as OBJ or PLY."
-        raise missing_package(f"{who} is compressed ({extension}) and needs", name, "gltf", otherwise) from None
+    otherwise = ". Or export it without compression, or as OBJ or PLY."
+    with optional_imports(f"{who} is compressed ({extension}) and needs", otherwise):
+        return import_module(COMPRESSED[extension])
 
 
 def meshopt_bytes(meshopt: ModuleType, data: bytes, how: Mapping[str, Any]) -> bytes:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import MeshError, missing_package, warn
+from ...errors import MeshError, optional_imports, warn
 from ...files import check_inside
 from .merging import srgb
 from .polygons import Primitive, polygon_triangles
@@ -60,11 +60,8 @@ def shown(stage: Any) -> list[Any]:
 
 def opened(path: Path) -> Any:
     """Open the stage of a USD file."""
-    try:
+    with optional_imports(f"{path.name}: USD files need", ", or export the mesh as OBJ, PLY or glTF."):
         from pxr import Usd
-    except ImportError:
-        otherwise = ", or export the mesh as OBJ, PLY or glTF."
-        raise missing_package(f"{path.name}: USD files need", "usd-core", "export", otherwise) from None
     probe(path)
     stage = Usd.Stage.Open(str(path))
     for layer in stage.GetUsedLayers():
