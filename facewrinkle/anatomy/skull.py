@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import splu, spsolve
+from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from ..array_types import Array, BoolArray
-from ..geometry.laplacian import graph_laplacian
+from ..geometry.laplacian import graph_laplacian, symmetric_factors
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops, unique_edges
 from .landmarks import FaceFrame, mouth_middle
@@ -140,7 +140,7 @@ def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  
     # Both sides times the degrees: so the matrix is symmetric, and its factors stay small if they are well ordered.
     mass = np.maximum(degree, 1).astype(float)
     system = diags_array(mass) + radius**2 * graph_laplacian(edges, weight, len(points))
-    factor = splu(system.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    factor = symmetric_factors(system.tocsc())
 
     def smooth(values: Array) -> Array:
         return np.asarray(factor.solve(mass[:, None] * values))

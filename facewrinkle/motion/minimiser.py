@@ -8,9 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import SuperLU
 
 from ..array_types import Array
+from ..geometry.laplacian import symmetric_factors
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
 
@@ -226,9 +227,8 @@ class Factors:
 
     def __init__(self, matrices: list[csr_array]) -> None:
         self._inverse = np.empty((matrices[0].shape[0], 3))
-        options = {"SymmetricMode": True}
         for k, matrix in enumerate(matrices):  # one by one: on fine meshes factors take gigabytes
-            self._keep(k, splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options))
+            self._keep(k, symmetric_factors(matrix.tocsc()))
 
     def _keep(self, k: int, factor: SuperLU) -> None:
         """Keep what solving for coordinate k needs of its factors."""

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
-from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
@@ -21,7 +20,7 @@ from ..anatomy.landmarks import lips_middle
 from ..anatomy.muscles import JawMuscle, turned
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import smoothstep
-from ..geometry.laplacian import cotangent_laplacian
+from ..geometry.laplacian import cotangent_laplacian, symmetric_factors
 from ..geometry.normals import vertex_areas, vertex_normals
 
 # Lengths are in distances between the pupils (63 mm).
@@ -251,7 +250,7 @@ class Movements:
         bending = csr_array(weights @ cotangent_laplacian(points, self.face.triangles))
         system = bending[:, free]
         damped = system.T @ system + 1e-6 * diags_array(np.ones(len(free)))
-        return free, bending, splu(damped.tocsc()).solve
+        return free, bending, symmetric_factors(damped.tocsc()).solve
 
     @cached_property
     def _half_width(self) -> float:

@@ -459,6 +459,13 @@ def test_what_is_no_face_is_refused(face, thing):
         fw.fit_face(thing(face))
 
 
+def _noise(count, far=0.0):
+    """Triangles between random points, and one far away."""
+    rng = np.random.default_rng(0)
+    points = np.vstack([rng.uniform(size=(3000, 3)), far + np.eye(3)])
+    return to_polydata(points, np.vstack([rng.integers(0, 3000, (count, 3)), [[3000, 3001, 3002]]]))
+
+
 FEW = {
     "not a triangle": (pv.PolyData(np.eye(3)), "no faces"),
     "nothing": (pv.PolyData(), "no points"),
@@ -469,6 +476,8 @@ FEW = {
         to_polydata(np.random.default_rng(0).normal(size=(9000, 3)), np.arange(9000).reshape(-1, 3)),
         r"as 1 of 3000 hang together; 200 are needed",
     ),
+    "noise": (_noise(200_000), r"no surface, as their area is \d+ times the squared diagonal"),
+    "noise beside a far point": (_noise(9000, far=1e5), r"no surface, as their area is \d+ times"),
     "coarse ball": (pv.Sphere(theta_resolution=10, phi_resolution=11), "as 180 of 180 hang together; 200"),
 }
 

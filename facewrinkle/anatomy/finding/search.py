@@ -16,6 +16,7 @@ from ...array_types import Array, IntArray
 from ...errors import LandmarkError
 from ...geometry.compilation import compiled
 from ...geometry.interpolation import surface_samples
+from ...geometry.normals import double_areas
 from ...geometry.topology import components
 from ...mesh.repair import votes_of
 from ...progress import Progress
@@ -243,6 +244,8 @@ TRIED, REFINED = 40, 3
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
 """Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
+MOST_LAYERS = 50.0
+"""Largest area of a mesh over the squared diagonal of its box: that of heads is about 1, that of noise 100 and more."""
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
 PART_LOSS = 0.1
@@ -318,12 +321,25 @@ def _aligned_match(points: Array, triangles: IntArray, pose: Pose) -> Match:
 
 
 def check_surface(points: Array, triangles: IntArray) -> None:
-    """Raise a LandmarkError where too few triangles hang together for a surface that could show a face."""
+    """Raise a LandmarkError where too few triangles hang together for a surface that could show a face, or where they
+    lie in many layers.
+    """
     connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
             f"no face was found on the mesh: its triangles are no surface that could show one, as {connected} of "
             f"{len(triangles)} hang together; {FEWEST_TRIANGLES} are needed at least. Give a finer mesh, or at "
+            "least three landmarks that are not in a line."
+        )
+    centres = points[triangles].mean(axis=1)
+    low, high = np.quantile(centres, (0.01, 0.99), axis=0)  # points far off do not make the box larger
+    inside = ((low <= centres) & (centres <= high)).all(axis=1)
+    layers = 0.5 * double_areas(points, triangles[inside]).sum() / max(float(((high - low) ** 2).sum()), 1e-300)
+    if layers > MOST_LAYERS:
+        raise LandmarkError(
+            "no face was found on the mesh: its triangles are no surface, as their area is "
+            f"{layers:.0f} times the squared diagonal of their box; {MOST_LAYERS:g} times is the most, and faces have "
+            "about 1. Is it noise, or do its faces use wrong points? Export the mesh again, or give at "
             "least three landmarks that are not in a line."
         )
 
