@@ -23,7 +23,7 @@ from ..plotting.views import VIEWS
 from ..rigging import Take
 from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
 from .fields import FIELDS, colours, labels, probe
-from .library import Library, opened
+from .library import PLACES, Library, opened
 from .protocol import (
     FACE_ALONE,
     Change,
@@ -101,12 +101,15 @@ class Answers:
         }
 
     def _told_document(self) -> dict[str, Any]:
-        data = self._document.data
-        handles = {  # where patterns and tears are
-            table: {name: _attached(np.array(entry[key]), self._stage.face) for name, entry in data[table].items()}
-            for table, key in (("patterns", "center"), ("tears", "start"))
+        return {"data": self._document.data, "history": self._document.history, "handles": self._handles()}
+
+    def _handles(self) -> dict[str, Any]:
+        """Where patterns and tears are."""
+        data, face = self._document.data, self._stage.face
+        return {
+            table: {name: _attached(np.array(entry[PLACES[table]]), face) for name, entry in data[table].items()}
+            for table in ("patterns", "tears")
         }
-        return {"data": data, "history": self._document.history, "handles": handles}
 
     def greeting(self) -> dict[str, Any]:
         """Return what a page is told first: names, ranges, and the face."""
@@ -131,6 +134,7 @@ class Answers:
         return {
             "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
             "identity": built_in and bool(face.landmarks),
+            "handles": self._handles(),
             "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},
             **of_face(face, self._library[shown].clip),
         }

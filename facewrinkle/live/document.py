@@ -1,7 +1,8 @@
 """The document of a session: all that was set by hand, as plain data, with undo and redo.
 
 A patch is a path and a value: ``[["mixture", "AU12L"], 0.7]``. Patches of one gesture, such as the drag of a slider,
-are one step of undo. Values are checked before anything changes.
+are one step of undo. Values are checked before anything changes. Places are those on the person of the document: when
+it becomes another person, they go along.
 """
 
 from __future__ import annotations
@@ -47,6 +48,7 @@ Time = Annotated[float, Meta(ge=0.0, le=LONGEST)]
 Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
 Mixture = Annotated[dict[Name, Share], Meta(max_length=512)]
+Data = Mapping[str, Any]
 OwnName = Annotated[str, Meta(pattern=r"^\w[\w' -]{0,39}$")]
 
 
@@ -156,6 +158,9 @@ class Document:
         Of the face, for the names that a mixture may have.
     faces : callable, optional
         Returns the names of the faces that are open; "" is the one of the start.
+    carry : callable, optional
+        Called with the data before and after a change, and the names of the parts that it did not touch; returns those
+        of them whose places are others on the person after the change.
 
     Examples
     --------
@@ -167,8 +172,13 @@ class Document:
     ({'AU12': 0.8}, True, {})
     """
 
-    def __init__(self, atlas: Atlas, faces: Callable[[], Collection[str]] = lambda: ("",)) -> None:
-        self._atlas, self._faces = atlas, faces
+    def __init__(
+        self,
+        atlas: Atlas,
+        faces: Callable[[], Collection[str]] = lambda: ("",),
+        carry: Callable[[Data, Data, Collection[str]], Data] = lambda before, after, parts: {},
+    ) -> None:
+        self._atlas, self._faces, self._carry = atlas, faces, carry
         self.version = 0
         self._states: list[dict[str, Any]] = [dict(START)]
         self._at, self._gesture = 0, ""
@@ -201,6 +211,7 @@ class Document:
             data[head] = self._checked(head, data.get(head, START[head]))
         if not heads:
             return
+        data |= self._carry(self.data, data, START.keys() - set(heads))
         if gesture and gesture == self._gesture:
             self._states[self._at :] = [data]
         else:
@@ -253,7 +264,8 @@ class Document:
                 f"the session has the version {number!r}, and this program reads {VERSION}: update it."
             )
         given = {**START, **content}
-        self.change([((name,), value) for name, value in given.items() if self.data.get(name) != value])
+        if given != self.data:
+            self.change([((name,), value) for name, value in given.items()])
 
     # --- checks --------------------------------------------------------------------------------
 

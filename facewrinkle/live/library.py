@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..anatomy.face import Face
 from ..anatomy.face_file import read_face
 from ..anatomy.fitting import default_face, fit_face, refitted
-from ..anatomy.identity import Identity
+from ..anatomy.head import load_head
+from ..anatomy.identity import Identity, head_of
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
+from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
 from ..files import inside_only
+from ..geometry.closest_point import closest
 from ..mesh.formats.reading import GLTF, USD
 from ..progress import Progress
 from ..rigging import Performer, Take, read_take
@@ -28,6 +33,9 @@ MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 
 TAKES = (".csv", ".tsv", ".txt")
 """Endings of files that hold a take."""
+
+PLACES = {"patterns": "center", "tears": "start", "probes": "", "landmarks": ""}
+"""Parts of a document that hold places on the face, and the keys under which their entries do."""
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -80,11 +88,53 @@ class Library:
 
     def face_of(self, data: Mapping[str, Any]) -> Face:
         """Return the face that a document asks for: its name, its identity and the landmarks that were moved."""
-        face = self[data["face"]].face
-        person = {name: value for name, value in data["identity"].items() if value}
-        if person and not data["face"]:
-            face = default_face(Identity(**person), atlas=face.atlas)
+        face, person = self[data["face"]].face, _person(data)
+        if person != Identity():
+            face = default_face(person, atlas=face.atlas)
         return refitted(face, data["landmarks"]) if data["landmarks"] else face
+
+    def carried(self, before: Mapping[str, Any], after: Mapping[str, Any], parts: Collection[str]) -> dict[str, Any]:
+        """Return the parts of a document, of those named, whose places are others on the person after a change: each
+        stays at the same numbers of the same triangle, and as far from it as it was.
+
+        Raises
+        ------
+        ParameterError
+            If a scan should become another person.
+        """
+        one, other = _person(before), _person(after)
+        if other != Identity() and (self[""].face.triangles.shape != load_head().triangles.shape):
+            raise ParameterError(
+                "only the built-in head becomes other people; the studio was opened with another face."
+            )
+        parts = [name for name in PLACES if name in parts and after[name]]
+        if before["face"] or after["face"] or one == other or not parts:
+            return {}
+        (here, triangles), there = self._surface(one), self._surface(other)[0]
+
+        def carry(place: Sequence[float]) -> list[float]:
+            triangle, shares, _ = closest(here, triangles, np.array(place, np.float64))
+            corners = triangles[triangle]
+            return (np.array(place) + shares @ (there[corners] - here[corners])).tolist()
+
+        return {part: {name: _at(entry, PLACES[part], carry) for name, entry in after[part].items()} for part in parts}
+
+    def _surface(self, person: Identity) -> tuple[Array, IntArray]:
+        """Points and triangles of the face of the start, or of a person in its place."""
+        face = self[""].face
+        return (face.points, face.triangles) if person == Identity() else (head_of(person).points, face.triangles)
+
+
+def _person(data: Mapping[str, Any]) -> Identity:
+    """The person that a document asks for; the mean one stands for the face of the start, and for all others."""
+    return (
+        Identity() if data["face"] else Identity(**{name: value for name, value in data["identity"].items() if value})
+    )
+
+
+def _at(entry: Any, key: str, carry: Callable[[Sequence[float]], list[float]]) -> Any:
+    """Return an entry with its place, or the place that it is, moved."""
+    return {**entry, key: carry(entry[key])} if key else carry(entry)
 
 
 def telling(tell: Tell, before: str = "") -> Progress:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
+from ..anatomy.face import Face
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.base import Layer
 from .document import Document
@@ -38,6 +39,8 @@ class Shown:
     Attributes
     ----------
     frame : PolyData
+    data : dict
+        The document that it shows.
     step : int
         Number of the frame, growing by one.
     parts : list of Part
@@ -55,6 +58,7 @@ class Shown:
     """
 
     frame: pv.PolyData
+    data: Mapping[str, Any]
     step: int
     parts: list[Part]
     box: Box
@@ -209,7 +213,8 @@ class Stage(threading.Thread):
                 self._do(*job)
                 continue
             try:
-                self._apply(data, version)
+                if not self._apply(data, version):
+                    continue
                 if (early := due - time.monotonic()) > 0.0:
                     with self.condition:
                         self.condition.wait(early)  # a job or a wish may come in between, and is served first
@@ -239,46 +244,53 @@ class Stage(threading.Thread):
         except BaseException as error:
             future.set_exception(error)
 
-    def _apply(self, data: Mapping[str, Any], version: int) -> None:
-        """Bring face, layers and tears in step with the document."""
+    def _apply(self, data: Mapping[str, Any], version: int) -> bool:
+        """Bring face, layers and tears in step with the document; return False if that cannot be. They then stay as
+        they were, and the document takes the step back.
+        """
         if version == self._seen:
-            return
-        self._seen = version
-        applied = self._applied
+            return True
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
-                if self._player is None or any(
-                    applied[name] != data[name] for name in ("face", "identity", "landmarks")
-                ):
-                    self._change_face(data)
-                elif any(applied[name] != data[name] for name in ("folds", "regions", "patterns")):
-                    self._player.simulation.use_layers(layers_of(data, self.face))
-                assert self._player is not None
-                self._player.cry(data["tears"], self._clock)
+                self._follow(data)
         except FaceWrinkleError as error:
             if self.shown is None:
                 raise
             self.complain(str(error))
             with self.condition:
-                if self.document.version == version:
-                    self.document.undo()
-                    self._seen = self.document.version
-        else:
-            self._applied = dict(data)
+                if self.document.version == version and not self.document.undo():
+                    raise
+            return False
+        self._seen, self._applied = version, dict(data)
+        return True
 
-    def _change_face(self, data: Mapping[str, Any]) -> None:
-        face, clip = self.library.face_of(data), self.library[data["face"]].clip
-        player, before = Player(face, data, clip), self._player
-        if clip is None and before is not None and data["face"] == self.shown_face:
-            player.rates = {name: rate for name, rate in before.rates.items() if name in face.muscles}
+    def _follow(self, data: Mapping[str, Any]) -> None:
+        """Make what a document asks for, all of it, and only then take it in place of what there is."""
+        applied, player = self._applied, self._player
+        if player is None or any(applied[name] != data[name] for name in ("face", "identity", "landmarks")):
+            face, clip = self.library.face_of(data), self.library[data["face"]].clip
+            player, parts = Player(face, data, clip), VisibleParts(face)
+            player.crying = player.tears_of(data["tears"], self._clock)
+            self._take_face(face, player, parts, data["face"])
+            return
+        tears = player.tears_of(data["tears"], self._clock)
+        if any(applied[name] != data[name] for name in ("folds", "regions", "patterns")):
+            player.simulation.use_layers(layers_of(data, self.face))  # the last that may fail; the present ones stay
+        player.crying = tears
+
+    def _take_face(self, face: Face, player: Player, parts: VisibleParts, name: str) -> None:
+        """Show another face."""
+        before = self._player
+        if player.clip is None and before is not None and name == self.shown_face:
+            player.rates = {muscle: rate for muscle, rate in before.rates.items() if muscle in face.muscles}
         self.face, self._player, self.time_step = face, player, float(player.simulation.motion.time_step)
-        self.parts = VisibleParts(face)
+        self.parts = parts
         pictures = [face.texture, *(part.texture for part in face.parts.values())]
         if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
             self._photographed = pictures  # held, so that no other picture gets the same id
-            self.photos = self.photos[0] + 1, self.parts.photos()
-        self._applied = {**self._applied, "face": data["face"]}
+            self.photos = self.photos[0] + 1, parts.photos()
+        self._applied = {**self._applied, "face": name}
         self.tell_face()
 
     def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, late: float) -> None:
@@ -306,7 +318,7 @@ class Stage(threading.Thread):
             fields[FIBRES] = self.parts.fibres(frame, player.rates)
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
-        shown = Shown(frame, self._steps, parts, box, fields, still, self._time, layers, surfaces, player.rates)
+        shown = Shown(frame, data, self._steps, parts, box, fields, still, self._time, layers, surfaces, player.rates)
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen

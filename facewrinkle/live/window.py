@@ -61,7 +61,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         listen: int | None = None,
     ) -> None:
         self._library = Library(face)
-        self._document = Document(face.atlas, lambda: self._library.names)
+        self._document = Document(face.atlas, lambda: self._library.names, self._library.carried)
         folder = None if save_to is None else Folder(save_to)
         self._kept = Kept(folder, self._document, self._complain)
         self.stage = Stage(self._library, self._document)

@@ -321,6 +321,10 @@ class Moment(NamedTuple):
     tears: list[pv.PolyData]
 
 
+Crying = Mapping[str, tuple[Any, SheddingTear, float]]
+"""Tears by name: the entry of the document that each was made of, and the second at which it begins."""
+
+
 class Player:
     """A simulation that follows a document, step by step.
 
@@ -337,10 +341,13 @@ class Player:
     Attributes
     ----------
     simulation : Simulation
+    clip : Recorded, Take or None
     rates : dict of str to float
         Contractions of muscles, as they are now.
     arrived : bool
         True if the muscles contract as they were asked to.
+    crying : dict
+        What :meth:`tears_of` returned, for the tears that there are now.
 
     Examples
     --------
@@ -354,12 +361,12 @@ class Player:
     def __init__(
         self, face: Face, data: Mapping[str, Any], clip: Recorded | Take | None = None, coarsen: bool = True
     ) -> None:
-        self.face = face
+        self.face, self.clip = face, clip
         motion = Performer(clip, face) if isinstance(clip, Take) else clip
         self.simulation = Simulation(face, Refinement(coarsen=coarsen), layers=layers_of(data, face), motion=motion)
         self.rates: dict[str, float] = {}
         self.arrived = True
-        self._tears: dict[str, tuple[Any, SheddingTear, float]] = {}
+        self.crying: Crying = {}
 
     def step(self, weights: Mapping[str, float], gaze: Sequence[float], time: float) -> pv.PolyData:
         """Return the next frame, on the way to a mixture and a gaze; or that of a time of the clip, s."""
@@ -375,17 +382,18 @@ class Player:
             self.simulation.contract(self.rates)  # later, as it may turn the eyes, too
         return self.simulation.step()
 
-    def cry(self, entries: Mapping[str, Any], now: float = 0.0) -> None:
-        """Let there be the tears of a document; those that are new begin so many seconds from now as they say."""
-        self._tears = {name: known for name, known in self._tears.items() if entries.get(name) == known[0]}
-        for name, entry in entries.items():
-            if name not in self._tears:
-                self._tears[name] = entry, tear_of(entry, self.face), now + entry["begin"]
+    def tears_of(self, entries: Mapping[str, Any], now: float = 0.0) -> Crying:
+        """Return the tears of a document; those that are new begin so many seconds from now as they say."""
+        going = {name: known for name, known in self.crying.items() if entries.get(name) == known[0]}
+        return {
+            name: going.get(name) or (entry, tear_of(entry, self.face), now + entry["begin"])
+            for name, entry in entries.items()
+        }
 
     def tears(self, frame: pv.PolyData, now: float) -> dict[str, pv.PolyData]:
         """Return the surfaces of the tears on a frame, by name."""
         found = {}
-        for name, (_, tear, begin) in self._tears.items():
+        for name, (_, tear, begin) in self.crying.items():
             if now >= begin:
                 with contextlib.suppress(FaceWrinkleError):
                     found[name] = tear.surface(min(now - begin, run_time(tear)), on=frame)
@@ -393,7 +401,7 @@ class Player:
 
     def cries(self, now: float) -> bool:
         """Return True if a tear has not arrived yet."""
-        return any(now < begin + run_time(tear) for _, tear, begin in self._tears.values())
+        return any(now < begin + run_time(tear) for _, tear, begin in self.crying.values())
 
     def times(self, data: Mapping[str, Any]) -> list[float]:
         """Return the seconds of all pictures of a movie of a document."""
@@ -405,7 +413,7 @@ class Player:
 
     def moments(self, data: Mapping[str, Any]) -> Iterator[Moment]:
         """Play a document from its beginning: its timeline, or without keys from rest to what the sliders show."""
-        self.cry(data["tears"])
+        self.crying = self.tears_of(data["tears"])
         steps = max(round(1.0 / (FPS * self.simulation.motion.time_step)), 1)
         for time in self.times(data):
             weights = mixture_of(data, time)

@@ -100,6 +100,7 @@ class App {
   takeFace(face) {
     const other = !this.face || this.face.faces.shown !== face.faces.shown;
     this.face = face;
+    this.handles = face.handles;
     this.unit = face.unit;
     this.view.begin(face, other);
     this.sliders.setOff(face.off);

@@ -1,0 +1,171 @@
+"""The thread that simulates follows the document, as a whole or not at all.
+
+a change that is refused     | nothing of it is left, neither in the document nor in the face
+random changes, good and bad | face, layers and tears are those of the document
+another person               | what was placed on the skin keeps the numbers of its triangle
+"""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+import pytest
+import pyvista as pv
+
+import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleError, ParameterError
+from facewrinkle.geometry.closest_point import closest
+from facewrinkle.live.document import START, Document
+from facewrinkle.live.library import Library
+from facewrinkle.live.stage import Stage
+
+FAR = {"start": [1e8, 1e8, 1e8]}
+
+
+@contextlib.contextmanager
+def staged(face):
+    """A document, a stage that follows it, and the sentences that it said."""
+    library, told = Library(face), []
+    document = Document(face.atlas, lambda: library.names, library.carried)
+    stage = Stage(library, document)
+    stage.complain = told.append
+    stage.start()
+    try:
+        yield document, stage, told
+    finally:
+        stage.close()
+
+
+def change(document, stage, gesture="", **parts):
+    with stage.condition:
+        document.change([((name,), value) for name, value in parts.items()], gesture)
+    stage.wake()
+
+
+def shown(document, stage):
+    """What is shown, once it is what the document asks for."""
+    with stage.condition:
+        assert stage.condition.wait_for(lambda: stage.shown and stage.shown.data is document.data, 60.0)
+        return stage.shown
+
+
+def test_of_a_change_that_is_refused_nothing_is_left(face):
+    with staged(face) as (document, stage, told):
+        change(document, stage, identity={"age": 0.5})
+        shown(document, stage)
+        before = stage.face
+        change(document, stage, identity={"jaw": 1.0, "width": 1.0}, tears={"a": FAR})
+        with stage.condition:
+            assert stage.condition.wait_for(lambda: document.data["identity"] == {"age": 0.5}, 60.0)
+        shown(document, stage)
+        assert (stage.face, len(told)) == (before, 1)
+        assert told[0].startswith("start must lie on the surface")
+        assert document.data["tears"] == {}
+
+
+def test_a_drag_that_ends_in_a_refusal_is_taken_back_whole(face):
+    with staged(face) as (document, stage, _):
+        change(document, stage, "drag", folds={"depth": 2.0})
+        shown(document, stage)
+        change(document, stage, "drag", tears={"a": FAR})
+        with stage.condition:
+            assert stage.condition.wait_for(lambda: document.data == START, 60.0)
+        layers = shown(document, stage).layers
+        assert {layer.depth for layer in layers} == {1.0}
+
+
+def test_what_lies_on_the_skin_goes_along_with_the_person(face):
+    corners, shares = face.triangles[[100, 2000, 3000]], np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.6, 0.4, 0.0]])
+    one, two, three = np.einsum("pc,pcx->px", shares, face.points[corners]).tolist()
+    library = Library(face)
+    document = Document(face.atlas, lambda: library.names, library.carried)
+    tear, pattern = {"start": one}, {"kind": "dimple", "center": two, "size": 9.0, "depth": 1.0}
+    document.change([(("tears", "a"), tear), (("patterns", "b"), pattern), (("probes", "c"), three)])
+    before = document.data
+    for step in range(1, 11):
+        document.change([(("identity",), {"sex": -step / 10.0, "width": step / 20.0})], "drag")
+    child = fw.default_face({"sex": -1.0, "width": 0.5})
+    places = np.array([document.data["tears"]["a"]["start"], document.data["patterns"]["b"]["center"],
+                       document.data["probes"]["c"]])  # fmt: skip
+    expected = np.einsum("pc,pcx->px", shares, child.points[corners])
+    assert np.linalg.norm(expected - [one, two, three], axis=1).min() > 0.5
+    np.testing.assert_allclose(places, expected, atol=1e-9)
+    document.undo()
+    assert document.data == before
+    document.redo()
+    saved = document.text()
+    document.reset()
+    document.load(saved)
+    assert document.data["tears"]["a"]["start"] == places[0].tolist()
+
+
+def test_landmarks_that_were_moved_go_along_with_the_person(face):
+    library = Library(face)
+    document = Document(face.atlas, lambda: library.names, library.carried)
+    place = face.points[np.linalg.norm(face.points - face.landmarks["mouth_l"], axis=1).argsort()[3]]
+    document.change([(("landmarks", "mouth_l"), place.tolist())])
+    document.change([(("identity",), {"width": 1.0, "jaw": 1.0})])
+    wide = library.face_of(document.data)
+    vertex = np.flatnonzero((face.points == place).all(axis=1))
+    np.testing.assert_allclose(wide.landmarks["mouth_l"], wide.points[vertex[0]], atol=1e-9)
+
+
+def test_a_scan_does_not_become_another_person(face):
+    library = Library(fw.surface(pv.Sphere(radius=80.0)))
+    document = Document(face.atlas, lambda: library.names, library.carried)
+    with pytest.raises(ParameterError, match="only the built-in head becomes other people"):
+        document.change([(("identity",), {"width": 1.0})])
+    assert document.data == START
+
+
+def random_parts(generator, stage):
+    """Parts of a document, good or bad."""
+    face = stage.face  # what is on it may be old: places are then refused, or not, as they lie
+    place = face.points[generator.integers(len(face.points))].tolist()
+    good = [
+        {"identity": {"jaw": generator.uniform(-1, 1), "sex": generator.uniform(-1, 1)}},
+        {"identity": {}},
+        {"tears": {"a": {"start": place, "begin": 0.0}}},
+        {"patterns": {"b": {"kind": "dimple", "center": place, "size": 12.0, "depth": 1.0}}},
+        {"probes": {"c": place}},
+        {"folds": {"depth": generator.uniform(0, 2)}},
+        {"mixture": {"AU12": generator.uniform()}},
+    ]
+    bad = [
+        {"tears": {"a": FAR}},
+        {"patterns": {"b": {"kind": "dimple", "center": [1e8, 0.0, 0.0], "size": 12.0, "depth": 1.0}}},
+        {"landmarks": {"nasion": [500.0, 0.0, 0.0]}},
+        {"mixture": {"AU99": 1.0}},
+    ]
+    one = good[generator.integers(len(good))]
+    return one | bad[generator.integers(len(bad))] if generator.random() < 0.4 else one
+
+
+@pytest.mark.slow
+def test_after_random_changes_the_face_is_that_of_the_document(face):
+    library, generator = Library(face), np.random.default_rng(0)
+    with staged(face) as (document, stage, told):
+        shown(document, stage)
+        for _ in range(100):
+            for _ in range(generator.integers(1, 6)):
+                gesture = "drag" if generator.random() < 0.3 else ""
+                with contextlib.suppress(FaceWrinkleError):
+                    change(document, stage, gesture, **random_parts(generator, stage))
+                if generator.random() < 0.2:
+                    with stage.condition:
+                        generator.choice([document.undo, document.redo])()
+                    stage.wake()
+                if generator.random() < 0.3:
+                    shown(document, stage)
+            now, data = shown(document, stage), document.data
+            np.testing.assert_array_equal(stage.face.points, library.face_of(data).points)
+            assert stage.face.landmarks.keys() == face.landmarks.keys()
+            patterns = [layer for layer in now.layers if isinstance(layer, fw.PatternLayer)]
+            assert [layer.name for layer in patterns] == list(data["patterns"])
+            assert {layer.depth for layer in now.layers if layer not in patterns} == {data["folds"]["depth"]}
+            assert len(now.tears) <= len(data["tears"])
+            for place in [entry["start"] for entry in data["tears"].values()]:
+                assert closest(stage.face.points, stage.face.triangles, np.array(place))[2] < 10.0
+    assert told
+    assert not any("internal" in sentence for sentence in told)
