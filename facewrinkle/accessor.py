@@ -25,6 +25,7 @@ from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import Compression
 from .mesh import add_seams, corner_texture, read_surface, with_data
 from .mesh.arrays import PART
+from .mesh.formats.merging import joined_texture
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
 from .tears.presets import grouped
@@ -116,16 +117,19 @@ class FaceWrinkleAccessor:
             )
         words["begin"] = time
         if landmarks is not None:
-            face, rest = fit_face(self._mesh, landmarks, units=units), None
+            face = fit_face(self._mesh, landmarks, units=units)
             chosen: dict[str, Any] = {} if np.array_equal(np.asarray(up), (0.0, 1.0, 0.0)) else {"up": up}
             chosen |= {name: value for name, value in (("center", center), ("size", size)) if value is not None}
             layers = PatternLayer.presets(pattern, face, **chosen, **words)
-        else:
-            if isinstance(pattern, str) and pattern in names() and pattern not in table():
-                raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
-            face, rest = _nearest_part(self._mesh, center, _units(self._mesh, units))
-            layers = [PatternLayer(pattern, center, up=up, size=size, **words)]
-        return _combined(patterned(face, layers, max_level), rest)
+            return _combined(patterned(face, layers, max_level), face.parts_at(face.mesh))
+        if isinstance(pattern, str) and pattern in names() and pattern not in table():
+            raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
+        face, rest = _nearest_part(self._mesh, center, _units(self._mesh, units))
+        layers = [PatternLayer(pattern, center, up=up, size=size, **words)]
+        whole = _combined(patterned(face, layers, max_level), {} if rest is None else {"rest": rest})
+        whole.point_data.pop(PART, None)  # all of the mesh is one thing
+        whole.field_data.pop("parts", None)
+        return whole
 
     def tear(
         self,
@@ -206,17 +210,18 @@ def _nearest_part(
     own = label == label[closest_point(np.asarray(source.points), triangles, center).triangle]
     others, numbers = np.unique(triangles[~own], return_inverse=True)
     rest = with_data(source, numbers.reshape(-1, 3), others, ~own)
+    rest = rest.compute_normals(cell_normals=False, split_vertices=False)
     return surface(with_data(source, triangles[own], np.arange(source.n_points), own), units), rest
 
 
-def _combined(mesh: pv.PolyData, rest: pv.PolyData | None) -> pv.PolyData:
-    """Return both meshes as one; arrays that `rest` lacks are 0 at its points."""
-    if rest is None:
+def _combined(mesh: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
+    """Return a mesh and others, which keep still, as one; arrays that these lack are 0 at their points."""
+    if not parts:
         return mesh
-    whole = combined_mesh(mesh, {"rest": rest.compute_normals(cell_normals=False, split_vertices=False)})
-    whole.point_data.pop(PART)
-    whole.field_data.pop("parts")
-    corners = [of_part for part in (mesh, rest) if (of_part := corner_texture(part)) is not None]
-    if len(corners) == 2:
-        add_seams(whole, np.concatenate(corners))
+    for part in parts.values():
+        part.point_data["rest"] = np.asarray(part.points)
+    whole, pieces = combined_mesh(mesh, parts), [mesh, *parts.values()]
+    corners = joined_texture([corner_texture(piece) for piece in pieces], [piece.n_cells for piece in pieces])
+    if corners is not None and whole.active_texture_coordinates is not None:
+        add_seams(whole, corners)
     return whole

@@ -231,6 +231,8 @@ def replaced(path: str | Path) -> Iterator[Path]:
         yield temporary
         with _refusals(path):
             _synchronise(temporary)
+            if path.exists():
+                shutil.copymode(path, temporary)  # a private file stays private
             temporary.replace(path)
     finally:
         _remove([temporary])  # if it is still there

@@ -94,6 +94,23 @@ def test_presets_by_landmarks(face):
     np.testing.assert_allclose(out["W"], expected["W"], atol=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore:Kept one of")
+def test_eyes_and_teeth_stay_where_landmarks_are_given(face):
+    balls = [pv.Sphere(radius=eye.radius, center=eye.centre) for eye in face.eyes]
+    whole = face.mesh.copy()
+    whole.clear_data()
+    whole = pv.merge([whole, *balls], merge_points=False)
+    out = whole.facewrinkle.pattern("frown", landmarks=face.landmarks, depth=1.0)
+    alone = face.mesh.facewrinkle.pattern("frown", landmarks=face.landmarks, depth=1.0)
+    assert out.n_cells == alone.n_cells + sum(ball.n_cells for ball in balls)
+    np.testing.assert_allclose(out["W"][out["part"] == 0], alone["W"], atol=1e-9)
+    assert out.field_data["parts"].tolist() == ["skin", "eye_l", "eye_r"]
+    for number, ball in enumerate(balls, start=1):
+        found = np.asarray(out.points)[out["part"] == number]
+        np.testing.assert_allclose(np.sort(found, axis=0), np.sort(ball.points, axis=0), atol=1e-5)
+    np.testing.assert_array_equal(out["W"][out["part"] > 0], 0.0)
+
+
 def test_texture_coordinates_stay(ball):
     scan = ball.texture_map_to_sphere(inplace=False)
     out = scan.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0)

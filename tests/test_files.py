@@ -91,6 +91,17 @@ def test_a_file_is_whole_or_not_there(tmp_path):
     assert list(path.parent.iterdir()) == [path]
 
 
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o664])
+def test_what_is_replaced_keeps_who_may_read_it(face, tmp_path, mode):
+    (tmp_path / "link.face").symlink_to(tmp_path / "head.face")
+    path = write_face(face, tmp_path / "head.face")
+    path.chmod(mode)
+    before = path.stat().st_ino
+    write_face(face, tmp_path / "link.face")
+    assert path.stat().st_ino != before
+    assert path.stat().st_mode & 0o777 == mode
+
+
 def test_folders_that_others_use_stay(tmp_path):
     def disturbed():
         with replaced(tmp_path / "new" / "mine") as beside:

@@ -26,6 +26,7 @@ from ..mesh import (
     read_texture,
     to_polydata,
 )
+from ..mesh.clean_surface import CONNECT
 from .atlas import Atlas
 from .face import Face
 from .head import load_head
@@ -213,7 +214,7 @@ def fit_face(
     _check_both_sides(frame.local(used))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, clean.mesh, frame.pupil_distance)
+    _check_on_mesh(given, clean.mesh, frame.pupil_distance, clean.others)
     image = _image(mesh, texture, clean.mesh)
     if search is not None:
         from .finding import rise_of_dark_bands
@@ -506,14 +507,28 @@ def _check_both_sides(local: Array) -> None:
             )
 
 
-def _check_on_mesh(given: Mapping[str, Array], surface: pv.PolyData, size: float) -> None:
-    """Raise a LandmarkError for landmarks that lie too far from a surface."""
+def _check_on_mesh(
+    given: Mapping[str, Array], surface: pv.PolyData, size: float, others: pv.PolyData | None = None
+) -> None:
+    """Raise a LandmarkError for landmarks that lie too far from a surface, or a MeshError if they lie on the `others`
+    that were set apart from it.
+    """
     names = [n for n in given if n not in NOT_ON_SKIN]
     if not names:
         return
     places = np.array([given[n] for n in names])
     distance = np.linalg.norm(places - closest_places(surface, places)[1], axis=1) / size
     off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
+    apart = places[distance > OFF_MESH]
+    if (
+        off
+        and others is not None
+        and np.linalg.norm(apart - closest_places(others, apart)[1], axis=1).max() < (OFF_MESH * size)
+    ):
+        raise MeshError(
+            f"the surface under the landmarks is in pieces: {', '.join(off)} lie that far from the largest, in "
+            f"distances between the pupils. {CONNECT}"
+        )
     if off:
         raise LandmarkError(
             f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; "

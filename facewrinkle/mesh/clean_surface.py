@@ -19,6 +19,12 @@ from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
 IN_PIECES = 0.5
 """A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
 
+CONNECT = (
+    "Connect them, such as in MeshLab by a screened Poisson reconstruction, or check that the landmarks are those of "
+    "this mesh."
+)
+"""What helps against pieces."""
+
 FEW = 4
 """With fewer landmarks, a surface is never taken to be in pieces; and a further mesh of the file belongs to the face if
 so many lie on it."""
@@ -165,10 +171,7 @@ def _chosen_sheet(
     label = topology.sheets(whole.triangles)
     votes, reason = _votes(whole, label, near)
     if near is not None and len(near) >= FEW and votes.max() < IN_PIECES * len(near):
-        raise MeshError(
-            f"the surface under the landmarks is in {np.count_nonzero(votes)} pieces. Connect them, such as in "
-            "MeshLab by a screened Poisson reconstruction, or check that the landmarks are those of this mesh."
-        )
+        raise MeshError(f"the surface under the landmarks is in {np.count_nonzero(votes)} pieces. {CONNECT}")
     apart = label != np.argmax(votes)
     skin = whole.only(~apart)
     if not apart.any():

@@ -201,6 +201,17 @@ def test_meshes_and_landmarks_that_do_not_fit(face, given, message):
         fw.fit_face(*given(face), units="mm")
 
 
+@pytest.mark.filterwarnings("ignore:Kept one of")
+def test_a_scan_in_strips_is_in_pieces_wherever_most_landmarks_lie(face):
+    """A head that is cut at the height of its eyes or lower: fewer and fewer of the landmarks are below."""
+    middles = np.asarray(face.mesh.cell_centers().points)[:, 1]
+    for cut in (face.landmarks["nose_tip"][1], face.landmarks["lower_lip_mid"][1], face.landmarks["pogonion"][1]):
+        halves = [face.mesh.extract_cells(np.flatnonzero(side)) for side in (middles > cut + 9, middles < cut - 9)]
+        strips = pv.merge(halves).extract_surface(algorithm="dataset_surface")
+        with pytest.raises(MeshError, match="under the landmarks is in .*pieces.*Connect them"):
+            fw.fit_face(strips, face.landmarks)
+
+
 @pytest.mark.parametrize("units", [0.0, -1.0, np.nan, np.inf, [1], {}, b"mm", 1j, 1e-300, 1e300, 10**400, "milimeter"])
 def test_units_that_are_none(face, units):
     with pytest.raises((ParameterError, UnknownNameError), match="units|unit 'milimeter'"):

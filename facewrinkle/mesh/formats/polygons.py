@@ -309,7 +309,8 @@ def read_stl(path: Path) -> Primitive:
         If it holds no triangles, or numbers of corners that make none.
     """
     data = bytes_of(path)
-    if data[:5].lower() == b"solid" and not any(byte > 127 for byte in data[:256]):
+    whole = len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")  # of a binary file
+    if not whole and data[:5].lower() == b"solid" and not any(byte > 127 for byte in data[:256]):
         words = re.findall(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)", data, re.IGNORECASE)
         corners = np.array(words, dtype="S").astype(np.float32).reshape(-1, 3)
     else:  # the number of triangles in the header is often wrong

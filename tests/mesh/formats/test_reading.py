@@ -249,6 +249,18 @@ def test_stl_with_a_wrong_count_and_a_header_that_seems_text(tmp_path):
         read_surface(path)
 
 
+def test_binary_stl_without_a_byte_of_binary_files(tmp_path):
+    """Its first bytes are all those of ASCII, and the length says that it is none."""
+    flat = np.zeros(4, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")]))
+    flat["corners"] = [[[0, 0, 0], [2, 0, 0], [0, 2, 8]], [[2, 0, 0], [2, 2, 0], [0, 2, 8]]] * 2
+    flat["corners"][2:] += 32.0
+    path = tmp_path / "flat.stl"
+    path.write_bytes(b"solid".ljust(80) + np.uint32(len(flat)).tobytes() + flat.tobytes())
+    assert max(path.read_bytes()[:256]) < 128
+    mesh = read_surface(path)
+    np.testing.assert_array_equal(mesh.points[mesh.regular_faces], flat["corners"])
+
+
 def test_no_file_and_a_folder(tmp_path):
     for name in ("x" * 300 + ".obj", "~nobody-of-that-name/x.obj", "null\0.obj"):
         with pytest.raises(MeshError, match="no file|cannot be opened"):
