@@ -49,7 +49,7 @@ Coordinate = Annotated[float, Meta(ge=-1e9, le=1e9)]
 Place = tuple[Coordinate, Coordinate, Coordinate]
 Mixture = Annotated[dict[Name, Share], Meta(max_length=512)]
 Data = Mapping[str, Any]
-OwnName = Annotated[str, Meta(pattern=r"^\w[\w' -]{0,39}$")]
+OwnName = Annotated[str, Meta(min_length=1, max_length=40)]
 
 
 class Folds(Struct, frozen=True):

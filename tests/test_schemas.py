@@ -1,0 +1,65 @@
+"""Values from outside: what is said of those that are refused, in everybody's words."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec import Meta, Struct
+
+from facewrinkle.dataset.spec import Drawn, Spec
+from facewrinkle.errors import FaceWrinkleError, ParameterError
+from facewrinkle.live.document import PARTS
+from facewrinkle.live.protocol import COMMANDS
+from facewrinkle.schemas import conforming
+
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=80),
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=80), inner, max_size=4),
+    max_leaves=8,
+)
+KINDS = {**PARTS, **COMMANDS, "spec": Spec, "drawn": Drawn}
+
+
+class Box(Struct, forbid_unknown_fields=True):
+    """A box for these tests."""
+
+    size: Annotated[float, Meta(gt=0.0, lt=9.0)]
+    names: dict[Annotated[str, Meta(max_length=3)], Annotated[str, Meta(pattern="a+")]] = {}
+    kind: Literal["open", "shut"] = "open"
+    lid: bool | None = None
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "message"),
+    [
+        ({"size": 1, "lid": 3}, Box, "box.lid must be true or false or nothing, received 3."),
+        ({}, Box, "box must have an entry size, received {}."),
+        ({"size": 1, "kind": "shot"}, Box, "box.kind must be one of 'open', 'shut', received 'shot'."),
+        ({"size": 0}, Box, "box.size is not allowed, received 0."),  # of limits that nothing here has
+        ({"size": 1, "names": {"a": "b"}}, Box, "box.names.a is not allowed, received 'b'."),
+        ({"size": 1, "names": {"long": "a"}}, Box, "a name in box.names must have at most 3 characters, "),
+        ([1, 2, 3], tuple[float, float], "box must be a list of 2 entries, received [1, 2, 3]."),
+        ([1, "2"], list[float], "box[1] must be a number, received [1, '2']."),
+        (7, Annotated[int, Meta(le=6)], "box must be at most 6, received 7."),
+        (object(), Box, "box must be made of"),
+    ],
+)
+def test_a_sentence_for_each_kind_of_refusal(value: Any, kind: Any, message: str):
+    with pytest.raises(ParameterError) as told:
+        conforming(value, kind, "box")
+    assert str(told.value).startswith(message)
+
+
+@given(st.sampled_from(sorted(KINDS)), PLAIN, st.data())
+def test_nobody_reads_the_language_of_schemas(name, value, data):
+    kind = KINDS[name]
+    if isinstance(kind, type) and issubclass(kind, Struct) and data.draw(st.booleans()):
+        value = {field: data.draw(PLAIN) for field in kind.__struct_fields__ if data.draw(st.booleans())}
+    try:
+        conforming(value, kind, name)
+    except FaceWrinkleError as problem:
+        said = str(problem).partition(", received ")[0].partition("unknown entry")[0]
+        assert not any(word in said for word in ("`", "regex", "xpected", "is not allowed"))
