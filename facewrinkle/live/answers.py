@@ -21,7 +21,7 @@ from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..plotting.views import VIEWS
 from ..rigging import Take
-from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, ranges
+from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, is_session, ranges
 from .fields import FIELDS, colours, labels, probe
 from .library import PLACES, Library, opened
 from .protocol import (
@@ -252,9 +252,9 @@ class Answers:
         return found | {"names": labels(frame, layers)["family"]}
 
     def opened(self, folder: Path) -> dict[str, Any]:
-        """Read what was dropped onto a page, a session or a face, and show it; on a thread of its own."""
+        """Read what was dropped onto a page, a session, a face or a take, and show it; on a thread of its own."""
         files = list(folder.iterdir())
-        if len(files) == 1 and files[0].suffix.lower() == ".json":
+        if len(files) == 1 and is_session(files[0].read_bytes()):
             with self._stage.condition:
                 self._document.load(files[0].read_bytes())
             self._changed()

@@ -24,8 +24,8 @@ from ..errors import ParameterError, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..schemas import Share, conforming
 
-VERSION = 1
-"""Of the form of session files."""
+VERSION, MARK = 1, "facewrinkle session"
+"""The form of session files, and the name under which they say it."""
 
 LONGEST = 600.0
 """Seconds of a timeline at most."""
@@ -149,6 +149,20 @@ def ranges(kind: type[Struct]) -> dict[str, tuple[float, float]]:
     return {name: (limits[0].ge, limits[0].le) for name, (number, *limits) in numbers if number is float and limits}
 
 
+def is_session(text: str | bytes) -> bool:
+    """Return True if a text is a session, of any version.
+
+    Examples
+    --------
+    >>> is_session('{"facewrinkle session": 1}'), is_session('[{"jawOpen": 0.5}]')
+    (True, False)
+    """
+    try:
+        return MARK in msgspec.json.decode(text, type=dict[str, Any])
+    except (ValueError, RecursionError):
+        return False
+
+
 class Document:
     """All that was set by hand, with its history.
 
@@ -242,7 +256,7 @@ class Document:
 
     def text(self) -> str:
         """Return the session as JSON."""
-        return json.dumps({"facewrinkle session": VERSION, **self.data}, indent=1)
+        return json.dumps({MARK: VERSION, **self.data}, indent=1)
 
     def load(self, text: str | bytes) -> None:
         """Take over the session of a file, as a step that can be undone.
@@ -252,13 +266,10 @@ class Document:
         ParameterError
             If it is not a session, or one of a newer version.
         """
-        try:
-            content = msgspec.json.decode(text, type=dict[str, Any])
-        except (ValueError, RecursionError):
-            content = {}
-        if "facewrinkle session" not in content:
-            raise ParameterError("this is not a session of the studio: it must be JSON with a 'facewrinkle session'.")
-        number = content.pop("facewrinkle session")
+        if not is_session(text):
+            raise ParameterError(f"this is not a session of the studio: it must be JSON with a {MARK!r}.")
+        content = msgspec.json.decode(text, type=dict[str, Any])
+        number = content.pop(MARK)
         if number != VERSION:
             raise ParameterError(
                 f"the session has the version {number!r}, and this program reads {VERSION}: update it."

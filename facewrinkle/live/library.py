@@ -24,15 +24,13 @@ from ..geometry.closest_point import closest
 from ..mesh.formats.reading import GLTF, USD
 from ..progress import Progress
 from ..rigging import Performer, Take, read_take
+from ..rigging.takes import SUFFIXES as TAKES
 
 ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
 
 MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
 """Endings of files that may hold a face."""
-
-TAKES = (".csv", ".tsv", ".txt")
-"""Endings of files that hold a take."""
 
 PLACES = {"patterns": "center", "tears": "start", "probes": "", "landmarks": ""}
 """Parts of a document that hold places on the face, and the keys under which their entries do."""
@@ -170,7 +168,8 @@ def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
         If it cannot be read, or shows no face.
     """
     files = sorted(folder.iterdir())
-    main = [file for file in files if file.suffix.lower() in (*MESHES, *TAKES)]
+    held = [file for file in files if file.suffix.lower() == ".json"]  # a take, or the landmarks of a mesh
+    main = [file for file in files if file not in held and file.suffix.lower() in (*MESHES, *TAKES)] or held
     if len(main) != 1:
         raise ParameterError(
             f"drop one face file ({', '.join(MESHES)}), together with its materials and textures, or one take "
@@ -178,7 +177,7 @@ def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
             f"received {', '.join(file.name for file in files)}."
         )
     file = main[0]
-    landmarks = next((each for each in files if each.suffix.lower() == ".json"), None)
+    landmarks = next(iter(held), None)
     pictures = [each for each in files if each.suffix.lower() in (".png", ".jpg", ".jpeg")]
     named = any(each.suffix.lower() == ".mtl" for each in files) or file.suffix.lower() not in (".obj", ".ply")
     texture = pictures[0] if len(pictures) == 1 and not named else None

@@ -83,6 +83,15 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     assert studio.document["face"] == ""
 
 
+def test_a_take_of_mediapipe_is_opened_as_one(studio):
+    shapes = [{"categoryName": name, "score": 0.5} for name in ("_neutral", "jawOpen", "mouthSmileLeft")]
+    frames = [{"timestamp": 40 * k, "faceBlendshapes": [{"categories": shapes}]} for k in range(51)]
+    status, text = sent(studio, {"take.json": json.dumps({"results": frames}).encode()})
+    assert (status, json.loads(text)["plays"]) == (200, True)
+    assert studio.document["face"] == "take.json"
+    assert studio.document["timeline"]["length"] == 2.0
+
+
 def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio):
     status, text = sent(studio, {"take.csv": b"a,b\n1,2\n"})
     assert (status, "no column of a shape" in json.loads(text)["error"]) == (400, True)
@@ -102,7 +111,7 @@ def test_a_session_is_opened_however_long_it_is(studio):
     assert studio.document["intensity"] == 0.5
     status, answer = sent(studio, {"session.json": b"[]"})
     assert status == 400
-    assert "not a session of the studio" in answer
+    assert "has no frames" in answer
     assert studio.document["mixtures"] == long
 
 
