@@ -17,7 +17,7 @@ from ..geometry.topology import vertex_rings
 from ..mesh import joined
 from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
 from .eyeball import Eyeball
-from .parts import Part
+from .parts import Part, piece_of
 from .skull import Mandible
 
 STILL = 0.01
@@ -143,7 +143,7 @@ class _OnSkin:
         points = np.asarray(mesh.points, dtype=np.float64)
         height, below = cKDTree(skin).query(points)
         label = np.empty(len(points), np.int64)
-        label[np.asarray(mesh.regular_faces)] = np.asarray(mesh.cell_data[PART])[:, None]
+        label[np.asarray(mesh.regular_faces)] = piece_of(mesh)[:, None]
         root = np.arange(len(points))
         for part in np.unique(label):
             mine = np.flatnonzero(label == part)

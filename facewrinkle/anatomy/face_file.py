@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import IntArray
-from ..errors import FaceWrinkleError, MeshError
+from ..errors import FaceWrinkleError, MeshError, warn
 from ..files import check_file, written
 from ..mesh import to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
@@ -21,7 +21,7 @@ from .atlas import Atlas
 from .face import Face
 from .fitting import mean_face
 from .head import BrowHairs, load_head
-from .known_folds import restore, to_store
+from .known_folds import changed_muscles, restore, to_store
 from .parts import Follows, Part
 
 VERSION = 1
@@ -46,6 +46,11 @@ def write_face(face: Face, path: str | Path) -> Path:
     OutputError
         If the file cannot be written.
 
+    Warns
+    -----
+    FaceWrinkleWarning
+        If muscles were changed.
+
     Examples
     --------
     >>> import facewrinkle as fw
@@ -55,6 +60,11 @@ def write_face(face: Face, path: str | Path) -> Path:
     ...     fw.read_face(path).mesh.n_cells
     4517
     """
+    if changed := changed_muscles(face):
+        warn(
+            f"muscles that were changed are not stored: {', '.join(changed)}. read_face places those of the atlas; "
+            "change them again with face.with_muscles, or put the changes into an atlas and give it to read_face."
+        )
     names = list(face.landmarks)
     arrays: dict[str, Any] = {
         "version": VERSION,
@@ -189,22 +199,23 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     of_parts = _within(data, f"{_PARTS}/")
     brows = _within(data, _BROWS)
-    face = Face.from_landmarks(
-        mesh,
-        landmarks,
-        float(data["unit"]),
-        atlas,
-        tuple(data["estimated"].tolist()),
-        {name: _part(_within(of_parts, f"{name}/")) for name in sorted({key.split("/")[0] for key in of_parts})},
-        confidences=known,
-        texture=data.get("texture"),
-        source_points=data.get("source_points"),
-        brows=BrowHairs(**brows) if brows else None,
-        report=tuple(data["report"].tolist()),
-        likeness=float(data["likeness"]) if "likeness" in data else None,
-        age=float(data["age"]),
-        iris=float(data.get("iris", 0.0)),
-    )
+    unit, parts = float(data["unit"]), sorted({key.split("/")[0] for key in of_parts})
+    others: dict[str, Any] = {
+        "estimated": tuple(data["estimated"].tolist()),
+        "parts": {name: _part(_within(of_parts, f"{name}/")) for name in parts},
+        "confidences": known,
+        "texture": data.get("texture"),
+        "source_points": data.get("source_points"),
+        "brows": BrowHairs(**brows) if brows else None,
+        "report": tuple(data["report"].tolist()),
+        "likeness": float(data["likeness"]) if "likeness" in data else None,
+        "age": float(data["age"]),
+        "iris": float(data.get("iris", 0.0)),
+    }
+    if landmarks:
+        face = Face.from_landmarks(mesh, landmarks, unit, atlas, **others)
+    else:
+        face = dataclasses.replace(Face.without_anatomy(mesh, unit), **others)
     if data["varies_head"]:
         face = dataclasses.replace(face, template=mean_face(face.atlas))
     restore(face, _within(data, _FOLDS))

@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
+from ..geometry.topology import components
 from ..mesh import merged_texture
 from ..mesh.arrays import COLORS, PART, SOURCE, with_data
 from .eyeball import RADIUS, Eyeball
@@ -147,7 +148,7 @@ class Part:
         if self.texture is not None or COLORS in self.mesh.point_data:
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
-        pieces = [points[np.unique(triangles[piece])] for piece in _pieces(np.asarray(self.mesh.cell_data[PART]))]
+        pieces = [points[np.unique(triangles[piece])] for piece in _pieces(piece_of(self.mesh))]
         cards = sum(len(piece) for piece in pieces if not _is_strand(piece))
         return 2 * cards > sum(map(len, pieces))
 
@@ -180,7 +181,7 @@ def named_parts(
     Parameters
     ----------
     others : pyvista.PolyData
-        All that is not skin; its cell data "part" number the connected pieces.
+        All that is not skin.
     skin : pyvista.PolyData
     landmarks : dict of str to ndarray, shape (3,)
     frame : FaceFrame
@@ -192,14 +193,13 @@ def named_parts(
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
-    >>> ball.cell_data["part"] = np.zeros(ball.n_cells, int)
     >>> parts, dropped = named_parts(ball, face.mesh, face.landmarks, face.frame)
     >>> list(parts), dropped
     (['eye_l'], 0)
     >>> list(named_parts(ball, face.mesh, face.landmarks, face.frame, names=["Head/Monocle_glasses"])[0])
     ['glasses']
     """
-    triangles, label = np.asarray(others.regular_faces), np.asarray(others.cell_data[PART])
+    triangles, label = np.asarray(others.regular_faces), piece_of(others)
     local = frame.local(np.asarray(others.points))
     marks = {name: frame.local(place) for name, place in landmarks.items()}
     away = _height(np.asarray(others.points), skin) / frame.pupil_distance
@@ -242,6 +242,20 @@ def _sided(kind: str, points: Array, eyes: Mapping[str, tuple[Array, float]]) ->
         return kind
     side = min(eyes, key=lambda side: float(np.linalg.norm(points.mean(axis=0) - eyes[side][0])))
     return f"{kind}_{side}"
+
+
+def piece_of(mesh: pv.PolyData) -> IntArray:
+    """The numbers (m,) of the connected pieces that the triangles of a part belong to, from 0.
+
+    Seams may have split the pieces of a file; those of a part of one's own are as its triangles are connected.
+
+    Examples
+    --------
+    >>> np.bincount(piece_of(pv.Sphere() + pv.Icosahedron(center=(2, 0, 0)))).tolist()
+    [1680, 20]
+    """
+    known = mesh.cell_data.get(PART)
+    return np.asarray(components(np.asarray(mesh.regular_faces, np.int32)) if known is None else known)
 
 
 def _pieces(label: IntArray) -> list[IntArray]:
@@ -389,7 +403,7 @@ def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) ->
     for eye in eyes:
         part = parts.get(f"eye_{eye.side}")
         if part is not None:
-            label = np.asarray(part.mesh.cell_data[PART])
+            label = piece_of(part.mesh)
             largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
             points = np.asarray(part.mesh.points)[np.unique(largest)]
             ball = _eyeball(points, eye.centre, RADIUS * frame.pupil_distance)

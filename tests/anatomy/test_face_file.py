@@ -11,7 +11,8 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.known_folds import STEP, known_folds
 from facewrinkle.anatomy.parts import Part
-from facewrinkle.errors import MeshError, OutputError
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
+from facewrinkle.mesh.arrays import PART
 from facewrinkle.simulation import fold_shapes
 
 
@@ -70,6 +71,45 @@ def test_every_field_of_a_face_comes_back(every_field_set, tmp_path):
     bare = fw.Face.from_landmarks(every_field_set.mesh, every_field_set.landmarks, 1.0)
     for face in (every_field_set, bare):
         assert_equal(fw.read_face(fw.write_face(face, tmp_path / "head.face")), face)
+
+
+def test_a_surface_comes_back(face, tmp_path):
+    scene = pv.MultiBlock([face.mesh, pv.Sphere(center=(0, 300, 0))])
+    with pytest.warns(FaceWrinkleWarning, match="Kept one of"):
+        surface = fw.surface(scene, units="cm", texture=face.texture)
+    again = fw.read_face(fw.write_face(surface, tmp_path / "cloth.face"))
+    assert_equal(again, surface)
+    assert fw.Simulation(again).step().n_points == surface.mesh.n_points
+
+
+@pytest.mark.parametrize("numbered", [False, True])
+@pytest.mark.parametrize("follows", ["eye", "skin"])
+def test_a_part_of_ones_own_comes_back(face, tmp_path, follows, numbered):
+    eye = face.eyes[0]
+    shifted = eye.centre + np.array([0.0, 0.0, 1.0])
+    ball = pv.Sphere(radius=1.2 * eye.radius, center=shifted)
+    if numbered:
+        ball.cell_data[PART] = np.zeros(ball.n_cells, np.int32)
+    own = dataclasses.replace(face, parts={f"eye_{eye.side}": Part(ball, follows, eye.side)})
+    again = fw.read_face(fw.write_face(own, tmp_path / "own.face"))
+    assert_equal(again.parts, own.parts)
+    np.testing.assert_allclose(again.eyes[0].centre, shifted, atol=1e-3)
+    assert again.eyes[0].radius == pytest.approx(1.2 * eye.radius, rel=1e-3)
+    moved = face.mesh.copy()
+    moved.points += [0.0, 7.0, 0.0]
+    (there,) = again.parts_at(moved).values()
+    np.testing.assert_allclose(there.points, ball.points + np.float32([0.0, 7.0, 0.0]), atol=1e-4)
+    assert "parts" in again.with_parts(face.mesh).field_data
+
+
+def test_changed_muscles_are_told(face, tmp_path):
+    muscle = face.muscles["corrugator_l"]
+    changed = face.with_muscles({"corrugator_l": dataclasses.replace(muscle, insertion=muscle.insertion + 1.0)})
+    with pytest.warns(FaceWrinkleWarning, match="that were changed are not stored: corrugator_l. read_face"):
+        fw.write_face(changed, tmp_path / "changed.face")
+    without = dataclasses.replace(face, muscles={})
+    with pytest.warns(FaceWrinkleWarning, match="corrugator_l, corrugator_r, "):
+        fw.write_face(without, tmp_path / "changed.face")
 
 
 def test_other_files_are_refused(face, tmp_path):
@@ -161,4 +201,6 @@ def test_folds_of_changed_muscles_are_not_written(coarse, tmp_path):
     muscle = coarse.muscles["corrugator_l"]
     changed = coarse.with_muscles({"corrugator_l": dataclasses.replace(muscle, strength=2.0)})
     known_folds(changed).shapes = fold_shapes.find_folds(coarse).shapes
-    assert not known_folds(fw.read_face(fw.write_face(changed, tmp_path / "changed.face"))).shapes
+    with pytest.warns(FaceWrinkleWarning, match="not stored: corrugator_l"):
+        path = fw.write_face(changed, tmp_path / "changed.face")
+    assert not known_folds(fw.read_face(path)).shapes
