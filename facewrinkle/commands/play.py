@@ -75,6 +75,7 @@ def play(
     report, source = Report(output.quiet), source or FaceOptions()
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
+    speed = check_range("speed", speed, 1e-6, 1e6)
     styles = [output.style(view) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
         refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)

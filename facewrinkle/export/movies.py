@@ -21,7 +21,8 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 
     """Write pictures one by one as an .mp4 (H.264) or an endless .gif.
 
     H.264 needs even sizes: the last row or column of an odd picture is written twice, and nothing is rescaled. A GIF
-    counts in hundredths of a second, and holds equal pictures in a row as one that is shown longer.
+    counts in hundredths of a second: each picture begins at the nearest one. It holds equal pictures in a row as one
+    that is shown longer.
 
     Parameters
     ----------
@@ -30,7 +31,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 
     path : path
         Ends in .mp4 or .gif. An existing file is replaced.
     fps : float
-        Pictures per second, 1 to 100.
+        Pictures per second, 1 to 100; in a .gif up to 50, as programs show faster ones slowly.
 
     Returns
     -------
@@ -41,7 +42,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 
     MissingPackageError
         For .mp4 without imageio and its ffmpeg (extra `export`).
     ParameterError
-        If there are no pictures, or one has another shape or type.
+        If there are no pictures, one has another shape or type, or `fps` is out of range.
     OutputError
         If the file cannot be written.
 
@@ -71,8 +72,9 @@ def movie_writer(path: str | Path, *, fps: float = 25.0) -> Iterator[Callable[[n
     ...         append(np.full((8, 8, 3), 20 * i, np.uint8))
     """
     path = output_file(path, (".mp4", ".gif"))
-    fps = check_range("fps", fps, 1.0, 100.0)
-    opened = partial(_film, _imageio()) if path.suffix.lower() == ".mp4" else _gif
+    gif = path.suffix.lower() == ".gif"
+    fps = check_range("fps", fps, 1.0, 50.0 if gif else 100.0, "For more than 50, write .mp4." if gif else "")
+    opened = _gif if gif else partial(_film, _imageio())
     shapes: list[tuple[int, ...]] = []
 
     def append(image: np.ndarray) -> None:
@@ -142,7 +144,9 @@ def _gif(path: Path, fps: float) -> Iterator[Callable[[np.ndarray], None]]:
 
     images: list[Any] = []
     yield lambda image: images.append(Pillow.fromarray(np.ascontiguousarray(image)))
-    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=1000.0 / fps, loop=0)
+    begins = 10 * np.rint(100.0 / fps * np.arange(len(images) + 1)).astype(int)  # ms; the format cuts off the rest
+    durations = np.diff(begins).tolist()
+    images[0].save(path, format="GIF", save_all=True, append_images=images[1:], duration=durations, loop=0)
 
 
 def _pictures_in(path: Path) -> int:

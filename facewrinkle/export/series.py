@@ -1,30 +1,36 @@
-"""Frames as a VTKHDF time series."""
+"""Frames as a time series: a VTKHDF file, or a .pvd file with a .vtp file for each."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from io import FileIO
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pyvista as pv
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
+from ..array_types import Array
 from ..errors import ParameterError
-from ..files import not_written, output_file, replaced
+from ..files import not_written, output_file, replaced, write_whole, written
 
 CELLS = {"Vertices": "Verts", "Lines": "Lines", "Polygons": "Polys", "Strips": "Strips"}
 """Kinds of cells in the file, and their names in VTK."""
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
-    """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time.
+    """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time; or as a .pvd.
+
+    `pyvista.get_reader` plays a .pvd, with its times; its frames are .vtp files in a folder of the same name beside it.
 
     Frames are taken and written one by one, so those of a generator such as `Simulation.run` are never all in memory.
     Points, triangles, data of points and cells, and field data (also the names of the muscles) are kept exactly, in
-    their own precision, and their number may change from frame to frame. In names of arrays, "/" and "." become "_".
+    their own precision, and their number may change from frame to frame. In names of arrays in VTKHDF, "/" and "."
+    become "_", with a number behind where two would be alike.
 
     Parameters
     ----------
@@ -33,7 +39,7 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     times : iterable of float
         One for each frame, increasing.
     path : path
-        Ends in .vtkhdf or .hdf. An existing file is replaced.
+        Ends in .vtkhdf, .hdf or .pvd. An existing file is replaced.
 
     Returns
     -------
@@ -55,11 +61,22 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
     ...     path = write_series(frames, [0.0, 0.5], f"{folder}/series.vtkhdf")
     ...     pv.read(path).n_points == pv.Sphere(theta_resolution=8).n_points
     True
+
+    Read back by PyVista:
+
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     frames = (pv.Sphere(theta_resolution=n) for n in (8, 16))
+    ...     reader = pv.get_reader(write_series(frames, [0.0, 0.5], f"{folder}/series.pvd"))
+    ...     reader.set_active_time_value(0.5)
+    ...     reader.time_values, reader.read()[0].n_points == pv.Sphere(theta_resolution=16).n_points
+    ([0.0, 0.5], True)
     """
-    path = output_file(path, (".vtkhdf", ".hdf"))
+    path = output_file(path, (".vtkhdf", ".hdf", ".pvd"))
     steps = np.array(list(times), dtype=np.float64)
     if not len(steps) or not np.isfinite(steps).all() or not (np.diff(steps) > 0).all():
         raise ParameterError(f"times must be finite and increase, received {steps[:8].tolist()}.")
+    if path.suffix.lower() == ".pvd":
+        return _write_pvd(_checked(iter(frames), len(steps)), steps, path)
     with replaced(path) as whole, ThreadPoolExecutor(max_workers=1) as thread:
         # HDF5 works in a thread of its own, into which Ctrl-C does not break; this one waits for it.
         series = thread.submit(_SeriesFile, whole).result()
@@ -72,6 +89,19 @@ def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: st
             thread.submit(series.close).result()
         if series.disk.problem is not None:
             raise not_written(path, series.disk.problem)
+    return path
+
+
+def _write_pvd(frames: Iterator[pv.PolyData], times: Array, path: Path) -> Path:
+    """Write each frame as a .vtp file in a folder beside, and then the list of them, with their times."""
+    root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
+    collection = ElementTree.SubElement(root, "Collection")
+    for number, (frame, time) in enumerate(zip(frames, times.tolist(), strict=True)):
+        name = f"{path.stem}/{path.stem}_{number:04}.vtp"
+        with written(path.parent / name) as whole:
+            frame.save(whole)
+        ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=name)
+    write_whole(path, ElementTree.tostring(root))
     return path
 
 
@@ -118,6 +148,7 @@ class _SeriesFile:
         self._root = self._file.create_group("VTKHDF")
         self._root.attrs.update(Type=np.bytes_("PolyData"), Version=[2, 2])
         self._arrays: dict[str, h5py.Dataset] = {}
+        self._names: dict[str, dict[str, str]] = {}
         self._tables: dict[str, list[Any]] = {}
         self._text = h5py.string_dtype("ascii")  # as VTK has it: its reader fails on others
         self._count = 0
@@ -145,8 +176,9 @@ class _SeriesFile:
         self._count += 1
 
     def _add_data(self, group: str, data: pv.DataSetAttributes) -> None:
+        names = self._names.setdefault(group, _stored_names(data.keys()))
         for name, values in data.items():
-            stored, rows = _stored(name), np.atleast_1d(values)
+            stored, rows = names[name], np.atleast_1d(values)
             self._tell(f"Steps/{group}Offsets/{stored}", self._append(f"{group}/{stored}", rows))
             if group == "FieldData":
                 self._tell(f"Steps/FieldDataSizes/{stored}", [int(np.prod(rows.shape[1:])), len(rows)])
@@ -155,7 +187,7 @@ class _SeriesFile:
                 active = data.GetAbstractAttribute(number)
                 if active is not None and self.disk.problem is None:
                     kind = np.bytes_(data.GetAttributeTypeAsString(number))
-                    self._root[f"{group}/{_stored(active.GetName())}"].attrs["Attribute"] = kind
+                    self._root[f"{group}/{names[active.GetName()]}"].attrs["Attribute"] = kind
 
     def _tell(self, name: str, number: Any) -> None:
         """Add a row to a small table, which is written in the end."""
@@ -194,8 +226,14 @@ class _SeriesFile:
         self.disk.close()
 
 
-def _stored(name: str) -> str:
-    return name.replace("/", "_").replace(".", "_")
+def _stored_names(names: Iterable[str]) -> dict[str, str]:
+    """Return names of arrays in the file, by their own: without "/" and ".", and with a number where two were alike."""
+    plain = {name: name.replace("/", "_").replace(".", "_") for name in names}
+    stored = {name: name for name in plain if plain[name] == name}
+    for name in [name for name in plain if name not in stored]:
+        alike = chain([plain[name]], (f"{plain[name]}_{number}" for number in count(2)))
+        stored[name] = next(own for own in alike if own not in stored.values())
+    return stored
 
 
 class _Disk(FileIO):

@@ -71,7 +71,7 @@ def write_usd(
     ...     path.stat().st_size > 10000
     True
     """
-    with optional_imports(f"{path.name}: USD files need", ", or write .glb."):
+    with optional_imports(f"{(beside or path).name}: USD files need", ", or write .glb."):
         from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)

@@ -5,6 +5,7 @@ What layers return is checked: they may be anyone's, and loops in machine code t
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -201,10 +202,11 @@ class Displacement:
     undeformed: bool = False
 
 
-class Layer:
+class Layer(ABC):
     """A layer follows the mesh (`attach` once, `follow` whenever vertices come and go) and displaces it.
 
-    Derive from this class. `attach`, `follow`, `displacement` and `fields` are to be written; all else has a default.
+    Derive from this class. `attach`, `follow`, `displacement` and `fields` must be written, or Python refuses to make
+    the layer; all else has a default.
 
     Attributes
     ----------
@@ -238,12 +240,17 @@ class Layer:
 
     iterations: int = 0
 
+    def __repr__(self) -> str:
+        plain = {name: value for name, value in vars(self).items() if isinstance(value, int | float | str)}
+        words = (f"{name}={value!r}" for name, value in plain.items() if not name.startswith("_"))
+        return f"{type(self).__name__}({', '.join(words)})"
+
     @property
     def age_shown(self) -> float | None:
         """The age of the lines; None if there are none."""
         return None
 
-    def prepare(self, face: Face, motions: Callable[[Any], Any]) -> None:
+    def prepare(self, face: Face, motions: Callable[[Any], Any]) -> None:  # noqa: B027 (by default, nothing)
         """Take what is needed of the motions of the face, before levels are asked for; default: nothing.
 
         ``motions(families)`` finds the shapes of the face in full motion:
@@ -254,26 +261,26 @@ class Layer:
         """Return how often triangles have to be split, at most, to carry the layer on a face; default: 0."""
         return 0
 
-    def check_level(self, needed: int, level: int) -> None:
+    def check_level(self, needed: int, level: int) -> None:  # noqa: B027 (by default, nothing)
         """Warn, or raise a ParameterError, if triangles that are split `level` times cannot carry a layer that needs
         another number, see `level_needed`; default: neither.
         """
 
+    @abstractmethod
     def attach(self, face: Face) -> None:
         """Forget everything and prepare for `face`, whose vertices come with the first call of `follow`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """Keep what belongs to the vertices that live on (``change.kept``), and evaluate the new ones."""
-        raise NotImplementedError
 
+    @abstractmethod
     def displacement(self, state: SurfaceState) -> Displacement:
         """Return the heights and the spacing they need; called again at the same time after triangles were split."""
-        raise NotImplementedError
 
+    @abstractmethod
     def fields(self) -> dict[str, np.ndarray]:
         """Return arrays for the point data of the frame, as of the last call of `displacement`."""
-        raise NotImplementedError
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return the same of the folds of one muscle, given by its number; None, the default, if none are its own."""

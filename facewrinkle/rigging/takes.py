@@ -344,7 +344,8 @@ def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) ->
     if all(codes):
         parts = np.array([[_bounded(x, file) for x in code.groups()] for code in codes if code])
         most = int(parts[:, 3].max())
-        counted = PHONE_FPS if parts[0, 2] == parts[-1, 2] else next((each for each in RATES if each > most), most + 1)
+        within_second = (parts[:, :3] == parts[0, :3]).all()  # frames are not counted up to their rate
+        counted = PHONE_FPS if within_second else next((each for each in RATES if each > most), most + 1)
         rate = fps or counted
         seconds = parts[:, :3] @ [3600.0, 60.0, 1.0] + parts[:, 3] / rate
         seconds += 86400.0 * np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43200.0)  # past midnight

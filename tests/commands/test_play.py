@@ -89,6 +89,7 @@ def test_play_options(clip, tmp_path, run):
         (["--moments", "0"], "moments must lie"),
         (["--fps", "0"], "fps must lie"),
         (["--speed", "-1"], "speed must lie"),
+        (["--speed", "0"], "speed must lie"),
         (["--speed", "1e-6"], "Raise --speed"),
         (["--view", "behind"], "unknown view"),
         (["--units", "ell"], "unknown unit"),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 
 from facewrinkle.errors import MissingPackageError, OutputError, ParameterError
 from facewrinkle.export import write_movie
@@ -51,6 +52,23 @@ def test_movie(tmp_path, ending, channels):
     assert "10 fps" in said
     for image, original in zip(read, pictures(12, 48, 64), strict=True):
         assert np.abs(image.astype(int) - original).mean() < 4.0  # H.264 loses a little at the bar's edges
+
+
+@pytest.mark.parametrize("fps", [1.0, 12.5, 24.0, 30.0, 48.0, 50.0])
+def test_gifs_play_at_the_rate_that_was_asked_for(tmp_path, fps):
+    images = [np.full((8, 8, 3), 3 * number, np.uint8) for number in range(50)]
+    with Pillow.open(write_movie(images, tmp_path / "a.gif", fps=fps)) as read:
+        durations = []
+        for number in range(read.n_frames):
+            read.seek(number)
+            durations.append(read.info["duration"])
+    assert len(durations) == len(images)
+    np.testing.assert_allclose(np.cumsum(durations), 1000.0 / fps * np.arange(1, 51), atol=5.0 + 1e-9)
+
+
+def test_gifs_that_programs_would_slow_down_are_refused(tmp_path):
+    with pytest.raises(ParameterError, match=r"\[1, 50\], received 60. For more than 50, write .mp4"):
+        write_movie(pictures(3, 8, 8), tmp_path / "a.gif", fps=60)
 
 
 def test_odd_pictures_are_not_rescaled(tmp_path):

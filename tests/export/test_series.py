@@ -102,6 +102,29 @@ def test_names_with_slashes_and_dots(tmp_path):
     np.testing.assert_array_equal(pv.read(write_series([ball], [0], tmp_path / "s.hdf"))["a_b_c"], ball["a/b.c"])
 
 
+def test_arrays_whose_names_are_alike_stay_apart(tmp_path):
+    frames = [pv.Sphere(theta_resolution=n) for n in (8, 9)]
+    for number, ball in enumerate(frames):
+        for name, value in (("a/b", 0.0), ("a_b", 10.0), ("a.b", 20.0)):
+            ball[name] = np.full(ball.n_points, value + number)
+    _, meshes = read_series(write_series(frames, [0, 1], tmp_path / "s.vtkhdf"))
+    found = [{name: mesh[name][0] for name in ("a_b", "a_b_2", "a_b_3")} for mesh in meshes]
+    assert found == [{"a_b": 10.0, "a_b_2": 0.0, "a_b_3": 20.0}, {"a_b": 11.0, "a_b_2": 1.0, "a_b_3": 21.0}]
+
+
+def test_pyvista_reads_a_series_back(tmp_path):
+    frames, given = [frame(number) for number in (0, 1, 2)], [0.0, 1 / 3, 10.1]
+    reader = pv.get_reader(write_series(iter(frames), given, tmp_path / "new" / "series.pvd"))
+    assert reader.time_values == given
+    for time, own in zip(given, frames, strict=True):
+        reader.set_active_time_value(time)
+        (mesh,) = reader.read()
+        assert mesh == own
+    with pytest.raises(ParameterError, match="4 times need as many frames"):
+        write_series(iter(frames), [0, 1, 2, 3], tmp_path / "short.pvd")
+    assert not (tmp_path / "short.pvd").exists()
+
+
 def test_a_frame_may_be_filled_again(tmp_path):
     def filled():
         ball = pv.Sphere(theta_resolution=60, phi_resolution=60)
@@ -163,7 +186,7 @@ def test_an_error_in_the_frames_comes_through(tmp_path, problem, good, capfd):
 
 
 def test_files_of_other_kinds(tmp_path):
-    with pytest.raises(OutputError, match=r"must end in .vtkhdf or .hdf, received 'series.vtp'"):
+    with pytest.raises(OutputError, match=r"must end in .vtkhdf or .hdf or .pvd, received 'series.vtp'"):
         write_series([frame(0)], [0], tmp_path / "series.vtp")
     with pytest.raises(OutputError, match=r"must end in .mp4 or .gif, received 'movie'"):
         write_movie([], tmp_path / "movie")

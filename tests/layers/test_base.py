@@ -138,3 +138,26 @@ def test_fields_are_not_written_to(face):
     simulation.step()
     assert kept["epsilon"] is given
     assert (given == 0.25).all()
+
+
+def test_a_layer_that_lacks_a_method_is_refused_when_it_is_made():
+    class Half(Layer):
+        def attach(self, face):
+            pass
+
+        def follow(self, change, created):
+            pass
+
+        def displacement(self, state):
+            pass
+
+    with pytest.raises(TypeError, match="abstract class Half .*fields"):
+        Half()
+
+
+def test_layers_show_their_settings():
+    assert repr(fw.MuscleWrinkles(0.5)) == "MuscleWrinkles(depth=0.5, inextensible=True, waves=True)"
+    assert all(repr(layer).startswith(type(layer).__name__) and len(repr(layer)) < 200 for layer in LAYERS)
+
+
+LAYERS = [fw.WaveFolds(seed=3), fw.Creases(), fw.PrintedWrinkles(), fw.PatternLayer("dimple", (0, 0, 0), size=3.0)]

@@ -16,6 +16,7 @@ import os
 import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from glb_files import read_glb
 from PIL import Image
 
 import facewrinkle as fw
-from facewrinkle.errors import OutputError
+from facewrinkle.errors import MissingPackageError, OutputError
 from facewrinkle.mesh.formats.gltf import Document
 from facewrinkle.rigging import sheet, write_page
 
@@ -112,6 +113,13 @@ def test_unwritable_targets_are_refused(smooth_rig, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError):
         fw.write_rig(smooth_rig, tmp_path / "file" / "head.glb")
+
+
+def test_usd_needs_its_package_and_names_the_file_that_was_asked_for(smooth_rig, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    with pytest.raises(MissingPackageError, match=r"^head\.usd: USD files need the package usd-core.*\[export\]"):
+        fw.write_rig(smooth_rig, tmp_path / "head.usd")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("dense", [False, True], ids=["sparse", "dense"])
