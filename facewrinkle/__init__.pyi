@@ -27,6 +27,7 @@ from .anatomy.finding import Found as Found
 from .anatomy.finding import find_landmarks as find_landmarks
 from .anatomy.fitting import default_face as default_face
 from .anatomy.fitting import fit_face as fit_face
+from .anatomy.fitting import refit_face as refit_face
 from .anatomy.fitting import surface as surface
 from .anatomy.identity import Identity as Identity
 from .anatomy.muscles import Crease as Crease
@@ -69,6 +70,7 @@ from .rigging import write_maps as write_maps
 from .rigging import write_rig as write_rig
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
+from .simulation.fold_layers import fold_layers as fold_layers
 from .tears.drop import DrippingTear as DrippingTear
 from .tears.stream import SheddingTear as SheddingTear
 

@@ -244,7 +244,7 @@ def fit_face(
     return face
 
 
-def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
+def refit_face(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
     """Return a face with landmarks at other places: skull, eyes and muscles anew, on the same mesh.
 
     Parameters
@@ -261,7 +261,7 @@ def refitted(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
     Examples
     --------
     >>> face = default_face()
-    >>> higher = refitted(face, {"mouth_l": face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]})
+    >>> higher = refit_face(face, {"mouth_l": face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]})
     >>> change = higher.muscles["zygomaticus_major_l"].insertion - face.muscles["zygomaticus_major_l"].insertion
     >>> bool(change[1] > 2.0)
     True

@@ -334,7 +334,7 @@ class FoldOptions:
             if self.depth != 1.0 or self.no_limit:
                 raise ParameterError("printed wrinkles have no --depth and no limit: leave these options out.")
             return [PrintedWrinkles(iterations)]
-        return fold_layers(face, self.folds, self.depth, not self.no_limit, **waves)
+        return fold_layers(face, self.folds, depth=self.depth, inextensible=not self.no_limit, **waves)
 
 
 @Parameter(name="*")

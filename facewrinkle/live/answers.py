@@ -19,9 +19,10 @@ from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
+from ..layers.wave_folds.amounts import REGIONS
 from ..plotting.views import VIEWS
 from ..rigging import Take
-from .document import LONGEST, REGIONS, START, Document, Folds, Pattern, Tear, is_session, ranges
+from .document import LONGEST, START, Document, Folds, Pattern, Tear, is_session, ranges
 from .fields import FIELDS, colours, labels, probe
 from .library import PLACES, Library, opened
 from .protocol import (

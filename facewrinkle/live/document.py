@@ -22,6 +22,7 @@ from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NAMES
 from ..errors import ParameterError, unknown_name
 from ..layers.patterns_on_skin.kinds import KINDS
+from ..layers.wave_folds.amounts import REGIONS
 from ..schemas import Share, conforming
 
 VERSION, MARK = 1, "facewrinkle session"
@@ -29,17 +30,6 @@ VERSION, MARK = 1, "facewrinkle session"
 
 LONGEST = 600.0
 """Seconds of a timeline at most."""
-
-REGIONS: Mapping[str, tuple[str, ...]] = {
-    "forehead": ("forehead_mid", "brow_l_mid", "brow_r_mid"),
-    "between the brows": ("glabella",),
-    "crow's feet": ("eye_l_outer", "eye_r_outer"),
-    "nose": ("nasion", "sellion", "ala_l", "ala_r"),
-    "cheeks": ("malar_l", "malar_r"),
-    "mouth": ("mouth_l", "mouth_r", "upper_lip_mid", "lower_lip_mid"),
-    "chin": ("pogonion", "menton"),
-}
-"""Regions whose folds have a factor of their own, by the landmarks that they lie around."""
 
 Name = Annotated[str, Meta(max_length=64)]
 Factor = Annotated[float, Meta(ge=0.0, le=4.0)]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..anatomy.face import Face
 from ..anatomy.face_file import read_face
-from ..anatomy.fitting import default_face, fit_face, refitted
+from ..anatomy.fitting import default_face, fit_face, refit_face
 from ..anatomy.head import load_head
 from ..anatomy.identity import Identity, head_of
 from ..animation.reading import read_animation
@@ -89,7 +89,7 @@ class Library:
         face, person = self[data["face"]].face, _person(data)
         if person != Identity():
             face = default_face(person, atlas=face.atlas)
-        return refitted(face, data["landmarks"]) if data["landmarks"] else face
+        return refit_face(face, data["landmarks"]) if data["landmarks"] else face
 
     def carried(self, before: Mapping[str, Any], after: Mapping[str, Any], parts: Collection[str]) -> dict[str, Any]:
         """Return the parts of a document, of those named, whose places are others on the person after a change: each

@@ -18,17 +18,14 @@ from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
-from ..layers.wave_folds.layer import amounts
+from ..layers.wave_folds.amounts import SIDES
 from ..plotting.views import VIEW_ANGLE, VIEWS, View
 from ..rigging import Performer, Take
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
-from .document import REGIONS, START
+from .document import START
 from .protocol import FACE_ALONE, Field
-
-MIDLINE = 0.15
-"""Distance from the midline over which the amounts of the two sides blend, in distances between the pupils."""
 
 EASE, EASED = 0.35, 2e-3
 """Share of the way to the rates asked for that muscles go in a step, and the rest that they take at once."""
@@ -48,9 +45,7 @@ LENGTH, ARRIVED = 2.4, 1.2
 
 def layers_of(data: Mapping[str, Any], face: Face) -> list[Layer]:
     """Return the layers of folds and patterns that a document asks for."""
-    uneven = amount_words(data)
-    amount = amount_of(face, **uneven) if uneven else None
-    layers = fold_layers(face, "wave", **fold_words(data, face), amount=amount)
+    layers = fold_layers(face, "wave", **fold_words(data, face))
     for name, entry in data["patterns"].items():
         layers.append(PatternLayer(entry["kind"], entry["center"], name=name, **pattern_words(entry, face)))
     return layers
@@ -60,37 +55,9 @@ def fold_words(data: Mapping[str, Any], face: Face) -> dict[str, Any]:
     """Return the words of :func:`fold_layers` for the folds of a document, where they are not the usual ones."""
     words = {name: value for name, value in data["folds"].items() if value != START["folds"][name]}
     words |= {"age": max(words["age"], face.age)} if "age" in words else {}
-    return {name: value for name, value in words.items() if name not in ("left", "right")}
-
-
-def amount_words(data: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the words of :func:`amount_of` for a document, where they are not the usual ones."""
-    regions = {name: factor for name, factor in data["regions"].items() if factor != 1.0}
-    sides = {side: data["folds"][side] for side in ("left", "right") if data["folds"][side] != 1.0}
-    return sides | ({"regions": regions} if regions else {})
-
-
-def amount_of(
-    face: Face, left: float = 1.0, right: float = 1.0, regions: Mapping[str, float] | None = None
-) -> np.ndarray:
-    """Return factors (n0,) of the depth of waves, by side and by the names of regions.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> amount = amount_of(face, left=0.5)
-    >>> float(amount[face.points[:, 0].argmax()]), float(amount[face.points[:, 0].argmin()])
-    (0.5, 1.0)
-    """
-    aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
-    amount = right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE)
-    for name, factor in (regions or {}).items():
-        places = [place for place in REGIONS[name] if place in face.landmarks]
-        away = amounts(dict.fromkeys(places, 0.0), face)
-        if places and away is not None:
-            amount = amount * (away + factor * (1.0 - away))
-    return np.asarray(amount)
+    amount = {side: words.pop(side) for side in SIDES if side in words}
+    amount |= {name: factor for name, factor in data["regions"].items() if factor != 1.0}
+    return words | ({"amount": amount} if amount else {})
 
 
 def pattern_words(entry: Mapping[str, Any], face: Face) -> dict[str, Any]:
@@ -279,17 +246,14 @@ def _written_face(data: Mapping[str, Any], path: str, clip: bool) -> list[str]:
     else:
         lines = ["face = fw.default_face()"]
     if data["landmarks"]:
-        lines.append("from facewrinkle.anatomy.fitting import refitted")
-        lines.append(f"face = refitted(face, {data['landmarks']!r})")
+        lines.append(f"face = fw.refit_face(face, {data['landmarks']!r})")
     return lines
 
 
 def _written_layers(data: Mapping[str, Any], face: Face) -> list[str]:
     """Return the lines of layers, if they are not the usual ones."""
-    words, amount = _written(fold_words(data, face)), _written(amount_words(data))
-    if amount:
-        words += f", amount=fw.live.wishes.amount_of(face{amount})"
-    lines = [f"layers = fw.simulation.fold_layers.fold_layers(face, 'wave'{words})"]
+    words = _written(fold_words(data, face))
+    lines = [f"layers = fw.fold_layers(face, 'wave'{words})"]
     for name, entry in data["patterns"].items():
         given = _written({"name": name, **pattern_words(entry, face)})
         lines.append(f"layers.append(fw.PatternLayer({entry['kind']!r}, {entry['center']!r}{given}))")

@@ -49,7 +49,9 @@ def refinement_for(folds: Folds, given: Refinement | None = None) -> Refinement:
     return given
 
 
-def fold_layers(face: Face, folds: Folds, depth: float = 1.0, inextensible: bool = True, **waves: Any) -> list[Layer]:
+def fold_layers(
+    face: Face, folds: Folds = "wave", *, depth: float = 1.0, inextensible: bool = True, **waves: Any
+) -> list[Layer]:
     """Return the layers of folds of a face; none on a surface without muscles.
 
     Parameters

@@ -72,7 +72,7 @@ class Simulation:
         Default: a :class:`facewrinkle.Skin`, which the muscles pull; a surface without anatomy gets
         :class:`facewrinkle.Still`.
     folds : {"wave", "paper", "printed"}
-        The default layers: see :func:`facewrinkle.simulation.fold_layers.fold_layers`. With "printed", all is as in
+        The default layers: see :func:`facewrinkle.fold_layers`. With "printed", all is as in
         the paper of Zhang, Sim and Tan: a face with the package's own atlas gets the muscles of
         :func:`facewrinkle.anatomy.atlas.printed_atlas`, and triangles are split by Eq. 19 alone.
 

@@ -14,6 +14,7 @@ what cannot be done         | a sentence, and the document as it was
 from __future__ import annotations
 
 import ast
+import functools
 import json
 import subprocess
 import sys
@@ -42,9 +43,11 @@ from facewrinkle.errors import (
 from facewrinkle.live import saving
 from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_effect
 from facewrinkle.live.document import START, Document
+from facewrinkle.live.protocol import Field
 from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
 from facewrinkle.live.wishes import Player, as_python, layers_of
+from facewrinkle.plotting.views import VIEWS
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
@@ -150,6 +153,44 @@ def test_copied_python_moves_landmarks_too(studio, face, tmp_path, monkeypatch):
     exec(studio.as_python(), words)
     n = studio.face.mesh.n_points
     assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
+
+
+def private_names(program):
+    """What a program uses of the package that is not public."""
+    found = set()
+    for node in ast.walk(ast.parse(program)):
+        text = ast.unparse(node)
+        if isinstance(node, ast.Import | ast.ImportFrom) and text != "import facewrinkle as fw":
+            found.add(text)
+        if isinstance(node, ast.Attribute) and text.startswith("fw."):
+            *rooms, name = text.split(".")[1:]
+            if name not in getattr(functools.reduce(getattr, rooms, fw), "__all__", ()):
+                found.add(text)
+    return found
+
+
+@pytest.mark.parametrize(("path", "clip"), [("", False), ("head.face", False), ("head.obj", False), ("head.glb", True)])
+def test_copied_python_uses_public_names_alone(face, path, clip):
+    assert private_names("import facewrinkle.live\nfw.live.wishes\nfw.plotting.Style(fw.Face)") == {
+        "import facewrinkle.live", "fw.live.wishes",
+    }  # fmt: skip
+    place = face.landmarks["nose_tip"].tolist()
+    data = START | {
+        "face": path,
+        "landmarks": {"mouth_l": face.landmarks["mouth_l"].tolist()},
+        "mixture": {"AU12": 1.0},
+        "gaze": [1.0, 2.0],
+        "folds": {**START["folds"], "depth": 0.5, "left": 2.0, "age": 0.5, "seed": 3},
+        "regions": {"nose": 2.0, "chin": 1.0},
+        "identity": {"jaw": 1.0},
+        "patterns": {"b": {"kind": "dimple", "center": place, "size": 12.0, "depth": 1.0, "strength": 1.0}},
+        "tears": {"a": {"start": place, "width": 2.0, "length": 60.0, "begin": 0.0}},
+        "probes": {"c": place},
+    }
+    program = as_python(data, face, path, clip, view=VIEWS["mouth"], shows=Field("W", muscles=True))
+    assert program.count("fw.") >= 9
+    assert "{'left': 2.0, 'nose': 2.0}" in program
+    assert private_names(program) == set()
 
 
 def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
@@ -386,7 +427,5 @@ def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):
 def test_a_depth_goes_to_all_layers_and_into_what_is_written_down(face):
     data = {**START, "mixture": {"AU12": 1.0}, "folds": {**START["folds"], "depth": 0.8}}
     assert {layer.depth for layer in layers_of(data, face)} == {0.8}
-    assert (
-        "layers = fw.simulation.fold_layers.fold_layers(face, 'wave', depth=0.8)" in as_python(data, face).splitlines()
-    )
+    assert "layers = fw.fold_layers(face, 'wave', depth=0.8)" in as_python(data, face).splitlines()
     assert "depth" not in as_python(START, face)

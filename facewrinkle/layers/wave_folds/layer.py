@@ -1,4 +1,4 @@
-"""The layer of wave folds, and the amounts that a user asks for: none here, more there."""
+"""The layer of wave folds."""
 
 from __future__ import annotations
 
@@ -9,28 +9,17 @@ import numpy.typing as npt
 
 from ...anatomy.face import Face
 from ...array_types import Array
-from ...checks import finite
-from ...errors import ParameterError, check_flag, check_range, check_whole, unknown_name
-from ...geometry.interpolation import smoothstep
+from ...errors import ParameterError, check_flag, check_range, check_whole
 from ...geometry.refinement import Change
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Relief, scattered
-from ..patterns_on_skin.region import Region
 from . import _kernels as kernels
+from .amounts import Amount, amounts
 from .families import FAINT, FoldShapes
 from .field import Now, WaveField, Waves
 from .stripes import Stripes, Style
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
-
-Amount = npt.ArrayLike | Mapping[str | Region, float]
-
-MOST = 10.0
-"""Largest factor that can be asked for."""
-
-AROUND = (0.12, 0.4)
-"""Distances from a landmark, in distances between the pupils, up to which its factor holds, and from which 1 does."""
-
 
 GOLDEN = 0.6180339887
 """Multiples of it, less whole numbers, fill the interval from 0 to 1 evenly."""
@@ -73,9 +62,10 @@ class WaveFolds(Layer):
         In [0, 1]: lines that stay at rest, where the face folds in life. At 0 there are none. Default: the age of the
         face.
     amount : array_like or mapping, optional
-        More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; or a mapping from landmarks
-        ("glabella") or :class:`facewrinkle.Region` to factors. Elsewhere folds change by no more than the share that
-        keeps the volume.
+        More folds here, none there: factors (n0,) of the depth at the vertices of the mesh; or a mapping to factors
+        from landmarks ("glabella"), :class:`facewrinkle.Region`, the subject's "left" or "right", "forehead", "between
+        the brows", "crow's feet", "nose", "cheeks", "mouth" or "chin". Elsewhere folds change by no more than the share
+        that keeps the volume.
     families : mapping, optional
         Motions by the name of their family; folds of a family lie across their common compression. A motion is the name
         of an action unit or expression, a mixture of them, or positions (n0, 3) of the vertices of the mesh. Default:
@@ -237,50 +227,3 @@ class WaveFolds(Layer):
             "family": (self._waves.family[lead], -1),
         }
         return {name: scattered(some, *column) for name, column in columns.items()}
-
-
-def amounts(asked: Amount | None, face: Face) -> Array | None:
-    """Return factors (n0,) of the depth of folds at the base vertices; None where nothing was asked for.
-
-    Raises
-    ------
-    ParameterError
-        For factors that are negative or too large, and for arrays of another length.
-    UnknownNameError
-        For a landmark that the face does not have.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> face = fw.default_face()
-    >>> smooth = amounts({"glabella": 0.0}, face)
-    >>> float(smooth.min()), float(smooth.max())
-    (0.0, 1.0)
-    """
-    if asked is None:
-        return None
-    if isinstance(asked, Mapping):
-        factors = np.ones(len(face.points))
-        for where, factor in asked.items():
-            check_range(f"the amount of folds at {where}", factor, 0.0, MOST)
-            factors *= 1.0 + (float(factor) - 1.0) * _near(where, face)
-        return factors
-    factors, n = finite("amount", asked), len(face.points)
-    if factors.shape != (n,):
-        raise ParameterError(
-            f"amount must have one factor for each of the {n} vertices of face.mesh, received the shape "
-            f"{factors.shape}. Or give a dictionary of landmarks and factors, such as {{'glabella': 0.0}}."
-        )
-    if not (factors >= 0.0).all() or not (factors <= MOST).all():
-        raise ParameterError(f"amounts must lie in [0, {MOST:g}], received {factors.min():g} to {factors.max():g}.")
-    return factors
-
-
-def _near(where: str | Region, face: Face) -> Array:
-    """Return a weight (n0,) in [0, 1]: 1 at a landmark or in a region, fading around."""
-    if isinstance(where, Region):
-        return where.laid(face).base_window
-    if where not in face.landmarks:
-        raise unknown_name("landmark", where, face.landmarks)
-    away = np.linalg.norm(face.points - face.landmarks[where], axis=1) / face.frame.pupil_distance
-    return 1.0 - smoothstep((away - AROUND[0]) / (AROUND[1] - AROUND[0]))

@@ -32,7 +32,6 @@ from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
 from facewrinkle.layers.wave_folds.field import WaveField
-from facewrinkle.layers.wave_folds.layer import amounts
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
 from facewrinkle.simulation.fold_shapes import fold_shapes
@@ -328,7 +327,7 @@ def simulated(face, **options):
         (
             lambda face, sheet: simulated(face, amount={"forehed_mid": 0.0}),
             UnknownNameError,
-            r"unknown landmark 'forehed_mid'. Did you mean 'forehead_mid'",
+            r"unknown landmark or region of folds 'forehed_mid'. Did you mean 'forehead_mid'",
         ),
         (
             lambda face, sheet: simulated(face, amount={"glabella": -1.0}),
@@ -375,12 +374,6 @@ def simulated(face, **options):
 def test_what_cannot_be_found_is_refused(face, sheet, call, error, message):
     with pytest.raises(error, match=message):
         call(face, sheet)
-
-
-def test_landmarks_and_regions_take_amounts(face):
-    amount = {"glabella": 0.0, fw.Region(face.landmarks["forehead_mid"], size=(80, 30)): 3.0}
-    at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("glabella", "forehead_mid")]
-    assert amounts(amount, face)[at] == pytest.approx([0.0, 3.0], abs=0.05)
 
 
 def test_shapes_of_another_mesh_are_refused(sheet):
