@@ -213,7 +213,7 @@ def regions() -> dict[str, Muscle]:
     style = Wrinkles(count=4, start=0.2, depth=1.0)
     tapered = Wrinkles(count=4, start=0.2, depth=1.0, taper=0.6)
     cone = fw.LinearMuscle((0, -25, 0), (0, 20, 0), 0.5, 50.0, wrinkles=style)
-    ring = fw.SphincterMuscle((0, 0, 0), 40.0, 40.0, (0, 0, 1), (1, 0, 0), wrinkles=style)
+    ring = fw.SphincterMuscle((0, 0, 0), 40.0, 40.0, (0, 0, 1), (1, 0, 0), wrinkles=Wrinkles(count=4, depth=1.0))
     flat = fw.SheetMuscle([(-20, 25, 0), (20, 25, 0)], [(-20, -25, 0), (20, -25, 0)], wrinkles=style)
     return {
         "sheet": flat,

@@ -235,14 +235,20 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameEr
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
 
 
-def check_range(name: str, value: float, low: float, high: float, remedy: str = "") -> float:
-    """Return `value` as a float if it lies in [low, high]; raise a ParameterError otherwise, also for NaN."""
+def _number(name: str, value: float) -> float:
+    """Return `value` as a float; raise a ParameterError for what is no number, such as a text, True or an array."""
     try:
-        number = float(value)
+        number = None if getattr(value, "ndim", 0) else float(value)
     except (TypeError, ValueError, OverflowError):
         number = None
     if number is None or isinstance(value, str | bytes | bool):
         raise ParameterError(f"{name} must be a number, received {reprlib.repr(value)}.")
+    return number
+
+
+def check_range(name: str, value: float, low: float, high: float, remedy: str = "") -> float:
+    """Return `value` as a float if it lies in [low, high]; raise a ParameterError otherwise, also for NaN."""
+    number = _number(name, value)
     if not low <= number <= high:
         allowed = f"lie in [{low:g}, {high:g}]" if high < float("inf") else f"be at least {low:g}"
         raise ParameterError(f"{name} must {allowed}, received {number:g}. {remedy}".rstrip())
@@ -258,7 +264,7 @@ def check_flag(name: str, value: object) -> bool:
 
 def check_positive(name: str, value: float, remedy: str = "") -> float:
     """Return `value` as a float if it is finite and greater than 0; raise a ParameterError otherwise."""
-    number = check_range(name, value, -float("inf"), float("inf"), remedy) if value == value else float("nan")
+    number = _number(name, value)
     if not 0.0 < number < float("inf"):
         raise ParameterError(f"{name} must be a finite number greater than 0, received {number:g}. {remedy}".rstrip())
     return number
@@ -267,6 +273,6 @@ def check_positive(name: str, value: float, remedy: str = "") -> float:
 def check_whole(name: str, value: float, low: float, high: float, remedy: str = "") -> int:
     """Return `value` as an int if it is a whole number in [low, high]; raise a ParameterError otherwise."""
     number = check_range(name, value, low, high, remedy)
-    if number != int(number):
+    if not number.is_integer():  # nor is infinity
         raise ParameterError(f"{name} must be a whole number, received {number:g}.")
     return int(number)

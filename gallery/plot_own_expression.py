@@ -56,11 +56,11 @@ for muscle, rate in fw.ACTION_UNITS["AU2"].items():
 
 # %%
 # How the skin folds over a muscle is a property of the muscle. Here are seven fine furrows across the forehead, instead
-# of three or four.
+# of three or four, by the formula of the paper: waves take their lines from the whole skin.
 
 frontalis = [name for name in face.muscles if name.startswith("frontalis")]
 fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) for name in frontalis})
-frames = [held("surprise", face), held("surprise", fine)]
+frames = [held("surprise", each, folds="paper") for each in (face, fine)]
 style = Style(size=(450, 400), view="forehead")
 figure(side_by_side([picture(frame, face, style) for frame in frames]))
 

@@ -149,14 +149,13 @@ def clip():
 @pytest.fixture(scope="session")
 def papers(face):
     """The built-in face whose muscles fold the skin over them, as in the paper, where they have creases."""
-    from dataclasses import replace
-
-    from facewrinkle.anatomy.muscles import Crease
+    from facewrinkle.anatomy.muscles import Crease, Wrinkles
 
     return face.with_muscles(
         {
-            name: replace(muscle, folds=None) if isinstance(muscle.folds, Crease) else muscle
+            name: muscle.replaced(folds=None, wrinkles=Wrinkles(**face.atlas.muscles[name].get("wrinkles", {})))
             for name, muscle in face.muscles.items()
+            if isinstance(muscle.folds, Crease)
         }
     )
 

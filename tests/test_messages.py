@@ -10,8 +10,16 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle, Wrinkles
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning
+from facewrinkle.anatomy.muscles import (
+    Crease,
+    LinearMuscle,
+    SheetMuscle,
+    SphincterMuscle,
+    TongueMuscle,
+    TriangularMuscle,
+    Wrinkles,
+)
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, check_positive, check_whole
 from facewrinkle.geometry import equations
 from facewrinkle.geometry.least_squares import moving_least_squares
 from facewrinkle.layers import patterns
@@ -21,6 +29,10 @@ LINES = ([(-10, 40, 0), (10, 40, 0)], [(-10, 0, 0), (10, 0, 0)])
 
 def linear(insertion=(0, 5, 0), angle=0.5, radius=6.0, **words):
     return LinearMuscle((0, 0, 0), insertion, angle, radius, **words)
+
+
+def crease(width=9.0, **words):
+    return Crease([(0, 40, 0), (6, 18, 0), (0, 0, 0)], (1, 0, 0), width, **words)
 
 
 def ring(centre=(0, 0, 0), a=40.0, b=30.0, normal=(0, 0, 1), lateral=(1, 0, 0), **words):
@@ -66,6 +78,20 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
     (lambda: SheetMuscle(*LINES, length=-3.0), "length", "at least 0", "-3"),
     (lambda: SheetMuscle(*LINES, width=-3.0), "width", "at least 0", "-3"),
     (lambda: SheetMuscle(*LINES, normal_share=-0.5), "normal_share", UNIT, "-0.5"),
+    (lambda: linear(radius=math.inf), "radius", "a finite number greater than 0", "inf"),
+    (lambda: SheetMuscle(*LINES, length=math.inf), "length", "a finite length", "inf"),
+    (lambda: SheetMuscle(*LINES, width=math.inf), "width", "a finite length", "inf"),
+    (lambda: SheetMuscle(*LINES, thickness=math.inf), "thickness", "a finite length", "inf"),
+    (lambda: TriangularMuscle(*LINES, insertion_width=math.inf), "insertion_width", "a finite length", "inf"),
+    (lambda: ring(a=math.inf), "semi_major", "a finite number greater than 0", "inf"),
+    (lambda: ring(b=-1.0, thickness=1.0), "semi_minor", "a finite number greater than 0", "-1"),
+    (lambda: ring(thickness=math.inf), "thickness", "a finite length", "inf"),
+    (lambda: ring(protrusion=math.inf), "protrusion", "in [-1e+06, 1e+06]", "inf"),
+    (lambda: crease(width=math.inf), "width", "a finite number greater than 0", "inf"),
+    (lambda: crease(thickness=math.inf), "thickness", "a finite length", "inf"),
+    (lambda: check_positive("x", np.array([1.0, 2.0])), "x", "a number", "array([1., 2.])"),
+    (lambda: check_positive("x", math.nan), "x", "a finite number greater than 0", "nan"),
+    (lambda: check_whole("n", math.inf, 0, math.inf), "n", "a whole number", "inf"),
     (lambda: ring(centre=(0, math.inf, 0)), "centre", "three finite numbers", "(0, inf, 0)"),
     (lambda: ring(normal=(0, 1)), "normal", "three finite numbers", "(0, 1)"),
     (lambda: ring(lateral="x"), "lateral", "three finite numbers", "'x'"),
@@ -113,7 +139,6 @@ def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed
         (lambda: SheetMuscle([(0, 40, 0), (0, 60, 0)], LINES[1]), "the attachment line runs along the fibers"),
         (lambda: ring(lateral=(0, 0, 2)), "normal and lateral must be"),
         (lambda: ring(lateral=(0, 0, 0)), "normal and lateral must be"),
-        (lambda: ring(a=-1.0, thickness=1.0), "semi_major, semi_minor and thickness must be"),
         (lambda: ring(beta1=0.0, beta2=0.0), "beta1 + beta2 must be"),
         (lambda: patterns.cheek([np.inf], [0.0], 1, 1, 1), "x and y must be finite; NaN"),
         (lambda: patterns.frown(0.0, 0.0, 1.0, 1.0, 0.0), "beta must not be 0"),
@@ -121,6 +146,17 @@ def test_messages_name_the_parameter_the_range_and_the_value(call, name, allowed
         (lambda: fitted(x=((np.nan,),)), "x, points and values must be finite"),
         (lambda: fitted(points=np.empty((0, 1)), values=[]), "x, points and values must be finite"),
         (lambda: linear().replaced(dept=1), "unknown property of a muscle 'dept'"),
+        (lambda: linear().replaced(k0=9), "unknown property of a muscle 'k0'. The k0 of the paper is called 'depth'"),
+        (lambda: linear().replaced(n_w=9), "unknown property of a muscle 'n_w'. The n_w of the paper is called 'c"),
+        (lambda: linear().replaced(lambda_w=0.4), "unknown property of a muscle 'lambda_w'. The lambda_w of the pape"),
+        (lambda: linear().replaced(Ls=4.0), "unknown property of a muscle 'Ls'"),
+        (lambda: crease().replaced(count=8), "a Crease has no count: it folds one line along its path"),
+        (lambda: crease(wrinkles=Wrinkles(start=0.7)), "a Crease has no start: it folds one line along its path"),
+        (lambda: linear(folds=crease()).replaced(start=0.7), "a Crease has no start: it folds one line along its path"),
+        (lambda: ring().replaced(start=0.7), "a SphincterMuscle has no start: its folds are radial"),
+        (lambda: SheetMuscle(*LINES).replaced(fronts="round"), "a SheetMuscle has no fronts: its folds run straight"),
+        (lambda: TongueMuscle().replaced(depth=1.0), "a TongueMuscle has no depth: it does not fold the skin"),
+        (lambda: linear(wrinkles=Wrinkles(count=8), folds=crease()), "the wrinkles of a muscle with folds are those"),
     ],
 )
 def test_messages_say_what_does_not_go_together(call, says):

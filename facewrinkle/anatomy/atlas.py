@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_r
 from ..files import LARGEST_SETTINGS, bytes_of
 from .landmarks import FaceFrame, of_side
 from .muscles import (
+    WRINKLES,
     Crease,
     EyeMuscle,
     JawMuscle,
@@ -29,6 +30,7 @@ from .muscles import (
     TongueMuscle,
     TriangularMuscle,
     Wrinkles,
+    unknown_property,
 )
 
 BASE = "facewrinkle"
@@ -308,7 +310,7 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
     muscles = {
         f"{name}_{side}" if entry.get("paired", True) else name: {
             **entry,
-            **_named_folds(entry, patterns),
+            **_folds_of(entry, patterns),
             "side": side,
         }
         for name, entry in content.get("muscles", {}).items()
@@ -327,14 +329,15 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
     return atlas
 
 
-def _named_folds(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str, Any]:
-    """The pattern of folds that a muscle names, with the muscle's own wrinkles; empty if it names none."""
-    name = entry.get("folds")
-    if not isinstance(name, str):
+def _folds_of(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str, Any]:
+    """The pattern of folds that a muscle has or names, with the muscle's own wrinkles; empty if there is none."""
+    pattern = entry.get("folds")
+    if pattern is None:
         return {}
-    if name not in patterns:
-        raise UnknownNameError(f"in the atlas: {unknown_name('pattern of folds', name, patterns)}")
-    pattern = patterns[name]
+    if isinstance(pattern, str):
+        if pattern not in patterns:
+            raise UnknownNameError(f"in the atlas: {unknown_name('pattern of folds', pattern, patterns)}")
+        pattern = patterns[pattern]
     return {"folds": {**pattern, "wrinkles": {**pattern.get("wrinkles", {}), **entry.get("wrinkles", {})}}}
 
 
@@ -362,9 +365,8 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
 
 
 def _wrinkles(entry: Mapping[str, Any]) -> Wrinkles:
-    known = [field.name for field in fields(Wrinkles)]
-    for key in set(entry) - set(known):
-        raise unknown_name("key of wrinkles", key, known)
+    for key in set(entry) - set(WRINKLES):
+        raise unknown_property("key of wrinkles", key, WRINKLES)
     return Wrinkles(**entry)
 
 
@@ -375,7 +377,6 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     for key in set(entry) - COMMON - KEYS[entry["kind"]]:
         raise unknown_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
     common: dict[str, Any] = {
-        "wrinkles": _wrinkles(entry.get("wrinkles", {})),
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
         "swell": entry.get("swell", 0.0),
@@ -384,6 +385,8 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     }
     if "folds" in entry:
         common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)
+    else:
+        common["wrinkles"] = _wrinkles(entry.get("wrinkles", {}))
 
     def point(part: Mapping[str, Any]) -> Array:
         return _point(part, side, landmarks, frame)

@@ -219,6 +219,24 @@ class Face:
         return frame_of(self.landmarks)
 
     @cached_property
+    def changed_muscles(self) -> dict[str, Muscle | None]:
+        """Muscles of the face or its atlas that are not as the atlas places them, as it does; None for added ones.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> muscle = face.muscles["mentalis_l"].replaced(strength=2.0)
+        >>> list(face.with_muscles({"mentalis_l": muscle, "mine": muscle}).changed_muscles)
+        ['mentalis_l', 'mine']
+        """
+        if not self.landmarks:
+            return dict.fromkeys(self.muscles)
+        placed, own = self.atlas.place(self.landmarks, self.frame), self.muscles
+        changed = {n: muscle for n, muscle in placed.items() if n not in own or not muscle.same_as(own[n])}
+        return changed | dict.fromkeys(name for name in own if name not in placed)
+
+    @cached_property
     def zones(self) -> BoolArray:
         """True (k, m) for the triangles that the wrinkles of each muscle may touch."""
         return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
@@ -480,7 +498,7 @@ class Face:
         >>> import facewrinkle as fw
         >>> face = fw.default_face()
         >>> deeper = face.muscles["corrugator_l"].replaced(depth=3.0)
-        >>> face.with_muscles({"corrugator_l": deeper}).muscles["corrugator_l"].fold_pattern.wrinkles.depth
+        >>> face.with_muscles({"corrugator_l": deeper}).muscles["corrugator_l"].wrinkles.depth
         3.0
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})

@@ -21,7 +21,7 @@ from .atlas import Atlas
 from .face import Face
 from .fitting import mean_face
 from .head import BrowHairs, load_head
-from .known_folds import changed_muscles, restore, to_store
+from .known_folds import restore, to_store
 from .parts import Follows, Part
 
 VERSION = 1
@@ -60,7 +60,7 @@ def write_face(face: Face, path: str | Path) -> Path:
     ...     fw.read_face(path).mesh.n_cells
     4517
     """
-    if changed := changed_muscles(face):
+    if changed := list(face.changed_muscles):
         warn(
             f"muscles that were changed are not stored: {', '.join(changed)}. read_face places those of the atlas; "
             "change them again with face.with_muscles, or put the changes into an atlas and give it to read_face."

@@ -62,27 +62,12 @@ def known_folds(face: Face) -> KnownFolds:
     return per_face(face, FOLDS, None, KnownFolds)
 
 
-def changed_muscles(face: Face) -> list[str]:
-    """Return the names of the muscles of a face that are not as its atlas places them.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> head = fw.default_face()
-    >>> changed_muscles(head), changed_muscles(head.with_muscles({"one of mine": head.muscles["mentalis_l"]}))
-    ([], ['one of mine'])
-    """
-    placed = face.atlas.place(face.landmarks, face.frame) if face.landmarks else {}
-    names = dict.fromkeys([*placed, *face.muscles])
-    return [name for name in names if repr(face.muscles.get(name)) != repr(placed.get(name))]
-
-
 def to_store(face: Face) -> dict[str, npt.NDArray[Any]]:
     """Return what is known of the folds of a face, as arrays of a file; none if its muscles are not those of its atlas,
     which a face that is read has.
     """
     known = known_folds(face)
-    if not known.shapes or changed_muscles(face):
+    if not known.shapes or face.changed_muscles:
         return {}
     rest = face.points * face.unit
     moves = {SHAPE + name: np.rint((at - rest) / STEP).astype(np.int32) for name, at in known.shapes.items()}

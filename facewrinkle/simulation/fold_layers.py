@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 
 from ..anatomy.atlas import load_atlas, printed_atlas
 from ..anatomy.face import Face
-from ..errors import unknown_name
+from ..errors import ParameterError, unknown_name, warn
 from ..layers.base import Layer
 from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
@@ -21,16 +21,40 @@ FOLDS: tuple[Folds, ...] = get_args(Folds)
 
 
 def with_printed_muscles(face: Face) -> Face:
-    """Return a face with the muscles of :func:`facewrinkle.anatomy.atlas.printed_atlas`; the same if it has none, or an
-    atlas of its own.
+    """Return a face with the muscles of :func:`facewrinkle.anatomy.atlas.printed_atlas` in place of those of the
+    package's own atlas; the same if it has none, or an atlas of its own.
+
+    Muscles that were added stay, and those that were taken away stay away.
+
+    Raises
+    ------
+    ParameterError
+        If a muscle was changed: that change is of a muscle that folds the skin in another way. Change the one of the
+        printed atlas, as in the example.
 
     Examples
     --------
     >>> import facewrinkle as fw
+    >>> from facewrinkle.anatomy.atlas import printed_atlas
     >>> len(with_printed_muscles(fw.default_face()).muscles)
     23
+    >>> face = fw.default_face(atlas=printed_atlas())
+    >>> sharper = face.with_muscles({"corrugator_l": face.muscles["corrugator_l"].replaced(alpha=3.0)})
+    >>> with_printed_muscles(sharper).muscles["corrugator_l"].wrinkles.alpha
+    3.0
     """
-    return face.with_atlas(printed_atlas()) if face.muscles and face.atlas is load_atlas() else face
+    if not face.muscles or not face.landmarks or face.atlas is not load_atlas():
+        return face
+    if changed := [name for name, usual in face.changed_muscles.items() if usual and name in face.muscles]:
+        raise ParameterError(
+            f"folds as printed need the muscles of facewrinkle.anatomy.atlas.printed_atlas(), and {changed[0]} was "
+            "changed as a muscle of another atlas. Change it there: face = face.with_atlas(printed_atlas()), then "
+            f'face.with_muscles({{"{changed[0]}": face.muscles["{changed[0]}"].replaced(...)}}).'
+        )
+    printed, known = face.with_atlas(printed_atlas()), face.atlas.muscles
+    muscles = {name: muscle for name, muscle in printed.muscles.items() if name in face.muscles or name not in known}
+    added = {name: muscle for name, muscle in face.muscles.items() if name not in known}
+    return replace(printed, muscles=muscles | added)
 
 
 def refinement_for(folds: Folds, given: Refinement | None = None) -> Refinement:
@@ -71,6 +95,11 @@ def fold_layers(
     **waves
         Further parameters of :class:`facewrinkle.WaveFolds`; the creases have its age and seed, too.
 
+    Warns
+    -----
+    FaceWrinkleWarning
+        If wrinkles of a muscle were changed that are drawn as waves, which have no number or depth of a muscle.
+
     Raises
     ------
     UnknownNameError
@@ -91,5 +120,12 @@ def fold_layers(
     common: dict[str, Any] = {"depth": depth, "inextensible": inextensible}
     if folds == "paper" or not face.landmarks:  # a surface without landmarks has no skin from which waves are found
         return [MuscleWrinkles(**common), Creases(**common)]
+    for name, usual in face.changed_muscles.items():
+        own = face.muscles.get(name)
+        if own and usual and own.wrinkles.waves and repr(own.wrinkles) != repr(usual.wrinkles):
+            warn(
+                f"the wrinkles of {name} were changed, and its lines are drawn as waves, which do not depend on them. "
+                "Use folds='paper', or draw its lines by formula with replaced(waves=False)."
+            )
     creases = Creases(**common, age=waves.get("age"), seed=waves.get("seed", 0))
     return [MuscleWrinkles(**common, waves=False), creases, WaveFolds(**common, **waves)]

@@ -74,7 +74,8 @@ class Simulation:
     folds : {"wave", "paper", "printed"}
         The default layers: see :func:`facewrinkle.fold_layers`. With "printed", all is as in
         the paper of Zhang, Sim and Tan: a face with the package's own atlas gets the muscles of
-        :func:`facewrinkle.anatomy.atlas.printed_atlas`, and triangles are split by Eq. 19 alone.
+        :func:`facewrinkle.anatomy.atlas.printed_atlas`, and triangles are split by Eq. 19 alone. To change the muscles
+        as printed, begin with ``face.with_atlas(printed_atlas())``; changes of the package's own muscles are refused.
 
     Warns
     -----

@@ -55,7 +55,7 @@ def sheet(**changes):
 def sphincter(**changes):
     muscle = SphincterMuscle(
         SHIFT, 38.0, 31.0, normal=TURN[:, 2], lateral=TURN[:, 0], inner=0.55, beta1=0.8, beta2=0.6, dead_zone=0.2,
-        thickness=12.0, wrinkles=STYLE,
+        thickness=12.0, wrinkles=dataclasses.replace(STYLE, start=0.2),
     )  # fmt: skip
     return dataclasses.replace(muscle, **changes)
 
@@ -298,13 +298,55 @@ def test_lips_that_purse_are_pushed_forward():
 
 def test_folds_lie_where_they_are_asked_for_and_are_replaced_there():
     plain, elsewhere = linear(), sheet()
-    muscle = linear(folds=elsewhere)
+    muscle = LinearMuscle((1.0, -2.0, 3.0), (9.0, 22.0, -1.0), max_angle=0.55, radius=32.0, folds=elsewhere)
     other = muscle.replaced(depth=3.0, strength=0.5, radius=40.0)
     assert (muscle.fold_pattern, plain.fold_pattern) == (elsewhere, plain)
     np.testing.assert_array_equal(muscle.force(around(plain)), plain.force(around(plain)))
-    assert (other.folds.wrinkles.depth, other.wrinkles.depth, other.strength, other.radius) == (3.0, 0.9, 0.5, 40.0)
-    assert (muscle.folds.wrinkles.depth, muscle.strength, other.folds.strength) == (0.9, 1.0, 1.0)
+    assert (other.folds.wrinkles.depth, other.wrinkles.depth, other.strength, other.radius) == (3.0, 3.0, 0.5, 40.0)
+    assert (muscle.wrinkles.depth, muscle.strength, other.folds.strength) == (0.9, 1.0, 1.0)
     assert repr(plain.replaced(count=5).wrinkles) == repr(dataclasses.replace(STYLE, count=5))
+
+
+def test_what_is_read_of_a_muscle_is_what_is_replaced(face):
+    """Every number of the wrinkles of every muscle of a face."""
+    new = {"count": 9, "start": 0.77, "depth": 7.5, "alpha": 0.7, "core": 0.21, "taper": 0.33, "ends": "paper",
+           "falloff": "smoothstep", "fronts": "round", "waves": True}  # fmt: skip
+    refused = 0
+    for muscle in face.muscles.values():
+        for name, value in new.items():
+            if name in muscle.fold_pattern.ignored:
+                refused += 1
+                with pytest.raises(ParameterError, match=f" has no {name}: "):
+                    muscle.replaced(**{name: value})
+                continue
+            other = muscle.replaced(**{name: value})
+            assert getattr(other.wrinkles, name) == getattr(other.fold_pattern.wrinkles, name) == value
+            rest = dataclasses.replace(other.wrinkles, **{name: getattr(muscle.wrinkles, name)})
+            assert repr(rest) == repr(muscle.wrinkles)
+            assert repr(other.replaced(**{name: getattr(muscle.wrinkles, name)})) == repr(muscle)
+    assert 100 < refused < len(face.muscles) * len(new) - 100
+
+
+def test_other_folds_bring_their_own_wrinkles(face):
+    muscle = face.muscles["corrugator_l"]
+    crease = muscle.folds.replaced(depth=9.0)
+    other = muscle.replaced(folds=crease)
+    assert other.wrinkles is other.folds.wrinkles
+    assert other.wrinkles.depth == 9.0
+    free = muscle.replaced(folds=None, count=4)
+    assert (free.folds, free.wrinkles.count, free.wrinkles.depth) == (None, 4, muscle.wrinkles.depth)
+    ring = face.muscles["orbicularis_oculi_l"]
+    assert ring.replaced(folds=None).wrinkles.depth == ring.wrinkles.depth
+    assert muscle.replaced(wrinkles=Wrinkles(depth=2.0)).folds.wrinkles.depth == 2.0
+    with pytest.raises(ParameterError, match="has no count"):
+        muscle.replaced(wrinkles=Wrinkles(count=4))
+    with pytest.raises(ParameterError, match="or change them with replaced"):
+        dataclasses.replace(muscle, folds=crease)
+
+
+@pytest.mark.parametrize("taper", [np.float32(0.5), np.array(0.5), np.array([0.5, 0.25]), [0.5, 0.25], (0.5, 0.25)])
+def test_a_taper_may_be_any_number(taper):
+    assert Wrinkles(taper=taper).tapers == (0.5, 0.25 if np.ndim(taper) else 0.5)
 
 
 def test_muscles_keep_their_own_copies_of_the_input():
@@ -382,13 +424,13 @@ BAD = {
     "line is a number": (lambda: SheetMuscle(LINES[0], 5.0), "insertion"),
     "length nan": (lambda: SheetMuscle(*LINES, length=math.nan), "length must be at least 0"),
     "width nan": (lambda: SheetMuscle(*LINES, width=math.nan), "width must be at least 0"),
-    "axis nan": (lambda: sphincter(semi_major=math.nan, thickness=3.0), "positive"),
+    "axis nan": (lambda: sphincter(semi_major=math.nan, thickness=3.0), "semi_major"),
     "lateral almost normal": (lambda: sphincter(lateral=(0.1, 0.2, 0.3), normal=(0.2, 0.4, 0.6)), "lateral"),
     "nan coordinate": (lambda: LinearMuscle((0, 0, 0), (0, math.nan, 0), 0.5, 6.0), "insertion"),
     "line is a point": (lambda: SheetMuscle([(0, 4, 0), (0, 4, 0)], LINES[1], width=3.0), "attachment line"),
-    "negative thickness": (lambda: SheetMuscle(*LINES, thickness=-3.0), "positive"),
-    "axis 0": (lambda: sphincter(semi_major=0.0), "positive"),
-    "minor axis negative": (lambda: sphincter(semi_minor=-1.0), "positive"),
+    "negative thickness": (lambda: SheetMuscle(*LINES, thickness=-3.0), "thickness must be at least 0"),
+    "axis 0": (lambda: sphincter(semi_major=0.0), "semi_major"),
+    "minor axis negative": (lambda: sphincter(semi_minor=-1.0), "semi_minor"),
     "no normal": (lambda: sphincter(normal=(0, 0, 0)), "normal"),
     "inner nan": (lambda: sphincter(inner=math.nan), "inner"),
     "depth nan": (lambda: Wrinkles(depth=math.nan), "depth"),
@@ -404,7 +446,7 @@ BAD = {
     "crest along the chord": (lambda: Crease(PATH, (0, 3, 0), 9.0), "crest must cross"),
     "one point thrice": (lambda: Crease(PATH[:1] * 3, (1, 0, 0), 9.0), "crest must cross"),
     "middle beyond the end": (lambda: Crease([PATH[0], (3, -2, 0), PATH[2]], (1, 0, 0), 9.0), "second point"),
-    "no width": (lambda: Crease(PATH, (1, 0, 0), 0.0), "width must be positive"),
+    "no width": (lambda: Crease(PATH, (1, 0, 0), 0.0), "width must be a finite number"),
     "width of a crease nan": (lambda: Crease(PATH, (1, 0, 0), np.nan), "width"),
     "span falls": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5, 0.2)), "span"),
     "span of one": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5,)), "span"),

@@ -176,10 +176,10 @@ def test_folds_of_every_kind_of_muscle_can_be_laid_on_a_face(face):
     """Muscles that are put on the face by hand wrinkle it, and in their regions only."""
     where = face.landmarks["malar_l"]
     up, out = np.array([0.0, 1.0, 0.0]), face.frame.axes[2]
-    style = fw.Wrinkles(count=2, start=0.1, depth=1.0)
+    style, ringed = fw.Wrinkles(count=2, start=0.1, depth=1.0), fw.Wrinkles(count=2, depth=1.0)
     muscles = {
         "linear": LinearMuscle(where - 25.0 * up, where + 10.0 * up, 0.5, 40.0, wrinkles=style, strength=2.0),
-        "ring": SphincterMuscle(where, 30.0, 25.0, out, face.frame.axes[0], wrinkles=style, inner=0.2, strength=2.0),
+        "ring": SphincterMuscle(where, 30.0, 25.0, out, face.frame.axes[0], wrinkles=ringed, inner=0.2, strength=2.0),
     }
     sim = fw.Simulation(face.with_muscles(muscles), folds="paper")
     for name in muscles:

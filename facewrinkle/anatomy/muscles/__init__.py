@@ -4,7 +4,7 @@ Everything here is a function of rest positions, in the unit of the mesh that th
 once per vertex. Angles are in radians. Paper: Zhang, Sim, Tan, Eqs. 1-2 (linear), 12-13 (sheet), 14-18 (sphincter).
 """
 
-from .base import FRONTS, Fronts, Muscle, Wrinkles, within, zones
+from .base import FRONTS, WRINKLES, Fronts, Muscle, Wrinkles, unknown_property, within, zones
 from .crease import Crease
 from .joint_muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, TongueMuscle, turned
 from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle, TriangularMuscle
@@ -12,6 +12,7 @@ from .skin_muscles import LinearMuscle, SheetMuscle, SphincterMuscle, Triangular
 __all__ = [
     "FRONTS",
     "TURNS",
+    "WRINKLES",
     "Crease",
     "EyeMuscle",
     "Fronts",
@@ -26,6 +27,7 @@ __all__ = [
     "TriangularMuscle",
     "Wrinkles",
     "turned",
+    "unknown_property",
     "within",
     "zones",
 ]

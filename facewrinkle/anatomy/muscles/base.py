@@ -3,21 +3,50 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
-from typing import Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
-from ...errors import ParameterError, check_range, unknown_name
+from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
 from ...geometry import equations
 from ...geometry.interpolation import smoothstep
 
 Fronts = Literal["straight", "round"]
 
 FRONTS: tuple[Fronts, ...] = ("straight", "round")
+
+SYMBOLS = {
+    "k0": "depth", "kappa": "depth", "n_w": "count", "nw": "count", "lambda_w": "start", "R": "radius",
+    "phi": "max_angle", "mA": "attachment", "mI": "insertion", "Ls": "length", "Ws": "width", "o": "centre",
+    "a": "semi_major", "b": "semi_minor", "rw": "inner", "r_w": "inner",
+}  # fmt: skip
+"""What symbols of Zhang, Sim and Tan are called here."""
+
+
+def unknown_property(kind: str, name: str, known: Iterable[str]) -> UnknownNameError:
+    """Return the error for an unknown property, which says what a symbol of the paper is called here.
+
+    Examples
+    --------
+    >>> print(unknown_property("property of a muscle", "k0", ["count", "depth"]))
+    unknown property of a muscle 'k0'. The k0 of the paper is called 'depth' here.
+    """
+    known = list(known)
+    if SYMBOLS.get(name) in known:
+        return UnknownNameError(f"unknown {kind} {name!r}. The {name} of the paper is called {SYMBOLS[name]!r} here.")
+    return unknown_name(kind, name, known)
+
+
+def checked_size(name: str, value: float) -> float:
+    """Return a length of at least 0 that is finite; a ParameterError for another."""
+    size = check_range(name, value, 0.0, np.inf)
+    if not size < LARGEST:
+        raise ParameterError(f"{name} must be a finite length, received {size:g}.")
+    return size
 
 
 def checked_points(points: npt.ArrayLike) -> Array:
@@ -45,12 +74,15 @@ def within(points: Array, centre: Array, radius: float) -> npt.NDArray[np.int64]
 class Wrinkles:
     """Folds of the skin over a muscle.
 
+    Not every kind of fold has all of these: those of a sphincter have no `start`, a :class:`Crease` has `depth`,
+    `alpha` and `taper` alone, and only a linear muscle has `fronts`. Others must be left out there.
+
     Parameters
     ----------
     count : int
         Number of furrows nw across the wrinkling region.
     start : float
-        lambda_w in [0, 1): the start of the region along the muscle. Not used by sphincters.
+        lambda_w in [0, 1): the start of the region along the muscle.
     depth : float
         kappa, the furrow depth factor k0 at full contraction, mm. From bulge to furrow a wrinkle measures
         ``k0 2^alpha sin(pi epsilon / 2)``.
@@ -102,13 +134,18 @@ class Wrinkles:
     @property
     def tapers(self) -> tuple[float, float]:
         """`taper` at the start and at the end of the region."""
-        if isinstance(self.taper, float | int):
-            return self.taper, self.taper
         try:
-            first, last = self.taper
+            first, last = np.broadcast_to(self.taper, np.shape(self.taper) or 2).tolist()
         except (TypeError, ValueError):
             raise ParameterError(f"taper must be one number or two, received {self.taper!r}.") from None
         return first, last
+
+
+WRINKLES = tuple(each.name for each in dataclasses.fields(Wrinkles))
+"""Names of the parameters of wrinkles."""
+
+USUAL = Wrinkles()
+"""Wrinkles of muscles for which none are given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,11 +160,17 @@ class Muscle:
     >>> import facewrinkle as fw
     >>> muscle = fw.default_face().muscles["zygomaticus_major_l"]
     >>> other = muscle.replaced(strength=1.5, depth=2.0)
-    >>> other.strength, other.fold_pattern.wrinkles.depth
+    >>> other.strength, other.wrinkles.depth
     (1.5, 2.0)
     """
 
-    wrinkles: Wrinkles = field(default_factory=Wrinkles, kw_only=True)
+    ignored: ClassVar[Collection[str]] = ()
+    """Names of :class:`Wrinkles` that the folds of this kind of muscle do not have."""
+    folding: ClassVar[str] = ""
+    """Why not."""
+
+    wrinkles: Wrinkles = field(default=USUAL, kw_only=True)
+    """The folds of the skin. If there are `folds`, these are theirs."""
     strength: float = field(default=1.0, kw_only=True)
     """Force at full contraction, relative to that of the other muscles."""
     normal_share: float = field(default=1.0, kw_only=True)
@@ -147,6 +190,23 @@ class Muscle:
         for name in ("strength", "swell", "modiolus", "closing"):
             check_range(name, getattr(self, name), 0.0, 1e6)
         check_range("normal_share", self.normal_share, 0.0, 1.0)
+        if self.folds is None:
+            given = (name for name in self.ignored if repr(getattr(self.wrinkles, name)) != repr(getattr(USUAL, name)))
+            self._check_folds(given)
+        elif self.wrinkles not in (USUAL, self.folds.wrinkles):
+            raise ParameterError(
+                "the wrinkles of a muscle with folds are those of its folds; received both. Give them to the folds "
+                "alone, or change them with replaced()."
+            )
+        else:
+            self._set(wrinkles=self.folds.wrinkles)
+
+    def _check_folds(self, names: Iterable[str]) -> None:
+        """Raise a ParameterError if one of some names of wrinkles is ignored by this kind of folds."""
+        known = [each for each in WRINKLES if each not in self.ignored]
+        others = f" It has {', '.join(known[:-1])} and {known[-1]}." if known else ""
+        for name in sorted(set(names) - set(known)):
+            raise ParameterError(f"{type_of(self)} has no {name}: {self.folding}.{others}")
 
     def _set(self, **values: object) -> None:
         """Replace values that were given by those that were made of them, of a muscle that is frozen otherwise."""
@@ -217,22 +277,47 @@ class Muscle:
         """
         return float("inf")
 
-    def replaced(self, **changes: object) -> Self:
+    def same_as(self, other: Muscle) -> bool:
+        """Tell whether another muscle has the same kind and, to the last bit, the same values."""
+        return _same(self, other)
+
+    def replaced(self, **changes: Any) -> Self:
         """Return a copy with some values changed.
 
-        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too; they change the wrinkles of `folds`, if
-        there are any, otherwise of the muscle itself.
+        Names of :class:`Wrinkles` (count, depth, alpha, ...) are accepted too: what ``muscle.wrinkles`` tells is what
+        they change, on the `folds` if there are any.
+
+        Raises
+        ------
+        UnknownNameError
+            For a name that no muscle has. For symbols of Zhang, Sim and Tan, it tells what they are called here.
+        ParameterError
+            For a value that folds of this kind do not have.
+
+        Examples
+        --------
+        The fold of a frown is a :class:`Crease`, one line. Without it the muscle folds the skin across its fibres, as
+        in the paper, and its lines can be counted:
+
+        >>> import facewrinkle as fw
+        >>> muscle = fw.default_face().muscles["corrugator_l"]
+        >>> muscle.replaced(depth=2.0 * muscle.wrinkles.depth).wrinkles.depth
+        6.4
+        >>> muscle.replaced(folds=None, count=4).wrinkles.count
+        4
         """
-        own, of_wrinkles = ([f.name for f in dataclasses.fields(kind)] for kind in (self, Wrinkles))
+        own = [each.name for each in dataclasses.fields(self)]
         for name in changes:
-            if name not in (*own, *of_wrinkles):
-                raise unknown_name("property of a muscle", name, (*own, *of_wrinkles))
-        inner = {k: changes.pop(k) for k in list(changes) if k in of_wrinkles}
-        if inner and self.folds is not None:
-            changes["folds"] = self.folds.replaced(**inner)
-        elif inner:
-            changes["wrinkles"] = dataclasses.replace(self.wrinkles, **inner)  # type: ignore[arg-type]
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+            if name not in (*own, *WRINKLES):
+                raise unknown_property("property of a muscle", name, (*own, *WRINKLES))
+        inner = {name: changes.pop(name) for name in WRINKLES if name in changes}
+        before, folds = changes.get("folds") or self, changes.pop("folds", self.folds)
+        pattern = folds or self
+        pattern._check_folds(inner)
+        kept = {name: getattr(before.wrinkles, name) for name in WRINKLES if name not in pattern.ignored}
+        wrinkles = dataclasses.replace(changes.pop("wrinkles", Wrinkles(**kept)), **inner)
+        folds = folds and dataclasses.replace(folds, wrinkles=wrinkles)
+        return dataclasses.replace(self, **changes, folds=folds, wrinkles=wrinkles)
 
     def _tapered(self, place: Array) -> Array:
         """Share of the depth at `place` in the wrinkling region, from 0 to 1 along the muscle."""
@@ -247,6 +332,13 @@ class Muscle:
         style = self.wrinkles
         w = equations.phase(distance, start, u, style.alpha, style.ends)
         return equations.shape(w, u, 1.0, style.alpha, blunt)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if not isinstance(one, Muscle | Wrinkles):
+        return np.array_equal(one, other)
+    names = [each.name for each in dataclasses.fields(one)]
+    return type(one) is type(other) and all(_same(getattr(one, name), getattr(other, name)) for name in names)
 
 
 def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:

@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...checks import vector
-from ...errors import ParameterError, check_range
+from ...errors import ParameterError, check_positive, check_range
 from ...geometry.interpolation import smoothstep
-from .base import Muscle, checked_points, unit
+from .base import Muscle, checked_points, checked_size, unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +53,7 @@ class Crease(Muscle):
         H(q) = 2^alpha (beta t (1 - t)^2 - (1 - |q| / a)^(1 + alpha)) / (1 + 4 beta / 27),  t = q / b,
 
     each term being 0 outside of (0, b) and (-a, a). The crest is highest at q = a, from bulge to furrow it is 2^alpha
-    as in all wrinkles, and the integral is 0. `taper` acts along the furrow; `count`, `start`, `core`, `ends` and
-    `falloff` are not used.
+    as in all wrinkles, and the integral is 0. `taper` acts along the furrow.
 
     Examples
     --------
@@ -65,6 +64,9 @@ class Crease(Muscle):
     >>> along.tolist(), across.tolist()
     ([0.75, 0.75], [0.0, 0.25])
     """
+
+    ignored = frozenset({"count", "start", "core", "ends", "falloff", "fronts", "waves"})
+    folding = "it folds one line along its path; replaced(folds=None) lets a muscle fold the skin across its fibers"
 
     path: Array
     crest: Array
@@ -85,11 +87,9 @@ class Crease(Muscle):
             raise ParameterError("crest must cross the line from the start to the end of the path.")
         if not 0.0 < (path[1] - path[0]) @ chord < length**2:
             raise ParameterError("the second point of the path must lie between the first and the third.")
-        width = check_range("width", self.width, 0.0, np.inf)
-        if not width > 0.0:
-            raise ParameterError(f"width must be positive, received {self.width!r}.")
+        width = check_positive("width", self.width)
         check_range("variety", self.variety, 0.0, 1.0)
-        thickness = check_range("thickness", self.thickness, 0.0, np.inf) or 0.3 * length
+        thickness = checked_size("thickness", self.thickness) or 0.3 * length
         self._set(path=path, crest=crest, span=self._checked_span(), width=width, thickness=thickness)
 
     def _checked_span(self) -> tuple[float, float]:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...checks import vector
 from ...errors import ParameterError, check_range, unknown_name
-from .base import Muscle, unit
+from .base import WRINKLES, Muscle, unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +37,9 @@ class JawMuscle(Muscle):
     1.2
     """
 
+    ignored = WRINKLES
+    folding = "it does not fold the skin"
+
     hinge: Array
     axis: Array
     angle: float
@@ -58,10 +61,19 @@ class TongueMuscle(Muscle):
     True
     """
 
+    ignored = WRINKLES
+    folding = "it does not fold the skin"
+
+    def __post_init__(self) -> None:
+        self._check_common()
+
 
 @dataclass(frozen=True, eq=False)
 class _OfEye(Muscle):
     """A muscle of one eye, which goes with it and its lids wherever these are placed."""
+
+    ignored = WRINKLES
+    folding = "it does not fold the skin"
 
     side: str
 

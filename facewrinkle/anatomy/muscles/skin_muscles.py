@@ -12,9 +12,9 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...checks import vector
-from ...errors import ParameterError, check_range
+from ...errors import ParameterError, check_positive, check_range
 from ...geometry import equations
-from .base import Muscle, checked_points, unit
+from .base import Muscle, checked_points, checked_size, unit
 from .crease import Crease
 
 BELLY = (0.22, 0.7)
@@ -90,7 +90,7 @@ class LinearMuscle(Muscle):
             raise ParameterError(f"max_angle must lie in (0, pi/2) radians, received {self.max_angle!r}.")
         if self.length == 0.0:
             raise ParameterError("attachment and insertion coincide; a muscle needs a direction.")
-        if not self.radius >= self.length * (1.0 - 1e-12):
+        if not check_positive("radius", self.radius) >= self.length * (1.0 - 1e-12):
             raise ParameterError(
                 f"radius must be at least the distance from attachment to insertion ({self.length:g}), "
                 f"received {self.radius!r}. Usual is 1.1 to 1.3 times that distance."
@@ -199,6 +199,9 @@ class SheetMuscle(Muscle):
     (0.75, 0.5)
     """
 
+    ignored = frozenset({"fronts"})
+    folding = "its folds run straight across its fibers"
+
     attachment: Array
     insertion: Array
     length: float = 0.0
@@ -217,9 +220,9 @@ class SheetMuscle(Muscle):
             self._set(**{name: pair})
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         span, line = float(np.linalg.norm(i.mean(0) - a.mean(0))), float(np.linalg.norm(a[1] - a[0]))
-        length = check_range("length", self.length, 0.0, np.inf) or span
-        width = check_range("width", self.width, 0.0, np.inf) or line
-        self._set(length=length, width=width, thickness=float(self.thickness or max(length, width)))
+        length, width = checked_size("length", self.length) or span, checked_size("width", self.width) or line
+        thickness = checked_size("thickness", self.thickness) or max(length, width)
+        self._set(length=length, width=width, thickness=thickness)
         if not np.min([self.length, self.width, self.thickness, span]) > 0.0:  # also for NaN
             raise ParameterError("a sheet muscle needs a positive length, width and thickness, and two distinct lines.")
         if np.linalg.norm(np.cross(a[1] - a[0], i.mean(0) - a.mean(0))) < 1e-6 * line * span or line == 0.0:
@@ -346,7 +349,7 @@ class TriangularMuscle(SheetMuscle):
         super().__post_init__()
         ends = np.asarray(self.insertion)
         own = float(np.linalg.norm(ends[1] - ends[0]))
-        self._set(insertion_width=check_range("insertion_width", self.insertion_width, 0.0, np.inf) or own)
+        self._set(insertion_width=checked_size("insertion_width", self.insertion_width) or own)
         if self.width + self._widening * self.length < 0.0:
             raise ParameterError(
                 f"the fibers meet {self._focus:g} from the attachment line; length must be at most that, received "
@@ -423,6 +426,9 @@ class SphincterMuscle(Muscle):
     ([0.5, 1.0], [0.0, 1.571])
     """
 
+    ignored = frozenset({"start", "fronts"})
+    folding = "its folds are radial, from -beta1 to beta2"
+
     centre: Array
     semi_major: float
     semi_minor: float
@@ -447,10 +453,11 @@ class SphincterMuscle(Muscle):
         vertical = np.cross(normal, lateral)
         if self.vertical is not None and vertical @ vector("vertical", self.vertical) < 0.0:
             vertical = -vertical
-        thickness = float(self.thickness or self.semi_major)
+        for name in ("semi_major", "semi_minor"):
+            check_positive(name, getattr(self, name))
+        thickness = checked_size("thickness", self.thickness) or float(self.semi_major)
         self._set(centre=centre, normal=normal, lateral=lateral, vertical=vertical, thickness=thickness)
-        if not np.min([self.semi_major, self.semi_minor, self.thickness]) > 0.0:  # also for NaN
-            raise ParameterError("semi_major, semi_minor and thickness must be positive.")
+        check_range("protrusion", self.protrusion, -1e6, 1e6)
         for name, most in (("inner", 1.0 - 1e-9), ("dead_zone", 1.0 - 1e-9), ("beta1", np.pi), ("beta2", np.pi)):
             check_range(name, getattr(self, name), 0.0, most)
         if self.beta1 + self.beta2 == 0.0:

@@ -305,11 +305,21 @@ class PatternLayer(Layer):
         if len(twin._where) == 0:
             edge = np.linalg.norm(points[twin._laid.corners[0]] - points[twin._laid.corners[1]])
             return int(np.clip(np.ceil(np.log2(edge / (LONGEST_EDGE * twin._laid.half.min()))), 1, 12))
+        if not twin._places.weight.any():
+            raise ParameterError(
+                f"the pattern {self.name} lies on no vertex of the mesh: its region and valid_share leave none of the "
+                f"{len(twin._where)} around it. Ask for a larger share or region, or begin with a finer mesh."
+            )
         half, _ = twin._wavelengths(self.begin)
         strong = twin._places.weight > 0.5 * twin._places.weight.max()
         edges = np.median(side_lengths(points[corners]), axis=1)[twin._where]
-        ratio = edges[strong] / (LONGEST_EDGE * half[strong])
-        return int(np.clip(np.ceil(np.log2(np.quantile(ratio, 0.75))), 0, 12))
+        if not np.isfinite(half[strong]).any():
+            raise ParameterError(
+                f"the wave vectors of the pattern {self.name} are 0 everywhere: it has no wavelength that a mesh could "
+                "carry. wave_vector() must return the gradient of the phase, in radians per unit of x and y."
+            )
+        ratio = np.quantile(edges[strong] / (LONGEST_EDGE * half[strong]), 0.75)
+        return int(np.clip(np.ceil(np.log2(max(ratio, 1e-9))), 0, 12))
 
     def check_level(self, needed: int, level: int) -> None:
         """Warn if a mesh that is split so often cannot carry the pattern well.

@@ -5,6 +5,8 @@ Each message says what is wrong, what is allowed, what was received, and what to
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 import pyvista as pv
@@ -13,6 +15,7 @@ import facewrinkle as fw
 import facewrinkle.accessor
 from facewrinkle.errors import FaceWrinkleError, LandmarkError, ParameterError, UnknownNameError
 from facewrinkle.layers.patterns_on_skin.kinds import Cheek, pattern_of
+from facewrinkle.layers.patterns_on_skin.wrinkles import Pattern
 
 TOP = (0.0, 0.0, 40.0)
 
@@ -37,6 +40,11 @@ def accessed(mesh, pattern, **words):
 
 
 EVERYWHERE = {
+    "on no vertex": (
+        "dimple",
+        {"center": TOP, "size": 5.0, "valid_share": 0.01},
+        "dimple lies on no vertex of the mesh: its region and valid_share leave none of the",
+    ),
     "off the mesh": (
         "dimple",
         {"center": (0, 0, 90), "size": 9.0},
@@ -175,6 +183,29 @@ def test_a_mesh_that_is_much_too_coarse(ball):
         fw.Simulation(fw.surface(ball), fw.Refinement(max_level=1), layers=[fw.PatternLayer("cheek", **words)])
     with pytest.raises(ParameterError, match=says):
         ball.facewrinkle.pattern("cheek", max_level=1, **words)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Level(Pattern):
+    """The same height everywhere, with the wave vector 0 on a share of the region."""
+
+    share: float = 1.0
+
+    def relief(self, x, y, strength, t, aspect):
+        return np.full_like(x, strength)
+
+    def wave_vector(self, x, y, t, aspect):
+        return np.where(np.arange(len(x)) < self.share * len(x), 0.0, 6.0), np.zeros_like(y)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.0])
+def test_a_pattern_without_a_wavelength(ball, share):
+    face = fw.surface(ball)
+    if share < 1.0:
+        assert fw.PatternLayer(Level(share=share), TOP, size=30.0, depth=1.0).level_needed(face) == 0
+    else:
+        with pytest.raises(ParameterError, match="the wave vectors of the pattern Level are 0 everywhere"):
+            fw.Simulation(face, layers=[fw.PatternLayer(Level(), TOP, size=30.0, depth=1.0)])
 
 
 def test_both_sides_take_what_one_takes(face):
