@@ -19,6 +19,7 @@ from cyclopts import App, CycloptsError, Parameter
 from . import __version__
 from .errors import FaceWrinkleError, FaceWrinkleWarning
 from .files import inputs_kept, inside_only
+from .progress import only_bars
 
 USAGE, FAILED = 2, 1
 """Exit codes."""
@@ -87,7 +88,7 @@ def _run(
     no_outside
         Ignore files that a mesh file references outside its folder.
     """
-    with warnings.catch_warnings(), inside_only(no_outside), inputs_kept():
+    with warnings.catch_warnings(), inside_only(no_outside), inputs_kept(), only_bars():
         if not verbose:
             warnings.simplefilter("ignore")
         warnings.simplefilter("always", FaceWrinkleWarning)

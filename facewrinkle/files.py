@@ -285,6 +285,49 @@ def not_written(path: str | Path, problem: OSError | str) -> OutputError:
     return OutputError(f"{str(path)!r} cannot be written: {reason.rstrip('.')}. Name a file that you may write.")
 
 
+def remove_stale(record: Path, files: Sequence[Path]) -> list[Path]:
+    """Remove what the last run wrote and this one did not, as old and new files would look like one result; return it.
+
+    Parameters
+    ----------
+    record : Path
+        A hidden file in the folder of the results, which keeps their names for the next run.
+    files : sequence of Path
+        All that this run wrote.
+
+    Notes
+    -----
+    Files that were changed since, or that were read by the command, stay.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     model, page, record = (Path(folder) / name for name in ("head.glb", "head.html", ".head.files"))
+    ...     write_whole(model, "old"), write_whole(page, "old")
+    ...     before = remove_stale(record, [model, page])
+    ...     write_whole(model, "new")
+    ...     [path.name for path in remove_stale(record, [model])]
+    (None, None)
+    ['head.html']
+    """
+    folder, stale = record.parent, list[Path]()
+    with suppress(OSError, ValueError):  # there is no record, or someone's text
+        written_at = record.stat().st_mtime_ns
+        for path in (folder / name for name in record.read_text(encoding="utf-8").splitlines()):
+            status = path.stat() if path.is_file() and not is_outside(folder, path) and path not in files else None
+            if status is None or status.st_mtime_ns > written_at or (status.st_dev, status.st_ino) in (_inputs or ()):
+                continue
+            path.unlink()
+            stale.append(path)
+    for below in {path.parent for path in stale} - {folder}:
+        with suppress(OSError):  # it is not empty
+            below.rmdir()
+    names = sorted(path.relative_to(folder).as_posix() for path in files if path.is_relative_to(folder))
+    write_whole(record, "".join(f"{name}\n" for name in names))
+    return stale
+
+
 def drop_unfinished() -> None:
     """Remove all files that are being written, and the folders made for them: the process is about to end."""
     _remove(list(_unfinished))

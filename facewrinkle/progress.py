@@ -5,7 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from multiprocessing import parent_process
 from typing import Any, Protocol
+
+_only_bars = False
+"""For all threads."""
 
 
 class Progress(Protocol):
@@ -33,3 +38,26 @@ def _counted(items: Iterable[Any], what: str, total: int) -> Iterator[Any]:
     for number, item in enumerate(items):
         print(f"{what} {number}/{total}", file=sys.stderr, flush=True)
         yield item
+
+
+@contextmanager
+def only_bars() -> Iterator[None]:
+    """Keep :func:`tell` silent within a block, as in commands, which show bars, and whose stderr has errors alone."""
+    global _only_bars
+    before, _only_bars = _only_bars, True
+    try:
+        yield
+    finally:
+        _only_bars = before
+
+
+def tell(what: str) -> None:
+    """Print a line on stderr about what takes a while, in a program that is not a worker of another one.
+
+    Examples
+    --------
+    >>> with only_bars():
+    ...     tell("compiling")
+    """
+    if not _only_bars and parent_process() is None and sys.stderr is not None:
+        print(f"facewrinkle: {what}", file=sys.stderr, flush=True)

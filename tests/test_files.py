@@ -15,7 +15,17 @@ import facewrinkle as fw
 from facewrinkle.anatomy.face_file import write_face
 from facewrinkle.errors import OutputError
 from facewrinkle.export import output_folder, write_mesh, write_movie, write_series
-from facewrinkle.files import bytes_of, check_file, drop_unfinished, replaced, text_of, written
+from facewrinkle.files import (
+    bytes_of,
+    check_file,
+    drop_unfinished,
+    inputs_kept,
+    remove_stale,
+    replaced,
+    text_of,
+    write_whole,
+    written,
+)
 from facewrinkle.mesh import read_texture
 from facewrinkle.plotting import save_picture
 
@@ -198,3 +208,29 @@ def test_unfinished_files_can_be_dropped(tmp_path):
         whole.parent.mkdir(parents=True)
         whole.write_text("all")
     assert (tmp_path / "new" / "deep" / "file.txt").read_text() == "all"
+
+
+def test_what_the_last_run_wrote_alone_is_removed(tmp_path):
+    old, new, changed, theirs = (tmp_path / name for name in ("old.png", "new.png", "changed.png", "theirs.png"))
+    below, record, outside = tmp_path / "masks" / "a.tif", tmp_path / ".a.files", tmp_path.parent / "outside.png"
+    for path in (old, new, changed, theirs, below, outside):
+        write_whole(path, "old")
+    assert remove_stale(record, [old, new, changed, below, outside]) == []
+    changed.write_text("by a person")
+    os.utime(changed, ns=(2 * record.stat().st_mtime_ns,) * 2)
+    assert sorted(remove_stale(record, [new])) == sorted([old, below])
+    assert sorted(tmp_path.iterdir()) == sorted([new, changed, theirs, record])
+    assert outside.exists()
+    record.write_text("../outside.png\nnone\n\0\n" + str(outside))
+    assert remove_stale(record, [new]) == []
+    assert outside.exists()
+
+
+def test_what_a_command_reads_is_never_stale(tmp_path):
+    read, record = tmp_path / "a.vtkhdf", tmp_path / ".a.files"
+    write_whole(read, "old")
+    remove_stale(record, [read])
+    with inputs_kept():
+        bytes_of(read)
+        assert remove_stale(record, []) == []
+    assert read.exists()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -103,12 +103,15 @@ def express(
 
         check_map_size(maps)
     folder = output.folder(stem, source.label)
-    record(performance, folder, stem, report, output)
-    if maps is not None:
+
+    def bake() -> list[Path]:
+        if maps is None:
+            return []
         with report.waiting("Baking the maps"):
             baked = bake_maps(performance.face, mixture, intensity=intensity, size=maps, layers=performance.layers)
-            written = write_maps(baked, folder / stem)
-        report.say(f"maps: {', '.join(path.name for path in written)}")
+            return write_maps(baked, folder / stem)
+
+    record(performance, folder, stem, report, output, bake=bake)
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,10 +211,11 @@ def record(
     *,
     fields: bool = True,
     scenes: Scenes | None = None,
+    bake: Callable[[], list[Path]] | None = None,
 ) -> Peak:
     """Play a performance, write its files into a folder, print what came out, and return its peak.
 
-    Scenes of the face that are given are drawn in, and stay open.
+    Scenes of the face that are given are drawn in, and stay open. `bake` writes further files, and returns them.
     """
     face = performance.face
     with report.waiting("Preparing the skin"):
@@ -245,6 +249,7 @@ def record(
                     for name in FIELDS:
                         coloured.color_by(name)
                         recorder.save_picture(coloured.picture(peak), f"_{name}")
+    recorder.files += [] if bake is None else bake()
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     milliseconds = 1000.0 * seconds / performance.steps
     recorder.tabulate(stem, _facts(face, peak) | {"simulation": f"{milliseconds:.1f} ms a frame", "close-up": close})

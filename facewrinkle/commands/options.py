@@ -27,6 +27,9 @@ from ..plotting.views import Style
 from ..progress import bar
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
+MOST_NAMES = 8
+"""The most removed files that are named."""
+
 
 class Report:
     """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
@@ -66,6 +69,20 @@ def face_facts(face: Face) -> dict[str, str]:
     if measured:
         facts["confidence of detected landmarks"] = f"{min(measured):.2f} to {max(measured):.2f}"
     return facts | {"unit": f"{face.unit:.4g} mm", "distance between the pupils": f"{face.frame.pupil_distance:.4g}"}
+
+
+def removed_rows(stale: Sequence[Path]) -> dict[str, str]:
+    """Return the row of a table that names what :func:`facewrinkle.files.remove_stale` removed, if anything.
+
+    Examples
+    --------
+    >>> removed_rows([Path("output/head/rig/head.html")])
+    {'removed, of an earlier run': 'head.html'}
+    """
+    folders = {path.parent for path in stale}
+    names = [path.name if len(folders) == 1 else f"{path.parent.name}/{path.name}" for path in stale]
+    more = f"\nand {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return {"removed, of an earlier run": "\n".join(names[:MOST_NAMES]) + more} if stale else {}
 
 
 def parse_weights(text: str, usual: float | None = 1.0) -> dict[str, float]:

@@ -18,12 +18,12 @@ from ..errors import MissingPackageError, warn
 from ..export import movie_writer, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
 from ..export.meshes import write_mesh_files
-from ..files import output_file, output_folder, output_target
+from ..files import output_file, output_folder, output_target, remove_stale
 from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
 from ..simulation import Simulation
 from ..tears.presets import Tear
-from .options import OutputOptions, Report
+from .options import OutputOptions, Report, removed_rows
 
 Drawing = Callable[[], Image]
 """A picture that is being drawn: waits for it, and returns it."""
@@ -78,13 +78,16 @@ class Recorder:
     Attributes
     ----------
     files : list of Path
-        All that has been written.
+        All that has been written, but what `output` names itself.
+    named : list of Path
+        The files of an animation that `output` names.
     """
 
     def __init__(self, folder: Path, stem: str, output: OutputOptions, report: Report) -> None:
         self.folder, self.stem = output_folder(folder, make=False), stem
         self.output, self.report = output, report
         self.files: list[Path] = []
+        self.named: list[Path] = []
         if output.save_animation is not None:
             output_file(output.save_animation, SUFFIXES)  # refuses other formats before anything is played
         asked = {"png": True, "mp4": output.movie, "vtkhdf": output.series, output.save_mesh: output.save_mesh}
@@ -124,7 +127,7 @@ class Recorder:
             self.files.append(self._path(".mp4"))
         if animation is not None and clip.simulation is not None:
             with self.report.waiting("Writing the animation"):
-                self.files += animation.write(clip.times, clip.simulation.forest, clip.tears)
+                self.named += animation.write(clip.times, clip.simulation.forest, clip.tears)
 
     def _passing(
         self,
@@ -174,9 +177,10 @@ class Recorder:
         self.files += write_mesh_files(frame, path, face, parts=True, tears=tears)
 
     def tabulate(self, title: str, rows: Mapping[str, str]) -> None:
-        """Print what came out, and the names of all files."""
-        names = "\n".join(sorted(path.name for path in self.files))
-        self.report.table(title, {**rows, f"files in {self.folder}": names})
+        """Print what came out, and the names of all files; remove those of the last run that were not written anew."""
+        names = "\n".join(sorted(path.name for path in [*self.files, *self.named]))
+        stale = remove_stale(self.folder / f".{self.stem}.files", self.files)
+        self.report.table(title, {**rows, f"files in {self.folder}": names, **removed_rows(stale)})
 
     def _path(self, ending: str) -> Path:
         return self.folder / f"{self.stem}{ending}"

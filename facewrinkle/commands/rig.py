@@ -8,7 +8,7 @@ from typing import Literal
 
 from ..anatomy.face_file import SUFFIX
 from ..errors import ParameterError
-from ..files import output_folder, output_target, write_whole
+from ..files import output_folder, output_target, remove_stale, write_whole
 from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
@@ -16,7 +16,7 @@ from ..rigging.linear_rig import facts_text, label
 from ..rigging.wrinkle_layers import check_layer_size
 from ..rigging.write import sheet as draw_sheet
 from ..rigging.write import write_page, write_rig_files
-from .options import FaceOptions, Report, Whole
+from .options import FaceOptions, Report, Whole, removed_rows
 
 
 def rig(
@@ -133,7 +133,7 @@ def rig(
         files.append(folder / f"{stem}.rig.json")
     names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
     rows[f"files in {folder}"] = "\n".join(names)
-    report.table(stem, rows)
+    report.table(stem, rows | removed_rows(remove_stale(folder / f".{stem}.rig.files", files)))
 
 
 def _listed(files: list[Path], folder: Path) -> list[str]:

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import event
 
 from ..errors import warn
+from ..progress import tell
+
+_PACKAGE = __name__.partition(".")[0]
 
 
 def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
@@ -49,3 +54,25 @@ def _tell_not_kept() -> None:
         "start takes half a minute more. Set the environment variable NUMBA_CACHE_DIR to a folder that you may write "
         "to."
     )
+
+
+class _FirstUse(event.Listener):
+    """Says once in a process why it waits: a loop is compiled, and no start before kept any beside it."""
+
+    def __init__(self) -> None:
+        self._told = False
+
+    def on_start(self, event: event.Event) -> None:
+        dispatcher = event.data["dispatcher"]
+        if self._told or dispatcher.py_func.__module__.partition(".")[0] != _PACKAGE:
+            return
+        folder = dispatcher.stats.cache_path
+        if folder is not None and not any(Path(folder).glob("*.nbi")):
+            self._told = True
+            tell("compiling for the first time, which takes up to a minute; later starts take seconds ...")
+
+    def on_end(self, event: event.Event) -> None:
+        pass
+
+
+event.register("numba:compile", _FirstUse())

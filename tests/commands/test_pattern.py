@@ -20,7 +20,7 @@ def heights(path):
 
 def test_a_preset_comes_and_goes(tmp_path, capsys):
     assert main(["pattern", "frown", *FEW, "--series", "--depth", "2.0", "--number", "3", "--out", str(tmp_path)]) == 0
-    assert sorted(p.name for p in tmp_path.iterdir()) == [
+    assert sorted(p.name for p in tmp_path.iterdir() if p.name[0] != ".") == [
         "pattern_frown.png",
         "pattern_frown.vtkhdf",
         "pattern_frown_closeup.png",

@@ -16,7 +16,7 @@ from facewrinkle.cli import main
 def test_a_rig_with_its_sheet_and_page(tmp_path, capsys):
     options = ["--shapes", "jawOpen+browInnerUp+tongueOut", "--level", "0", "--sheet", "--page", "--errors"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
+    assert sorted(path.name for path in tmp_path.iterdir() if path.name[0] != ".") == [
         "head.glb",
         "head.html",
         "head.rig.json",
@@ -39,7 +39,7 @@ def test_a_rig_of_a_face_file(face, tmp_path):
     path = fw.write_face(face, tmp_path / "anna.face")
     options = ["--shapes", "visemes", "--wrinkles", "none", "--level", "0", "--format", "gltf", "--quiet"]
     assert main(["rig", str(path), *options, "--out", str(tmp_path / "out")]) == 0
-    assert [file.name for file in (tmp_path / "out").iterdir()] == ["anna.gltf"]
+    assert [file.name for file in (tmp_path / "out").iterdir() if file.name[0] != "."] == ["anna.gltf"]
 
 
 def test_pictures_beside_a_rig_are_listed(face, tmp_path, run):
@@ -47,7 +47,7 @@ def test_pictures_beside_a_rig_are_listed(face, tmp_path, run):
     path = fw.write_face(replace(face, texture=np.full((8, 8, 3), 90, np.uint8)), tmp_path / "anna.face")
     options = ["--shapes", "browInnerUp", "--wrinkles", "none", "--level", "0", "--format", "usd"]
     said = run("rig", str(path), *options, "--out", str(tmp_path / "out")).out
-    names = [file.name for file in (tmp_path / "out").iterdir()]
+    names = [file.name for file in (tmp_path / "out").iterdir() if file.name[0] != "."]
     assert "anna_face.jpg" in names
     assert all(name in said for name in names)
 
@@ -55,7 +55,7 @@ def test_pictures_beside_a_rig_are_listed(face, tmp_path, run):
 def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     options = ["--shapes", "mouthFunnel+mouthPucker", "--wrinkles", "maps", "--map-size", "128", "--correctives", "1"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
-    assert {path.name for path in tmp_path.iterdir()} >= {
+    assert {path.name for path in tmp_path.iterdir() if path.name[0] != "."} >= {
         "head.glb", "head.rig.json", "head_wrinkles.json", "head_wrinkle1_normal.png", "head_wrinklemasks",
     }  # fmt: skip
     facts = json.loads((tmp_path / "head.rig.json").read_text())
@@ -66,13 +66,34 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     assert "driven by products of weights" in said
 
 
+@pytest.mark.slow
+def test_two_runs_in_one_folder_leave_no_mixture(face, tmp_path, run):
+    mesh, marks = fw.write_mesh(face.mesh, tmp_path / "anna.obj", face), tmp_path / "marks.json"
+    fw.anatomy.landmarks.write_landmarks(face.landmarks, marks)
+    given = ["rig", str(mesh), "--landmarks", str(marks), "--shapes", "browInnerUp", "--out", str(tmp_path / "out")]
+    maps = ["--wrinkles", "maps", "--map-size", "64"]
+
+    def made(*options):
+        said = run(*given, *options).out
+        return {path.name for path in (tmp_path / "out").iterdir() if path.name[0] != "."}, said
+
+    assert made("--page", "--level", "0")[0] == {"anna.glb", "anna.html"}
+    (tmp_path / "out" / "anna.txt").write_text("a person's")
+    files, said = made(*maps)
+    assert "anna.html" in said.partition("removed, of an earlier run")[2]
+    maps_of = {"anna_wrinkle1_height.png", "anna_wrinkle1_normal.png", "anna_wrinkles.json"}
+    assert files == {"anna.glb", "anna.txt", "anna_wrinklemasks", *maps_of}
+    files, _ = made(*maps, "--same-mesh")
+    assert files == {"anna.npz", "anna.rig.json", "anna.txt", "anna_wrinklemasks1.png", *maps_of}
+
+
 def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("FACEWRINKLE_PROGRESS", "lines")
     mesh, marks = fw.write_mesh(face.mesh, tmp_path / "ä b.obj", face), tmp_path / "marks.json"
     fw.anatomy.landmarks.write_landmarks(face.landmarks, marks)
     options = ["--shapes", "browInnerUp+jawOpen", "--wrinkles", "maps", "--map-size", "64", "--same-mesh"]
     assert main(["rig", str(mesh), "--landmarks", str(marks), *options, "--out", str(tmp_path / "out")]) == 0
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+    assert sorted(path.name for path in (tmp_path / "out").iterdir() if path.name[0] != ".") == [
         "ä b.npz", "ä b.rig.json", "ä b_wrinkle1_height.png", "ä b_wrinkle1_normal.png", "ä b_wrinklemasks1.png",
         "ä b_wrinkles.json",
     ]  # fmt: skip

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+
 import numba
 import pytest
 from numba.core import caching
@@ -38,3 +42,28 @@ def test_without_a_folder_to_write_to_functions_run_and_that_is_said_once(monkey
         assert compilation.compiled(doubled)(21) == 42
     assert compilation.compiled(tripled)(2) == 6
     assert not recwarn.list
+
+
+def first_use(cache, around=""):
+    """What a new process says on stderr that normalises vectors twice, whose code is kept in a folder."""
+    lines = [
+        "import numpy as np",
+        "from facewrinkle.geometry.normals import normalise",
+        "from facewrinkle.progress import only_bars",
+        around,
+        " normalise(np.ones((2, 3)))",
+        " normalise(np.ones((2, 3), np.float32))",
+    ]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
+    code = "\n".join(lines)
+    return subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    ).stderr
+
+
+def test_the_first_use_says_once_why_it_waits(tmp_path):
+    said = first_use(tmp_path / "a", "if True:")
+    assert said.startswith("facewrinkle: compiling for the first time, which takes up to a minute")
+    assert said.count("\n") == 1
+    assert first_use(tmp_path / "a", "if True:") == ""
+    assert first_use(tmp_path / "b", "with only_bars():") == ""
