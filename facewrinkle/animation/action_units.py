@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
 from types import MappingProxyType
 from typing import Literal
 
@@ -21,7 +22,6 @@ ARKIT: Mapping[str, str] = MappingProxyType(
         "browDown": "AU4",
         "eyeWide": "AU5",
         "cheekSquint": "AU6",
-        "cheekRaiser": "AU6",
         "eyeSquint": "AU7",
         "mouthClose": "AU8",
         "noseSneer": "AU9",
@@ -57,22 +57,65 @@ ARKIT: Mapping[str, str] = MappingProxyType(
 
 OTHERS: Mapping[str, str] = MappingProxyType(
     {
-        "eyesClosed": "eyeBlink",
-        "eyesLookUp": "eyeLookUp",
-        "eyesLookDown": "eyeLookDown",
-        "mouthOpen": "jawOpen",
-        "blink": "eyeBlink",
-        "browRaiseInner": "browInnerUp",
-        "browRaiseOuter": "browOuterUp",
-        "browDrop": "browDown",
+        # Ready Player Me, VRM, ICT-FaceKit
+        "eyesClosed": "eyeBlink", "eyesLookUp": "eyeLookUp", "eyesLookDown": "eyeLookDown", "mouthOpen": "jawOpen",
+        "blink": "eyeBlink", "lookUp": "eyeLookUp", "lookDown": "eyeLookDown", "cheekRaiser": "cheekSquint",
+        # Character Creator, iClone
+        "browRaiseInner": "browInnerUp", "browRaiseOuter": "browOuterUp", "browDrop": "browDown",
+        "browCompress": "browDown", "cheekRaise": "cheekSquint", "noseCrease": "noseSneer",
+        "eyeLLookL": "eyeLookOut_l", "eyeLLookR": "eyeLookIn_l", "eyeRLookL": "eyeLookIn_r",
+        "eyeLLookUp": "eyeLookUp_l", "eyeRLookR": "eyeLookOut_r", "eyeRLookUp": "eyeLookUp_r",
+        "eyeLLookDown": "eyeLookDown_l", "eyeRLookDown": "eyeLookDown_r",
+        "mouthSmileSharp": "mouthSmile", "mouthUpUpper": "mouthUpperUp", "mouthDownLower": "mouthLowerDown",
+        "mouthChinUp": "mouthShrugLower", "mouthPuckerUp": "mouthPucker", "mouthPuckerDown": "mouthPucker",
+        "mouthFunnelUp": "mouthFunnel", "mouthFunnelDown": "mouthFunnel", "mouthRollInUpper": "mouthRollUpper",
+        "mouthRollInLower": "mouthRollLower", "mouthTighten": "mouthPress", "mouthL": "mouthLeft",
+        "mouthR": "mouthRight", "jawL": "jawLeft", "jawR": "jawRight",
+        # MetaHuman
+        "browRaiseIn": "browInnerUp", "browLateral": "browDown", "eyeCheekRaise": "cheekSquint",
+        "eyeSquintInner": "eyeSquint", "eyeWiden": "eyeWide", "eyeLookLeftL": "eyeLookOut_l",
+        "eyeLookRightL": "eyeLookIn_l", "eyeLookLeftR": "eyeLookIn_r", "eyeLookRightR": "eyeLookOut_r",
+        "noseWrinkle": "noseSneer", "mouthUpperLipRaise": "mouthUpperUp", "mouthLowerLipDepress": "mouthLowerDown",
+        "mouthCornerPull": "mouthSmile", "mouthSharpCornerPull": "mouthSmile", "mouthCornerDepress": "mouthFrown",
+        "mouthLipsPurseU": "mouthPucker", "mouthLipsPurseD": "mouthPucker", "mouthFunnelU": "mouthFunnel",
+        "mouthFunnelD": "mouthFunnel", "mouthLipsTowardsU": "mouthClose", "mouthLipsTowardsD": "mouthClose",
+        "mouthPressU": "mouthPress", "mouthPressD": "mouthPress", "mouthLipsPress": "mouthPress",
+        "mouthUpperLipRollIn": "mouthRollUpper", "mouthLowerLipRollIn": "mouthRollLower", "mouthCheekBlow": "cheekPuff",
+        "jawFwd": "jawForward", "jawChinRaiseU": "mouthShrugUpper", "jawChinRaiseD": "mouthShrugLower",
+        # Unified Expressions (VRChat, Resonite)
+        "eyeClosed": "eyeBlink", "browLowerer": "browDown", "browPinch": "browDown", "mouthCornerSlant": "mouthSmile",
+        "mouthClosed": "mouthClose", "mouthRaiserUpper": "mouthShrugUpper", "mouthRaiserLower": "mouthShrugLower",
+        "mouthTightener": "mouthPress", "mouthSad": "mouthFrown", "lipPucker": "mouthPucker",
+        "lipPuckerUpper": "mouthPucker", "lipPuckerLower": "mouthPucker", "lipFunnel": "mouthFunnel",
+        "lipFunnelUpper": "mouthFunnel", "lipFunnelLower": "mouthFunnel", "lipSuckUpper": "mouthRollUpper",
+        "lipSuckLower": "mouthRollLower", "mouthUpperLeft": "mouthLeft", "mouthUpperRight": "mouthRight",
+        "mouthLowerLeft": "mouthLeft", "mouthLowerRight": "mouthRight",
+        # Action units by their names in FACS, as headsets of Meta and Android write them
+        "innerBrowRaiser": "browInnerUp", "outerBrowRaiser": "browOuterUp", "upperLidRaiser": "eyeWide",
+        "lidTightener": "eyeSquint", "noseWrinkler": "noseSneer", "upperLipRaiser": "mouthUpperUp",
+        "lipCornerPuller": "mouthSmile", "dimpler": "mouthDimple", "lipCornerDepressor": "mouthFrown",
+        "lowerLipDepressor": "mouthLowerDown", "chinRaiser": "mouthShrugLower", "chinRaiserB": "mouthShrugLower",
+        "chinRaiserT": "mouthShrugUpper", "lipStretcher": "mouthStretch", "lipPressor": "mouthPress",
+        "lipTightener": "mouthPress", "lipFunnelerLB": "mouthFunnel", "lipFunnelerLT": "mouthFunnel",
+        "lipFunnelerRB": "mouthFunnel", "lipFunnelerRT": "mouthFunnel", "lipSuckLB": "mouthRollLower",
+        "lipSuckRB": "mouthRollLower", "lipSuckLT": "mouthRollUpper", "lipSuckRT": "mouthRollUpper",
+        "lipsToward": "mouthClose", "jawDrop": "jawOpen", "jawThrust": "jawForward", "jawSidewaysLeft": "jawLeft",
+        "jawSidewaysRight": "jawRight", "eyesLookLeftL": "eyeLookOut_l", "eyesLookRightL": "eyeLookIn_l",
+        "eyesLookLeftR": "eyeLookIn_r", "eyesLookRightR": "eyeLookOut_r",
     }
-)
-"""Other names of ARKit's shapes, in avatars (Ready Player Me, VRM, Character Creator)."""
+)  # fmt: skip
+"""Other names of ARKit's shapes, in avatars, game engines and headsets. Quarters of the lips stand for the whole."""
 
-_PREFIX = re.compile(r".*[.:|]|^[A-Za-z]\d+_")
+_BEFORE = re.compile(r"CTRL_expressions_|[A-Za-z]\d+_|[A-Za-z]+_+(?=[A-Za-z])", re.IGNORECASE)
+"""What programs put before a name: a control board, a number, the name of a mesh."""
+
+_AFTER = re.compile(r"\.\d+$")
+"""What Blender puts after a name that was taken."""
+
 _SIDE = re.compile(r"(.+?)(l|r|left|right)")
 
 
+@cache
 def plain_name(name: str) -> str:
     """Return a name without case and punctuation.
 
@@ -106,22 +149,41 @@ def looks_of(shapes: Iterable[str]) -> dict[str, tuple[str, str]]:
     return {shape: (side, LOOKS[stem]) for shape, (stem, side) in found.items() if side and stem in LOOKS}
 
 
+def spellings(name: str) -> list[str]:
+    """Return the plain names that a name may stand for: whole, and without what programs put before and after it.
+
+    Examples
+    --------
+    >>> spellings("head.eyeBlink_L"), spellings("A14_Jaw_Open")
+    (['headeyeblinkl', 'eyeblinkl', 'l'], ['a14jawopen', 'jawopen'])
+    """
+    bare = re.split(r"[.:|]", _AFTER.sub("", name))[-1]
+    word = _BEFORE.match(bare)
+    return list(dict.fromkeys(plain_name(each) for each in (name, bare, bare[word.end() :] if word else bare)))
+
+
+@cache
 def sided(shape: str) -> tuple[str, str | None]:
     """Return ARKit's name of a shape, without its side, and the side; shapes unknown to ARKit keep their name.
 
-    Programs change case and underscores, and put names of meshes and numbers before the name: ``head.eyeBlink_L``,
-    ``A14_Eye_Blink_Left``.
+    Programs change case and underscores, have names of their own, and put names of meshes and numbers before the name:
+    ``head.eyeBlink_L``, ``A14_Eye_Blink_Left``, ``CTRL_expressions_mouthCornerPullL``.
 
     Examples
     --------
     >>> sided("A14_Eye_Blink_Left"), sided("jawOpen"), sided("hair")
     (('eyeBlink', 'l'), ('jawOpen', None), ('hair', None))
     """
-    for plain in (plain_name(shape), plain_name(_PREFIX.sub("", shape))):
+    for plain in spellings(shape):
+        match = _SIDE.fullmatch(plain)
         if plain in _KNOWN:
-            return _KNOWN[plain], None
-        if (match := _SIDE.fullmatch(plain)) and match[1] in _STEMS:
-            return _STEMS[match[1]].removesuffix("_l").removesuffix("_r"), match[2][0]
+            stem, side = _KNOWN[plain], None
+        elif match and match[1] in _STEMS:
+            stem, side = _STEMS[match[1]], match[2][0]
+        else:
+            continue
+        bare = stem.removesuffix("_l").removesuffix("_r")
+        return (bare, stem[-1]) if side is None and bare != stem else (bare, side)
     return shape, None
 
 
@@ -140,7 +202,7 @@ def named_shapes(asked: str, names: Sequence[str]) -> list[str]:
     """
     if asked in names:
         return [asked]
-    plain = {name: {plain_name(name), plain_name(_PREFIX.sub("", name))} for name in names}
+    plain = {name: spellings(name) for name in names}
     same = [name for name in names if plain_name(asked) in plain[name]]
     sides = [
         name for name in names if any((m := _SIDE.fullmatch(p)) and m[1] == plain_name(asked) for p in plain[name])

@@ -18,7 +18,7 @@ from ..geometry.untangling import Untangling
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modelled import Movements
-from .shapes import Shape, Side, shapes_of
+from .shapes import Shape, Side, shapes_named
 from .takes import Take
 
 STEP, STEPS, STILL = 1.0, 30, 0.005
@@ -329,7 +329,7 @@ class Performer(Undriven):
         self.take, self.face, self.head = take, face, head and take.head is not None
         self.speed = check_range("speed", speed, 1e-6, 1e6)
         used = [name for name, most in zip(take.names, take.weights.max(axis=0), strict=True) if most > 0.0]
-        shapes, self.left_out = shapes_of("+".join(used or take.names), face)
+        shapes, self.left_out = shapes_named(used or take.names, face)
         shown = [n for n in self.left_out if take.weights[:, take.names.index(n)].max() > SHOWN]
         if shown:
             reasons = "; ".join(dict.fromkeys(self.left_out[name] for name in shown))

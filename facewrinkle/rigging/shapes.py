@@ -7,7 +7,7 @@ the Facial Action Coding System (Ekman, Friesen, Hager: FACS, 2002).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
@@ -180,10 +180,41 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     wanted: dict[str, Shape] = {}
     for word in asked.split("+"):
         wanted |= _named(word.strip(), face)
+    return _possible(wanted, face, {})
+
+
+def shapes_named(names: Iterable[str], face: Face) -> tuple[dict[str, Shape], dict[str, str]]:
+    """Return the shapes that a face can make of those with certain names, and the reasons why others are left out.
+
+    Raises
+    ------
+    ParameterError
+        If the face can make none of them.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> shapes, left_out = shapes_named(["AU12", "AU58"], fw.default_face())
+    >>> list(shapes), left_out
+    (['AU12'], {'AU58': 'no muscle does it'})
+    """
+    wanted: dict[str, Shape] = {}
+    unknown: dict[str, str] = {}
+    for name in names:
+        try:
+            wanted |= _named(name, face)
+        except UnknownNameError:
+            unknown[name] = "no muscle does it"
+    return _possible(wanted, face, unknown)
+
+
+def _possible(
+    wanted: Mapping[str, Shape], face: Face, left_out: dict[str, str]
+) -> tuple[dict[str, Shape], dict[str, str]]:
+    """Return the shapes that a face can make, and the reasons why others are left out, after those given."""
     having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": "tongue" not in face.parts}
     having["lips"] = having["mouth"] and len(Movements(face).pairs[0]) > 0
     possible: dict[str, Shape] = {}
-    left_out: dict[str, str] = {}
     for name, shape in wanted.items():
         lacking = [need for need in shape.needs if not having[need]]
         unknown = [unit for unit in shape.units if not _known(unit, face)]
@@ -197,7 +228,7 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
             possible[name] = shape
     if not possible:
         reasons = "; ".join(dict.fromkeys(left_out.values()))
-        raise ParameterError(f"this face can make none of the shapes of {asked!r}: {reasons}. Fit a face with muscles.")
+        raise ParameterError(f"this face can make none of the shapes asked for: {reasons}. Fit a face with muscles.")
     return possible, left_out
 
 

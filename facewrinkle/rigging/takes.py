@@ -2,153 +2,37 @@
 
 from __future__ import annotations
 
-import csv
-import json
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ..animation.action_units import named_shapes, plain_name, sided
+from ..animation.action_units import named_shapes, plain_name
 from ..animation.recorded import Track
 from ..array_types import Array
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
 from ..files import check_file, reading, text_of
-from .shapes import ARKIT, SETS
-
-SECONDS = {"time", "times", "t", "s", "sec", "seconds", "timestamp", "timestampms", "timems", "ms", "timesec"}
-"""Plain names of columns with times; the unit follows from the steps, which last less than a second."""
-
-HEAD = ("headyaw", "headpitch", "headroll")
-"""Plain names of columns with the turn of the head, in radians."""
-
-SILENT = {"blendshapecount", "neutral", "frame", "faceid", "confidence", "success"} | {
-    f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")
-}
-"""Plain names of columns that are not needed: eyes turn by eyeLookInLeft and so on."""
-
-SHAPES, MATRICES = "faceBlendshapes", "facialTransformationMatrixes"
-"""Keys of a result of MediaPipe's face landmarker."""
-
-
-class Table(NamedTuple):
-    """The content of a file: values (f, c) of columns, NaN where there is none, and time codes or times of the rows."""
-
-    names: list[str]
-    values: Array
-    times: Sequence[str] | None
-
-
-def of_table(path: Path, text: str) -> Table:
-    """Return the table of a text file, whose first row names the columns."""
-    lines = [line for line in text.splitlines() if line.strip()]
-    if not lines:
-        raise ParameterError(f"{path.name} is empty. A table needs a row with the names of its columns.")
-    separator = max(",;\t", key=lines[0].count)
-    table = csv.DictReader(lines, delimiter=separator, skipinitialspace=True, restval="")
-    names, rows = [name for name in table.fieldnames or () if name], list(table)
-    if not rows:
-        raise ParameterError(f"{path.name} has no frames: there is nothing below the names of its columns.")
-    for number, row in enumerate(rows, start=2):
-        if any(row.get(None, ())):  # a separator at the end of a row does no harm
-            raise ParameterError(f"{path.name}: row {number} has more columns than the first one. Export it again.")
-    when = next((name for name in names if plain_name(name) in {"timecode", *SECONDS}), None)
-    values = [[np.nan if name == when else _number(row[name], path.name, name) for name in names] for row in rows]
-    return Table(names, np.array(values), None if when is None else [row[when] for row in rows])
-
-
-def _number(cell: str, file: str, column: str) -> float:
-    """Return the number in a cell; NaN for an empty one, and for words in columns that are not needed."""
-    try:
-        return float(cell.replace(",", ".")) if cell else np.nan
-    except ValueError:
-        if shapes_of_column(column)[0] or plain_name(column) in HEAD:
-            raise ParameterError(f"{file}: the column {column} must hold numbers, received {cell[:40]!r}.") from None
-        return np.nan
-
-
-def of_json(path: Path, text: str) -> Table:
-    """Return the frames of a JSON file as a table."""
-    try:
-        content = json.loads(text)
-    except ValueError as problem:
-        raise ParameterError(f"{path.name} is not valid JSON: {problem}.") from None
-    frames = _frames(content)
-    if not frames:
-        raise ParameterError(
-            f"{path.name} has no frames. Needed is a list of them, each with weights by name, or results of "
-            "MediaPipe's face landmarker."
-        )
-    found = [_weights(frame) for frame in frames]
-    names = list(dict.fromkeys(name for weights in found for name in weights))
-    values = np.array([[weights.get(name, np.nan) for name in names] for weights in found])
-    seen = ~np.isnan(values).all(axis=1)
-    values[seen] = np.nan_to_num(values[seen])  # a frame that names some shapes has none of the others
-    keys = {key for key in frames[0] if plain_name(key) in SECONDS}
-    times = [str(frame[min(keys)]) for frame in frames] if keys and all(min(keys) in f for f in frames) else None
-    turns = np.array([_turn(frame) for frame in frames])
-    if not np.isnan(turns).all():
-        names, values = [*HEAD, *names], np.hstack([turns, values])
-    return Table(names, values, times)
-
-
-def _frames(content: Any) -> list[Mapping[str, Any]]:
-    """Return the frames of the content of a JSON file: a list of them, or an object that holds one."""
-    if isinstance(content, Mapping) and SHAPES not in content:
-        content = next((value for value in content.values() if isinstance(value, list)), [content])
-    frames = content if isinstance(content, list) else [content]
-    return [frame for frame in frames if isinstance(frame, Mapping)]
-
-
-def _weights(frame: Mapping[str, Any]) -> dict[str, float]:
-    """Return the weights of a frame of MediaPipe, of its first face, or of one that has them by name."""
-    if SHAPES in frame:
-        return {str(c["categoryName"]): float(c["score"]) for face in frame[SHAPES][:1] for c in face["categories"]}
-    return {
-        str(name): float(value)
-        for name, value in frame.items()
-        if isinstance(value, int | float) and plain_name(str(name)) not in SECONDS
-    }
-
-
-def _turn(frame: Mapping[str, Any]) -> Array:
-    """Return yaw, pitch and roll of the first matrix of a frame of MediaPipe, 16 numbers by columns; NaN for none."""
-    first = next(iter(frame.get(MATRICES) or ()), None)
-    matrix = np.full((4, 4), np.nan) if first is None else np.array(first["data"], float).reshape(4, 4).T
-    if not np.isfinite(matrix).all() or np.linalg.det(matrix[:3, :3]) < 1e-9:
-        return np.full(3, np.nan)
-    yaw, down, roll = Rotation.from_matrix(matrix[:3, :3]).as_euler("YXZ")
-    return np.array([yaw, -down, roll])
-
-
-_SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}
-
-
-def shapes_of_column(column: str) -> tuple[list[str], float]:
-    """Return the shapes that a column names, and the value that is a weight of 1.
-
-    Examples
-    --------
-    >>> shapes_of_column("EyeBlink_L"), shapes_of_column("mouthFrown")
-    ((['eyeBlinkLeft'], 1.0), (['mouthFrownLeft', 'mouthFrownRight'], 1.0))
-    >>> shapes_of_column("AU06_r"), shapes_of_column("hair")
-    ((['AU6'], 5.0), ([], 1.0))
-    """
-    plain = plain_name(column)
-    if plain in _SHAPES:
-        return [_SHAPES[plain]], 1.0
-    if unit := re.fullmatch(r"au0*(\d+)(r?)", plain):
-        return [f"AU{unit[1]}"], 5.0 if unit[2] else 1.0  # intensities of OpenFace, such as AU12_r, go up to 5
-    stem, side = sided(column)
-    words = {"l": ["Left"], "r": ["Right"], None: ["", "Left", "Right"]}[side]
-    return [f"{stem}{word}" for word in words if f"{stem}{word}" in ARKIT], 1.0
-
+from .tables import (
+    CAMERA,
+    FRAMES,
+    HEAD,
+    PEOPLE,
+    SURE,
+    THOUSANDTHS,
+    TIMES,
+    Table,
+    is_evidence,
+    is_intensity,
+    is_presence,
+    shapes_of_column,
+    table_of,
+    yaw_pitch_roll,
+)
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".json")
 
@@ -157,6 +41,14 @@ FPS, PHONE_FPS = 30.0, 60.0
 
 RATES = (24, 25, 30, 50, 60, 100, 120)
 """Frames per second that a time code may count."""
+
+SILENT = {"blendshapecount", "neutral"} | {
+    f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")
+}
+"""Plain names of columns that are not needed: eyes turn by eyeLookInLeft and so on."""
+
+TURNED = 2.0
+"""Radians by which no head turns: larger angles are degrees."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,23 +139,40 @@ class Take:
         return replace(self, weights=np.minimum(self.weights * factors, 1.0))
 
 
-def read_take(path: str | Path, fps: float | None = None) -> Take:
+def read_take(
+    path: str | Path,
+    fps: float | None = None,
+    *,
+    full: float | None = None,
+    person: int | None = None,
+    degrees: bool | None = None,
+) -> Take:
     """Read what a phone or a tracker recorded: weights of shapes over time.
 
-    - Tables (.csv, .tsv, .txt): the first row names the columns, each further row is a frame. Live Link Face writes
-      such; so do many others. Names of shapes are ARKit's in any spelling, those of visemes, or action units, also
-      those of OpenFace (``AU12_r``, from 0 to 5). A column `Timecode` or `time` tells when; HeadYaw, HeadPitch and
-      HeadRoll turn the head, in radians.
-    - JSON (.json): a list of frames, or an object that holds one. A frame has weights by name, and maybe a `timestamp`;
-      or it is a result of MediaPipe's face landmarker in a browser (`faceBlendshapes`, and
-      `facialTransformationMatrixes` that turn the head).
+    A file is read by what it is, whatever its ending says. Each reading that a file leaves open is told in a sentence,
+    with the parameter that overrules it.
+
+    - Tables with any separator, decimal commas and lines before the names of the columns: Live Link Face, OpenFace,
+      Py-Feat, LibreFace, Unity's curves, spreadsheets. Recordings of Face Cap and iFacialMocap.
+    - JSON of any nesting that holds frames with weights by name: MediaPipe's face landmarker (in a browser or in
+      Python), Audio2Face; lines of JSON.
+    - Mouth cues of Rhubarb Lip Sync (.json, .tsv).
+
+    Names of shapes are ARKit's in any spelling, those of Character Creator, MetaHuman, Unified Expressions, VRM and
+    Meta's headsets, visemes, and action units (``AU12``, ``AU12_L``, ``AU12_r`` of OpenFace, from 0 to 5).
 
     Parameters
     ----------
     path : path
     fps : float, optional
-        Frames per second of files that tell no times, and of time codes. Default: for time codes what they count up to
-        (60 if they do not reach a full second); otherwise 30.
+        Frames per second of files that tell no times, of frame numbers, and of time codes. Default: what the file says;
+        for time codes what they count up to (60 if they do not reach a full second); otherwise 30.
+    full : float, optional
+        The number that stands for a weight of 1, such as 1, 5 or 100. Default: by the largest numbers.
+    person : int, optional
+        Whose face, in files that show several.
+    degrees : bool, optional
+        Whether the turn of the head is in degrees. Default: if it exceeds 2 radians.
 
     Returns
     -------
@@ -274,12 +183,13 @@ def read_take(path: str | Path, fps: float | None = None) -> Take:
     MeshError
         If the file cannot be read.
     ParameterError
-        If it has no shapes, a row has the wrong number of columns, a weight is no number, or times do not increase.
+        If it has no shapes, a row has the wrong number of columns, a weight is no number, times do not increase, or it
+        shows several people.
 
     Warns
     -----
     FaceWrinkleWarning
-        For columns that are no shapes, frames without values, and weights outside [0, 1].
+        For columns that are no shapes, frames without a face, weights outside [0, 1], and readings that are guessed.
 
     Examples
     --------
@@ -293,83 +203,221 @@ def read_take(path: str | Path, fps: float | None = None) -> Take:
     """
     path = Path(os.path.expanduser(path))
     check_file(path)
-    if fps is not None:
-        check_range("fps", fps, 1e-3, 1e4)
+    for name, number in (("fps", fps), ("full", full)):
+        if number is not None:
+            check_range(name, number, 1e-3, 1e4)
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"takes are read from {', '.join(SUFFIXES)} files, received {path.name}.")
     with reading(path):
-        table = (of_json if path.suffix.lower() == ".json" else of_table)(path, text_of(path))
-        return _take(table, path.name, fps)
+        reader = _Reader(path.name, table_of(path.name, text_of(path)))
+        return reader.take(fps, full, person, degrees)
 
 
-def _take(table: Table, file: str, fps: float | None) -> Take:
-    columns: dict[str, Array] = {}
-    unknown = []
-    for name, values in zip(table.names, table.values.T, strict=True):
-        shapes, most = shapes_of_column(name)
-        for shape in shapes:
-            columns[shape] = np.fmax(columns.get(shape, values / most), values / most)
-        if not shapes and plain_name(name) not in (*SILENT, *SECONDS, *HEAD, "timecode"):
-            unknown.append(name)
-    if not columns:
-        raise ParameterError(
-            f"{file} has no column of a shape: ARKit's names are needed, such as jawOpen, or action units; received "
-            f"{_listed(table.names)}."
-        )
-    if unknown:
-        warn(f"{file}: {len(unknown)} columns are not shapes and are ignored: {_listed(unknown)}.")
-    weights = np.stack(list(columns.values()), axis=1)
-    times = _times(table.times, len(weights), file, fps)
-    seen = np.asarray(~np.isnan(weights).any(axis=1))
-    if not seen.any():
-        raise ParameterError(f"{file} has no frame with a weight for each of its shapes. Record it again.")
-    if not seen.all():
-        warn(f"{file}: {int((~seen).sum())} of {len(seen)} frames lack values; their neighbors are used.")
-    fresh = seen & np.concatenate([[True], np.diff(np.maximum.accumulate(times)) > 0.0])
-    times, head = times[fresh], None
-    plain = [plain_name(name) for name in table.names]
-    if set(HEAD) <= set(plain):
-        turns = table.values[np.ix_(fresh, [plain.index(name) for name in HEAD])]
-        known = ~np.isnan(turns).any(axis=1)
-        if known.any():
-            head = np.stack([np.interp(times, times[known], np.unwrap(angle[known])) for angle in turns.T], axis=1)
-    return Take(tuple(columns), times - times[0], weights[fresh], head)
+class _Reader:
+    """Reads the columns of a table as a take, and tells what it took them for."""
 
+    def __init__(self, file: str, table: Table) -> None:
+        self.file, self.table = file, table
+        names = table.names
+        if any(re.fullmatch(r"(?i)au\d+_l", name) for name in names):  # then the r is a side, and no intensity
+            names = [re.sub(r"^((?i:au)\d+)_r$", r"\1R", name) for name in names]
+        self.names, self.plain = names, [plain_name(name) for name in names]
 
-def _times(given: Sequence[str] | None, n: int, file: str, fps: float | None) -> Array:
-    """Return the seconds (n,) of rows."""
-    if given is None:
-        return np.arange(n) / (fps or FPS)
-    codes = [re.fullmatch(r"(\d+):(\d+):(\d+)[:;.](\d+(?:\.\d+)?)", text) for text in given]
-    if all(codes):
-        parts = np.array([[_bounded(x, file) for x in code.groups()] for code in codes if code])
-        most = int(parts[:, 3].max())
-        within_second = (parts[:, :3] == parts[0, :3]).all()  # frames are not counted up to their rate
-        counted = PHONE_FPS if within_second else next((each for each in RATES if each > most), most + 1)
-        rate = fps or counted
-        seconds = parts[:, :3] @ [3600.0, 60.0, 1.0] + parts[:, 3] / rate
-        seconds += 86400.0 * np.cumsum(np.diff(seconds, prepend=seconds[0]) < -43200.0)  # past midnight
-    else:
-        seconds = np.array([_bounded(text.replace(",", "."), file) for text in given])
-        while len(seconds) > 1 and np.median(np.diff(seconds)) > 1.0:  # thousandths, or millionths
-            seconds = seconds / 1000.0
-    back = np.flatnonzero(~(np.diff(seconds) >= 0.0))
-    if len(back):
-        raise ParameterError(f"{file}: times must increase, and row {int(back[0]) + 3} comes before the one above it.")
-    return np.asarray(seconds - seconds[0])
+    def tell(self, what: str) -> None:
+        """Warn of something about the file."""
+        warn(f"{self.file}: {what}")
 
+    def column(self, plain: Iterable[str]) -> Array | None:
+        """Return the first column with one of some plain names."""
+        return next((self.table.values[:, i] for i, name in enumerate(self.plain) if name in plain), None)
 
-def _bounded(text: str, file: str) -> float:
-    """Return a number of a time; an error for what is none, or too large to count with."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = np.nan
-    if not abs(number) < LARGEST:
-        raise ParameterError(
-            f"{file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
-        )
-    return number
+    def take(self, fps: float | None, full: float | None, person: int | None, degrees: bool | None) -> Take:
+        """Return the take."""
+        columns = self._columns()
+        rows = self._rows_of(person)
+        names, weights = self._weights(columns, rows, full)
+        times = self._times(rows, fps)
+        known = ~np.isnan(weights)
+        seen = known.any(axis=1) & ~self._lost(rows)
+        empty = [name for name, some in zip(names, known[seen].any(axis=0), strict=True) if not some]
+        if empty:
+            raise ParameterError(f"{self.file} has no frame with a weight of {_listed(empty)}. Record it again.")
+        whole = seen & known.all(axis=1)
+        if not whole.all():
+            self.tell(f"{int((~whole).sum())} of {len(seen)} frames lack values or a face; their neighbors are used.")
+        fresh = seen & np.concatenate([[True], np.diff(np.maximum.accumulate(times)) > 0.0])
+        for weight, sure in zip(weights.T, known.T, strict=True):
+            weight[fresh] = np.interp(times[fresh], times[fresh & sure], weight[fresh & sure])
+        head = self._head(rows, degrees)
+        if head is not None:
+            known = fresh & ~np.isnan(head).any(axis=1)
+            turns = np.unwrap(head[known], axis=0)
+            head = None if not known.any() else np.stack(
+                [np.interp(times[fresh], times[known], angle) for angle in turns.T], axis=1
+            )  # fmt: skip
+        return Take(tuple(names), times[fresh] - times[fresh][0], weights[fresh], head)
+
+    def _columns(self) -> list[int]:
+        """Return the numbers of the columns with weights; tell of those that are nothing."""
+        known = [i for i, name in enumerate(self.names) if shapes_of_column(name)]
+        other = {*SILENT, *TIMES, *THOUSANDTHS, *FRAMES, *PEOPLE, *HEAD, *CAMERA, *SURE}
+        unknown = [
+            name
+            for name, plain in zip(self.names, self.plain, strict=True)
+            if not shapes_of_column(name) and plain not in other and not is_presence(name)
+        ]
+        if not known:
+            raise ParameterError(
+                f"{self.file} has no column of a shape: ARKit's names are needed, such as jawOpen, or action units, "
+                f"such as AU12; received {_listed(self.names)}."
+            )
+        units = [i for i in known if shapes_of_column(self.names[i])[0].startswith("AU")]
+        if units and len(units) < len(known):
+            known = [i for i in known if i not in units]
+            self.tell(
+                f"it has both {len(known)} shapes and {len(units)} action units: the shapes are used. Delete their "
+                "columns to use the units."
+            )
+        if unknown:
+            self.tell(f"{len(unknown)} columns are not shapes and are ignored: {_listed(unknown, 40)}.")
+        return known
+
+    def _rows_of(self, person: int | None) -> Array:
+        """Return the numbers of the rows of one person."""
+        column = self.column(PEOPLE)
+        if column is None:
+            return np.arange(len(self.table.values))
+        people = np.unique(column[~np.isnan(column)]).astype(int).tolist()
+        named = _listed(map(str, people))
+        if person is None and len(people) > 1:
+            raise ParameterError(f"{self.file} shows {len(people)} people: give person, one of {named}.")
+        if person is not None and person not in people:
+            raise ParameterError(f"person must be one of {named} in {self.file}, received {person}.")
+        return np.flatnonzero(column == (people[0] if person is None else person))
+
+    def _lost(self, rows: Array) -> Array:
+        """Tell which rows (f,) show no face, by what the tracker says of itself."""
+        for name, least in SURE.items():
+            column = self.column({name})
+            if column is not None and not np.isnan(column).all():
+                return np.asarray(column[rows] < least)
+        return np.zeros(len(rows), bool)
+
+    def _weights(self, columns: list[int], rows: Array, full: float | None) -> tuple[list[str], Array]:
+        """Return the names of shapes and their weights (f, k)."""
+        values = self.table.values[rows]
+        evidence = [i for i in columns if is_evidence(self.names[i])]
+        if evidence:
+            values[:, evidence] = 1.0 / (1.0 + 10.0 ** -values[:, evidence])
+            self.tell("its evidence (the logarithm of odds) is read as a probability, and that as a weight.")
+        most = np.nanmax(np.nan_to_num(values), axis=0, initial=0.0)
+        intensities = [i for i in columns if is_intensity(self.names[i])]
+        units = [i for i in columns if i not in intensities and shapes_of_column(self.names[i])[0].startswith("AU")]
+        scale = np.ones(len(self.names))
+        for group, scales in ((intensities, (5.0, 100.0)), (units, (1.0, 5.0, 100.0)), (columns, (1.0, 100.0))):
+            left = [i for i in group if i in intensities + units] if group is not columns else [
+                i for i in columns if i not in intensities + units
+            ]  # fmt: skip
+            scale[left] = full or self._full(most[left], scales)
+        found: dict[str, Array] = {}
+        for i in columns:
+            for shape in shapes_of_column(self.names[i]):
+                found[shape] = np.fmax(found.get(shape, values[:, i] / scale[i]), values[:, i] / scale[i])
+        return list(found), np.stack(list(found.values()), axis=1)
+
+    def _full(self, most: Array, scales: Sequence[float]) -> float:
+        """Return which of some numbers stands for a weight of 1, given the largest of each column."""
+        moved = most[most > 0.0]
+        if not len(moved):
+            return scales[0]
+        if scales[0] > 1.0 and moved.max() <= 1.0:
+            self.tell("no intensity exceeds 1, so they are read as 0 to 1. Give full=5 if they go up to 5.")
+            return 1.0
+        # A few weights above 1 are those of a tracker that overshoots; where half are, the scale is another.
+        fits = [scale for scale in scales if np.mean(moved > 1.5 * scale) < 0.5]
+        scale = fits[0] if fits else scales[-1]
+        if scale != scales[0]:
+            self.tell(f"its numbers go up to {moved.max():.3g} and are read as 0 to {scale:g}. Give full otherwise.")
+        return scale
+
+    def _head(self, rows: Array, degrees: bool | None) -> Array | None:
+        """Return yaw, pitch and roll (f, 3) of the head, radians."""
+        names = next((names for names in (HEAD, CAMERA) if set(names) <= set(self.plain)), None)
+        if names is None:
+            return None
+        angles = self.table.values[np.ix_(rows, [self.plain.index(name) for name in names])]
+        if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > TURNED:
+            degrees = True
+            self.tell("the turn of the head is read as degrees. Give degrees=False if it is radians.")
+        angles = np.radians(angles) if degrees else angles
+        if names is HEAD:
+            return angles
+        known = ~np.isnan(angles).any(axis=1)  # of the camera: right, down and away; ours: left, up and forward
+        turns = Rotation.from_euler("XYZ", np.nan_to_num(angles) * [1.0, -1.0, -1.0]).as_matrix()
+        return np.array([yaw_pitch_roll(turn) if ok else [np.nan] * 3 for turn, ok in zip(turns, known, strict=True)])
+
+    def _times(self, rows: Array, fps: float | None) -> Array:
+        """Return the seconds (f,) of rows."""
+        fps = fps or self.table.fps
+        if self.table.times is None:
+            frames = self.column(FRAMES)
+            if frames is None or np.isnan(frames[rows]).any() or (np.diff(frames[rows]) < 0).any():
+                return np.arange(len(rows)) / (fps or FPS)
+            steps = np.diff(frames[rows])
+            if fps is None and len(steps) and np.median(steps) != 1.0:
+                self.tell(
+                    f"it has numbers of frames and no times: they are read as {FPS:g} a second. Give fps otherwise."
+                )
+            return np.asarray(frames[rows] - frames[rows][0]) / (fps or FPS)
+        texts = [self.table.times[row].strip().replace(",", ".") for row in rows]
+        seconds = self._codes(texts, fps)
+        if seconds is None:
+            seconds = np.array([self._bounded(text) for text in texts])
+            if plain_name(self.table.clock) in THOUSANDTHS:
+                seconds = seconds / 1000.0
+            while len(seconds) > 1 and np.median(np.diff(seconds)) > 1.0:  # thousandths, or millionths
+                seconds = seconds / 1000.0
+        back = np.flatnonzero(~(np.diff(seconds) >= 0.0))
+        if len(back):
+            raise ParameterError(
+                f"{self.file}: times must increase, and row {int(rows[back[0] + 1]) + 2} comes before the one above it."
+            )
+        return np.asarray(seconds - seconds[0])
+
+    def _codes(self, texts: Sequence[str], fps: float | None) -> Array | None:
+        """Return the seconds of time codes, None if there are others.
+
+        Frames stand after a colon, or after a semicolon if numbers are dropped; parts of a second after a point.
+        """
+        codes = [re.fullmatch(r"(?:(\d+):)?(\d+):(\d+)(?:([:;])(\d+(?:\.\d+)?))?(\.\d+)?", text) for text in texts]
+        if not all(codes):
+            return None
+        hours, minutes, seconds, frames, parts = np.array(
+            [[self._bounded(code[k] or "0") for k in (1, 2, 3, 5, 6)] for code in codes if code]
+        ).T
+        whole = 3600.0 * hours + 60.0 * minutes + seconds
+        counted = next((rate for rate in RATES if rate > frames.max()), frames.max() + 1)
+        rate = fps or (PHONE_FPS if whole[0] == whole[-1] and counted < PHONE_FPS else counted)
+        if any(code[4] == ";" for code in codes if code):  # two numbers are left out each minute but the tenth
+            count = round(rate * 1.001)
+            skipped = count / 15.0 * (whole // 60.0 - whole // 600.0)
+            times = (whole * count + frames - skipped) * 1.001 / count
+        else:
+            times = whole + frames / rate + parts
+        times += 86400.0 * np.cumsum(np.diff(times, prepend=times[0]) < -43200.0)  # past midnight
+        return np.asarray(times)
+
+    def _bounded(self, text: str) -> float:
+        """Return a number of a time; an error for what is none, or too large to count with."""
+        try:
+            number = float(text)
+        except ValueError:
+            number = np.nan
+        if not abs(number) < LARGEST:
+            raise ParameterError(
+                f"{self.file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
+            )
+        return number
 
 
 def _listed(names: Iterable[str], most: int = 8) -> str:

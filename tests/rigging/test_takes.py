@@ -136,7 +136,7 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "Timecode,jawOpen\n", "has no frames"),
         ("a.csv", "\n", "is empty"),
         ("a.csv", "hair,nose\n1,2\n", "no column of a shape.*received hair, nose"),
-        ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has more columns than the first"),
+        ("a.csv", "time,jawOpen,mouthPucker\n0,1,1\n1,1,1,4\n", "row 3 has more columns than the row of their names"),
         ("a.csv", "time,jawOpen\n0,wide\n", "column jawOpen must hold numbers, received 'wide'"),
         ("a.csv", "time,jawOpen\n0.2,1\n0.1,1\n", "row 3 comes before the one above"),
         ("a.csv", "time,jawOpen\nnoon,1\n", "time codes such as .*received 'noon'"),
