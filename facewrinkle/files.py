@@ -93,8 +93,10 @@ def bytes_of(path: str | Path, most: int | None = None, *, kept: bool = True) ->
 
 
 def text_of(path: str | Path) -> str:
-    """Return the text of a file in UTF-8, with or without a byte order mark, or in Latin-1."""
+    """Return the text of a file in UTF-16 with a byte order mark, in UTF-8 with or without one, or in Latin-1."""
     data = bytes_of(path)
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16", errors="replace")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
+from dataclasses import asdict, dataclass, replace
 from io import StringIO
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -19,11 +19,38 @@ from ..files import output_file, write_whole
 from ..geometry.normals import vertex_areas
 from ..plotting import closeup, side_by_side, stacked
 from ..plotting.views import Style
-from ..rigging import Performer, read_take
+from ..rigging import Performer, Take, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
 from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, parse_weights, refuse
 from .recorder import Clip, Recorder, Scenes
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class TakeOptions:
+    """How to read a take, where its file leaves that open.
+
+    Parameters
+    ----------
+    take_fps
+        Frames per second of a take without times, of frame numbers, and of time codes.
+    full
+        The number that stands for a weight of 1, such as 1, 5 or 100. Default: by the largest numbers.
+    person
+        Whose face, in a file that shows several.
+    degrees
+        The turn of the head is in degrees, or in radians. Default: degrees if it exceeds 2.
+    """
+
+    take_fps: float | None = None
+    full: float | None = None
+    person: Whole | None = None
+    degrees: bool | None = None
+
+    def read(self, file: Path) -> Take:
+        """Return the take of a file."""
+        return read_take(file, self.take_fps, full=self.full, person=self.person, degrees=self.degrees)
 
 
 def play(
@@ -35,7 +62,7 @@ def play(
     animation: str | None = None,
     shapes: str | None = None,
     gain: str | None = None,
-    take_fps: float | None = None,
+    options: TakeOptions | None = None,
     head: Annotated[bool, Parameter(negative="--no-head")] = True,
     speed: float = 1.0,
     max_level: Whole | None = None,
@@ -49,8 +76,8 @@ def play(
     ----------
     file
         A glTF or USD file with an animation of blend shapes, bones or points, or a .vtkhdf time series: these contain
-        the face. Or a take from a phone or tracker, performed by --face: a .csv of Live Link Face, another table of
-        weights, or a .json of MediaPipe.
+        the face. Or a take from a phone or tracker, performed by --face: a table or JSON of weights, as Live Link Face,
+        MediaPipe, OpenFace and others write it.
     mesh
         Name of the face mesh in the file.
     animation
@@ -59,8 +86,6 @@ def play(
         Blend shapes of a glTF file and their weights, such as mouthSmile=0.8,jawOpen=0.3, in place of an animation.
     gain
         Factors for the weights of a take, such as mouthSmile=1.5,cheekPuff=2.
-    take_fps
-        Frame rate of a take without time stamps.
     head
         Turn the head as recorded in the take.
     speed
@@ -79,11 +104,11 @@ def play(
     styles = [output.style(view) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
         refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)
-        take = read_take(file, take_fps).gained({} if gain is None else parse_weights(gain))
+        take = (options or TakeOptions()).read(file).gained({} if gain is None else parse_weights(gain))
         face, duration, names, time_step = source.load(report), take.duration / speed, take.names, None
         motion: Recorded | Performer = Performer(take, face, time_step=step, speed=speed, head=head)
     else:
-        of_take = {"face": source.face, "identity": source.identity, "gain": gain, "take_fps": take_fps}
+        of_take = {"face": source.face, "identity": source.identity, "gain": gain, **asdict(options or TakeOptions())}
         refuse(f"is for takes, and {file.name} has a face of its own: leave it out.", **of_take)
         rest, recorded = read_animation(
             file, mesh=mesh, animation=animation, shapes=None if shapes is None else parse_weights(shapes)
@@ -169,19 +194,17 @@ def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Styl
     recorder.save_picture(side_by_side(columns))
 
 
-def take(file: Path, /, *, take_fps: float | None = None, out: Path | None = None) -> None:
+def take(file: Path, /, *, options: TakeOptions | None = None, out: Path | None = None) -> None:
     """Print the take of a phone or tracker as a table: seconds, and weights from 0 to 1 by ARKit's names.
 
     Parameters
     ----------
     file
-        A .csv of Live Link Face, another table of weights, or a .json of MediaPipe.
-    take_fps
-        Frames per second of a take without times.
+        A table or JSON of weights, as Live Link Face, MediaPipe, OpenFace and others write it.
     out
         CSV file to write to. Default: print it.
     """
-    found, text = read_take(file, take_fps), StringIO()
+    found, text = (options or TakeOptions()).read(file), StringIO()
     header = ",".join(["time", *found.names])
     np.savetxt(text, np.column_stack([found.times, found.weights]), "%.6g", ",", header=header, comments="")
     if out is None:

@@ -22,6 +22,8 @@ from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
 from ..plotting.views import VIEWS
 from ..rigging import Take
+from ..rigging.shapes import VISEMES
+from ..rigging.tables import shapes_of_column
 from .document import LONGEST, START, Document, Folds, Pattern, Tear, is_session, ranges
 from .fields import FIELDS, colours, labels, probe
 from .library import PLACES, Library, opened
@@ -412,10 +414,15 @@ def views_of(face: Face) -> dict[str, list[float]]:
 
 
 def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:
-    """Return a mixture of names of the atlas, or of ARKit's shapes."""
-    known = (*face.atlas.action_units, *face.atlas.muscles)
+    """Return a mixture of names of the atlas, given these or names of shapes that takes may have."""
+    known = (*face.atlas.action_units, *face.atlas.muscles, *face.atlas.expressions)
     mixture = {name: weight for name, weight in weights.items() if name in known}
     shapes = {name: weight for name, weight in weights.items() if name not in known}
+    for name, weight in shapes.items():
+        for shape in shapes_of_column(name):
+            spoken = VISEMES[shape].units if shape in VISEMES else {shape: 1.0} if shape in known else {}
+            for unit, share in spoken.items():
+                mixture[unit] = max(mixture.get(unit, 0.0), share * weight)
     for side in ("l", "r"):
         for unit, weight in units_of(shapes, side).items():
             sided = f"{unit}{side.upper()}"
@@ -423,5 +430,5 @@ def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float
             if name in face.atlas.action_units:
                 mixture[name] = max(mixture.get(name, 0.0), weight)
     if weights and not mixture and not units_of(dict.fromkeys(shapes, 1.0)):
-        raise ParameterError("none of the names is an action unit, a muscle or an ARKit shape.")
+        raise ParameterError("none of the names is an expression, an action unit, a muscle or a shape.")
     return mixture

@@ -117,7 +117,7 @@ def shapes_of_column(column: str) -> tuple[str, ...]:
         if other in _SHAPES:
             return (_SHAPES[other],)
     if plain in VISEMES or plain in MOODS:
-        return ((VISEMES | MOODS)[plain],)
+        return (VISEMES.get(plain) or MOODS[plain],)
     stem, side = sided(column)
     if side is None and stem in _SHAPES.values():
         return (stem,)
@@ -384,7 +384,7 @@ def _frames(content: Any, names: Sequence[str] = ()) -> list[Any]:
         return [
             {clock: float(key), "": value} for key, value in sorted(content.items(), key=lambda item: float(item[0]))
         ]
-    if any(map(shapes_of_column, _flat(content))):
+    if any(shapes_of_column(key) for key, value in content.items() if isinstance(value, int | float)):
         return [content]
     for value in content.values():
         found = _frames(value, names)
@@ -392,7 +392,7 @@ def _frames(content: Any, names: Sequence[str] = ()) -> list[Any]:
             clocks = {key: each for key, each in lists.items()
                       if plain_name(key) in TIMES | THOUSANDTHS | FRAMES and len(each) == len(found)}  # fmt: skip
             return [{"": frame, **{key: each[i] for key, each in clocks.items()}} for i, frame in enumerate(found)]
-    return []
+    return [content] if any(map(shapes_of_column, _flat(content))) else []
 
 
 def _labeled(frame: Any, names: Sequence[str]) -> Any:

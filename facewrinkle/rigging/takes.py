@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from ..animation.action_units import named_shapes, plain_name
 from ..animation.recorded import Track
-from ..array_types import Array
+from ..array_types import Array, BoolArray, IntArray
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
 from ..files import check_file, reading, text_of
@@ -34,7 +34,7 @@ from .tables import (
     yaw_pitch_roll,
 )
 
-SUFFIXES = (".csv", ".tsv", ".txt", ".json")
+SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".jsonl")
 
 FPS, PHONE_FPS = 30.0, 60.0
 """Frames per second of a file that does not tell: of trackers, and of phones that write time codes."""
@@ -239,7 +239,7 @@ class _Reader:
         times = self._times(rows, fps)
         known = ~np.isnan(weights)
         seen = known.any(axis=1) & ~self._lost(rows)
-        empty = [name for name, some in zip(names, known[seen].any(axis=0), strict=True) if not some]
+        empty = [name for name, some in zip(names, known[seen].T, strict=True) if not some.any()]
         if empty:
             raise ParameterError(f"{self.file} has no frame with a weight of {_listed(empty)}. Record it again.")
         whole = seen & known.all(axis=1)
@@ -282,7 +282,7 @@ class _Reader:
             self.tell(f"{len(unknown)} columns are not shapes and are ignored: {_listed(unknown, 40)}.")
         return known
 
-    def _rows_of(self, person: int | None) -> Array:
+    def _rows_of(self, person: int | None) -> IntArray:
         """Return the numbers of the rows of one person."""
         column = self.column(PEOPLE)
         if column is None:
@@ -295,7 +295,7 @@ class _Reader:
             raise ParameterError(f"person must be one of {named} in {self.file}, received {person}.")
         return np.flatnonzero(column == (people[0] if person is None else person))
 
-    def _lost(self, rows: Array) -> Array:
+    def _lost(self, rows: IntArray) -> BoolArray:
         """Tell which rows (f,) show no face, by what the tracker says of itself."""
         for name, least in SURE.items():
             column = self.column({name})
@@ -303,7 +303,7 @@ class _Reader:
                 return np.asarray(column[rows] < least)
         return np.zeros(len(rows), bool)
 
-    def _weights(self, columns: list[int], rows: Array, full: float | None) -> tuple[list[str], Array]:
+    def _weights(self, columns: list[int], rows: IntArray, full: float | None) -> tuple[list[str], Array]:
         """Return the names of shapes and their weights (f, k)."""
         values = self.table.values[rows]
         evidence = [i for i in columns if is_evidence(self.names[i])]
@@ -340,23 +340,25 @@ class _Reader:
             self.tell(f"its numbers go up to {moved.max():.3g} and are read as 0 to {scale:g}. Give full otherwise.")
         return scale
 
-    def _head(self, rows: Array, degrees: bool | None) -> Array | None:
+    def _head(self, rows: IntArray, degrees: bool | None) -> Array | None:
         """Return yaw, pitch and roll (f, 3) of the head, radians."""
         names = next((names for names in (HEAD, CAMERA) if set(names) <= set(self.plain)), None)
         if names is None:
             return None
-        angles = self.table.values[np.ix_(rows, [self.plain.index(name) for name in names])]
+        angles = self.table.values[rows][:, [self.plain.index(name) for name in names]]
         if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > TURNED:
             degrees = True
             self.tell("the turn of the head is read as degrees. Give degrees=False if it is radians.")
         angles = np.radians(angles) if degrees else angles
         if names is HEAD:
             return angles
-        known = ~np.isnan(angles).any(axis=1)  # of the camera: right, down and away; ours: left, up and forward
+        known = np.asarray(
+            ~np.isnan(angles).any(axis=1)
+        )  # of the camera: right, down and away; ours: left, up and forward
         turns = Rotation.from_euler("XYZ", np.nan_to_num(angles) * [1.0, -1.0, -1.0]).as_matrix()
         return np.array([yaw_pitch_roll(turn) if ok else [np.nan] * 3 for turn, ok in zip(turns, known, strict=True)])
 
-    def _times(self, rows: Array, fps: float | None) -> Array:
+    def _times(self, rows: IntArray, fps: float | None) -> Array:
         """Return the seconds (f,) of rows."""
         fps = fps or self.table.fps
         if self.table.times is None:
@@ -366,7 +368,7 @@ class _Reader:
             steps = np.diff(frames[rows])
             if fps is None and len(steps) and np.median(steps) != 1.0:
                 self.tell(
-                    f"it has numbers of frames and no times: they are read as {FPS:g} a second. Give fps otherwise."
+                    f"it numbers its frames, without times: they are read as {FPS:g} a second. Give fps otherwise."
                 )
             return np.asarray(frames[rows] - frames[rows][0]) / (fps or FPS)
         texts = [self.table.times[row].strip().replace(",", ".") for row in rows]

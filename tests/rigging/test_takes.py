@@ -143,7 +143,7 @@ def test_weights_are_clamped_once(tmp_path):
         ("a.csv", "time,jawOpen\n0,1\n1e309,1\n", "times must be seconds.*received '1e309'"),
         ("a.csv", "time,jawOpen\n-1e308,1\n1e308,1\n", "times must be seconds"),
         ("a.csv", f"Timecode,jawOpen\n{'9' * 400}:00:00:00,1\n{'9' * 400}:00:00:01,1\n", "times must be seconds"),
-        ("a.csv", "jawOpen,mouthPucker\n,1\n1,\n", "no frame with a weight for each"),
+        ("a.csv", "jawOpen,mouthPucker\n,1\n,1\n", "no frame with a weight of jawOpen"),
         ("a.json", "{", "not valid JSON"),
         ("a.json", "3", "has no frames"),
         ("a.bvh", "HIERARCHY", "takes are read from .csv"),

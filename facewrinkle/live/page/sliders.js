@@ -10,7 +10,7 @@ const REGIONS = {
 };
 const EVERYDAY = { // words that people search for
   AU1: "worry raise", AU2: "raise surprise", AU4: "frown angry", AU6: "smile crow's feet wink", AU9: "disgust wrinkle", AU12: "smile grin happy",
-  AU15: "sad frown", AU17: "pout", AU18: "kiss", AU19: "tongue", AU26: "open jaw mouth", AU27: "open yawn", AU43: "shut", AU45: "shut", happiness: "smile joy",
+  AU15: "sad frown", AU17: "pout", AU18: "kiss", AU19: "tongue", AU25: "open", AU26: "open jaw mouth", AU27: "open yawn", AU43: "shut", AU45: "shut", happiness: "smile joy",
   laughter: "smile laugh",
 };
 const GAZE = new Set(["AU61", "AU62", "AU63", "AU64"]);
