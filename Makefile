@@ -13,7 +13,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs package blender lint clean
+.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs outside blender lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
@@ -29,8 +29,9 @@ PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable -
 test: lint  ## lint, types, doctests, and the tests that are not slow
 	$(PYTEST) -m "not slow"
 
-test-all: lint  ## lint, types, doctests and all tests
+test-all: lint  ## lint, types, doctests and all tests; and make outside
 	$(PYTEST)
+	$(MAKE) outside
 
 coverage: $(READY)  ## all tests again, with the share of lines that they run (at least 95 %)
 	$(PYTEST) --cov --cov-report=term
@@ -51,8 +52,8 @@ docs: $(READY)  ## build the site into docs/_build/html
 analysis: $(READY)  ## redo every table and plot, with a page of them all, in output/analysis
 	$(BIN)/python -m analysis --out output/analysis
 
-package: $(READY)  ## build source distribution and wheel, and run the wheel without the repository
-	$(BIN)/python -m tools.check_package
+outside: $(READY)  ## what is promised, tried by the wheel in bare environments; the site; the analyses (12 minutes)
+	$(BIN)/python -m tools.outside
 
 blender: $(READY)  ## zip the extension for Blender into dist/
 	$(BIN)/python tools/zip_extension.py

@@ -82,6 +82,6 @@ def _cases(folder: Path) -> list[Callable[[], None]]:
         partial(play, take, output=output),
         partial(play, folder / "out" / "surprise.vtkhdf", output=replace(output, out=folder)),
         partial(fit, head, out=folder, quiet=True),
-        partial(express, "surprise", source=on_scan, frames=2, output=output),
+        partial(express, "surprise", source=on_scan, frames=2, output=replace(output, out=folder / "scan")),
         partial(rig, shapes="browInnerUp+jawOpen", wrinkles="maps", map_size=64, out=folder, quiet=True),
     ]

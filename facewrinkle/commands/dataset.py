@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..dataset.generation import generate, preview
-from ..dataset.shards import check, read_table
-from ..dataset.spec import DEFAULT, Spec
 from ..errors import OutputError, ParameterError
 from ..plotting.images import save_picture, side_by_side, stacked
 from .options import Report, Whole
+
+if TYPE_CHECKING:
+    from ..dataset import Spec
 
 
 def dataset(
@@ -47,6 +48,10 @@ def dataset(
     quiet
         Print nothing.
     """
+    from ..dataset import Spec, generate  # which need packages of the extra "dataset"; --help needs none
+    from ..dataset.shards import read_table
+    from ..dataset.spec import DEFAULT
+
     report = Report(quiet)
     if folder is not None and what != "check":
         raise ParameterError(f"a folder is named with check only, or by --out; received {str(folder)!r}.")
@@ -73,6 +78,8 @@ def dataset(
 
 
 def _preview(spec: Spec, path: Path, report: Report) -> Path:
+    from ..dataset import preview
+
     rows, columns = 4, 6
     samples = report.progress(preview(spec, rows * columns), "Drawing", rows * columns)
     images = [sample.image for sample in samples]
@@ -81,6 +88,8 @@ def _preview(spec: Spec, path: Path, report: Report) -> Path:
 
 def _check(folder: Path | None, report: Report) -> None:
     """Print what is wrong with a set; raise an error if anything is."""
+    from ..dataset import check
+
     if folder is None:
         raise ParameterError("name the folder of the set: facewrinkle dataset check FOLDER.")
     problems = []

@@ -15,6 +15,7 @@ import sys
 from numba.core.registry import CPUDispatcher
 import facewrinkle as fw
 from facewrinkle.cli import main
+from facewrinkle.files import inputs_kept
 
 def compiled():
     modules = [module for name, module in sys.modules.items() if name.startswith("facewrinkle.")]
@@ -27,7 +28,8 @@ def progress(steps, what, n):
         done.append(n)
         yield step
 
-fw.compile_ahead(progress)
+with inputs_kept():  # as the command does
+    fw.compile_ahead(progress)
 assert done == [len(done)] * len(done) and len(done) > 5, done
 before = compiled()
 assert len(before) > 40, len(before)

@@ -1,113 +1,19 @@
-"""What the pages of the site say can be done, and the reference names everything."""
+"""What the pages of the site say exists, and the reference names everything. `make outside` runs their code."""
 
 from __future__ import annotations
 
 import doctest
 import inspect
-import itertools
 import re
-import textwrap
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from importlib import import_module
-from pathlib import Path
 
 import pytest
-import pyvista as pv
 from cyclopts import MissingArgumentError
+from outside.pages import DOCS, PAGES, code_of
 
 import facewrinkle as fw
 from facewrinkle.cli import app
-from facewrinkle.dataset import generate
-from facewrinkle.export import write_series
-from facewrinkle.mesh import to_polydata
-
-DOCS = Path(__file__).parents[2] / "docs"
-PAGES = sorted(page for folder in (DOCS, DOCS / "howto", DOCS / "theory") for page in folder.glob("*.rst"))
-
-
-def code_of(page):
-    """The Python of a page, in blocks."""
-    text = (DOCS / page).read_text(encoding="utf-8")
-    blocks = []
-    for part in text.split(".. code-block:: python\n\n")[1:]:
-        dent = re.match(" +", part)[0]
-        block = itertools.takewhile(lambda line, dent=dent: not line or line.startswith(dent), part.splitlines())
-        blocks.append(textwrap.dedent("\n".join(block)))
-    return blocks
-
-
-FEWER = {
-    r"sim\.run\(\d+\)": "sim.run(3)",
-    r"for i in range\(100\)": "for i in range(3)",
-    r"for seed in range\(100\)": "for seed in range(1)",
-    r"fw\.rig\((face|fw\.fit_face\([^)]*\))": r'fw.rig(\1, "browInnerUp+jawOpen"',
-    r'"browInnerUp\+jawOpen", "[^"]*"': '"browInnerUp+jawOpen"',
-    "size=2048": "size=256",
-    r"000000\.\.000009": "000000..000000",
-    "window.wait()": "",
-}
-"""What makes the code of pages shorter: frames, people, shapes, texels, shards and waiting."""
-
-QUICK = {"start", "fields", "speed", "layer", "for_researchers"}
-"""Pages whose code takes no more than three seconds."""
-
-
-ELSEWHERE = re.compile(r"\bimport (bpy|maya|datasets)\b|\bhou\.")
-"""In blocks for the Python of other programs, or for packages that are not installed here: these only compile."""
-
-
-def pages_with_code():
-    """All pages with code that runs here."""
-    for page in PAGES:
-        if [block for block in code_of(page) if not ELSEWHERE.search(block)]:
-            marks = [] if page.stem in QUICK else [pytest.mark.slow]
-            if page.stem == "dataset":  # webdataset leaves its shards open
-                marks.append(pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"))
-            yield pytest.param(page, id=page.stem, marks=marks)
-
-
-@pytest.fixture
-def users_folder(tmp_path, monkeypatch, face):
-    """The present folder, with the files that pages name; windows of the studio close at the end."""
-    monkeypatch.chdir(tmp_path)
-    for name in ("scan.obj", "head.obj"):
-        pv.PolyData.from_regular_faces(0.1 * face.points, face.triangles).save(name)
-    names = [name for name in face.landmarks if not name.endswith("_centre")]
-    fw.anatomy.landmarks.write_landmarks({name: 0.1 * face.landmarks[name] for name in names}, "landmarks.json")
-    Path("take.csv").write_text("time,mouthSmileLeft\n0,0\n0.1,0.4\n")
-    frames = [to_polydata(face.points + shift, face.triangles) for shift in (0.0, 0.1)]
-    write_series(frames, [0.0, 0.1], "clip.vtkhdf")
-    with ExitStack() as windows:
-        studio = fw.studio
-        monkeypatch.setattr(fw, "studio", lambda shown, **_: windows.enter_context(studio(shown, browser=False)))
-        monkeypatch.setattr(pv.global_theme, "jupyter_backend", "static")
-        yield tmp_path
-
-
-@pytest.mark.parametrize("page", list(pages_with_code()))
-def test_code_of_pages_runs_from_the_top(page, users_folder):
-    if page.stem == "dataset":
-        generate({"size": [64, 64], "shard": 2}, "dataset", count=2)
-    code = "\n".join(block for block in code_of(page) if not ELSEWHERE.search(block)).replace("clip.glb", "clip.vtkhdf")
-    for long, short in FEWER.items():
-        code = re.sub(long, short, code)
-    space = {"__name__": page.stem, "print": lambda *_: None}
-    exec(code, space)
-    if page.stem == "scan":
-        assert space["face"].unit == pytest.approx(10.0, rel=0.02)
-        assert abs(space["frame"]["W"]).max() > 0.3
-    if page.stem == "expression":
-        assert "procerus" in space["sim"].face.muscles
-    if page.stem == "animation":
-        assert space["take"].duration == pytest.approx(0.1)
-    if page.stem == "start":
-        assert (users_folder / "surprise.png").stat().st_size > 10_000
-
-
-def test_code_of_the_readme_runs(users_folder):
-    readme = (DOCS.parent / "README.md").read_text(encoding="utf-8")
-    exec(re.search(r"```python\n(.*?)```", readme, re.DOTALL)[1], {"print": lambda *_: None})
-    assert Path("surprise.png").stat().st_size > 10_000
 
 
 def test_all_python_compiles():
