@@ -18,7 +18,7 @@ SIZE = (230, 260)
 
 # %%
 # The same seed gives the same person to the last bit. ``landmarks_on`` follows the landmarks on the
-# moved skin; they lie within triangles, so that the nearest vertex would be some millimetres off.
+# moved skin; they lie within triangles, so that the nearest vertex would be some millimeters off.
 
 
 def played(face, expression, **options):
@@ -37,15 +37,15 @@ def landmarks_of(face, frame):
 
 # %%
 # Labels are drawn with the camera of the picture, without light: three numbers at each vertex become red, green, blue.
-# Normals n become ``127.5 (1 + n)``, heights ``128 + 100 W`` (a step of grey is a hundredth of a millimetre).
+# Normals n become ``127.5 (1 + n)``, heights ``128 + 100 W`` (a step of gray is a hundredth of a millimeter).
 
 
-def labelled(frame, colours, camera):
+def labeled(frame, colors, camera):
     """Colours of the vertices as a picture, and the distance of each pixel in mm: NaN where there is no skin."""
     plotter = pv.Plotter(off_screen=True, window_size=SIZE, lighting="none")
     plotter.set_background("black")
-    colours = np.rint(np.clip(colours, 0, 255)).astype(np.uint8)
-    plotter.add_mesh(frame, scalars=colours, rgb=True, lighting=False, culling="back")
+    colors = np.rint(np.clip(colors, 0, 255)).astype(np.uint8)
+    plotter.add_mesh(frame, scalars=colors, rgb=True, lighting=False, culling="back")
     plotter.camera = camera
     image = np.array(plotter.screenshot(None, return_img=True))
     distance = -plotter.get_image_depth(fill_value=np.nan)
@@ -70,8 +70,8 @@ for seed, expression in ((7, "surprise"), (3, "anger"), (21, "happiness")):
     frame = played(face, expression)
     with Scene(face, Style(SIZE)) as scene:
         image, camera = scene.picture(frame), scene.plotter.camera.copy()
-    normals, distance = labelled(frame, 127.5 * (1.0 + frame["Normals"]), camera)
-    heights, _ = labelled(frame, np.repeat(128.0 + 100.0 * frame["W"][:, None], 3, axis=1), camera)
+    normals, distance = labeled(frame, 127.5 * (1.0 + frame["Normals"]), camera)
+    heights, _ = labeled(frame, np.repeat(128.0 + 100.0 * frame["W"][:, None], 3, axis=1), camera)
     names, places = landmarks_of(face, frame)
     pixels = in_pixels(places, camera)
     column, row = np.floor(pixels).astype(int).T
@@ -80,8 +80,8 @@ for seed, expression in ((7, "surprise"), (3, "anger"), (21, "happiness")):
     for right, down in np.ndindex(3, 3):
         image[row + down - 1, column + right - 1] = 53, 208, 127
     near, far = np.nanmin(distance), np.nanmax(distance)
-    grey = np.nan_to_num(255.0 * (far - distance) / (far - near)).astype(np.uint8)
-    rows.append(side_by_side([image, normals, np.repeat(grey[..., None], 3, axis=2), heights]))
+    gray = np.nan_to_num(255.0 * (far - distance) / (far - near)).astype(np.uint8)
+    rows.append(side_by_side([image, normals, np.repeat(gray[..., None], 3, axis=2), heights]))
 figure(stacked(rows))
 
 # %%

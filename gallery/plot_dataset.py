@@ -1,8 +1,8 @@
 """
 .. _dataset_labels:
 
-What a data set tells of a picture
-==================================
+Labels of a data set
+====================
 
 ``facewrinkle dataset`` makes such samples by the hundred thousand (:ref:`howto_dataset`). Each is made from the
 specification and its number alone: the same bytes on any computer of a cluster, in any order.
@@ -35,8 +35,8 @@ with SampleMaker(spec) as maker:
 # smoothed. From the left: the picture, parts, regions of the skin, furrows one by one, heights of the wrinkles (dark
 # below the smooth skin), and normals.
 
-colours = np.random.default_rng(8).integers(60, 256, (256, 3)).astype(np.uint8)
-colours[0] = 0
+colors = np.random.default_rng(8).integers(60, 256, (256, 3)).astype(np.uint8)
+colors[0] = 0
 
 
 def shown(sample):
@@ -46,7 +46,7 @@ def shown(sample):
     skin = labels["depth"] > 0
     return [
         sample.image,
-        *(colours[labels[name]] for name in ("part", "region", "furrow")),
+        *(colors[labels[name]] for name in ("part", "region", "furrow")),
         np.repeat(np.where(skin, height, 0)[..., None], 3, axis=2),
         np.where(skin[..., None], 128 + labels["normal"].astype(np.int16), 0).astype(np.uint8),
     ]

@@ -29,7 +29,7 @@ for name, meaning in ARRAYS.items():
         print(f"{name:12s} {frame[name].dtype!s:8s} {meaning}")
 
 # %%
-# Each one in colour. Fields of a muscle are grey where no muscle wrinkles the skin.
+# Each one in color. Fields of a muscle are gray where no muscle wrinkles the skin.
 
 names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
 images = [picture(frame, face, Style(size=(460, 400), view="forehead", scalars=name)) for name in names]

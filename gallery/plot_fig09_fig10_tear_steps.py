@@ -58,7 +58,7 @@ steps = {
 }
 
 # %%
-# The bumps are a tenth of a millimetre high: a low light from the side shows them.
+# The bumps are a tenth of a millimeter high: a low light from the side shows them.
 
 plotter = pv.Plotter(off_screen=True, shape=(2, 3), window_size=(1300, 640), border=False, lighting="none")
 plotter.add_light(pv.Light(position=(12.0, 30.0, 8.0), focal_point=(6.0, 0.0, 0.0), intensity=1.3))

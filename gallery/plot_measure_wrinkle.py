@@ -4,7 +4,7 @@
 Measuring a wrinkle
 ===================
 
-How deep are wrinkles, how far apart, how sharp? A mesh is cut along a fibre of the muscle, across its folds, and the
+How deep are wrinkles, how far apart, how sharp? A mesh is cut along a fiber of the muscle, across its folds, and the
 cut is compared with the formula.
 """
 
@@ -41,18 +41,18 @@ def wrinkled(spacing):
 
 
 # %%
-# Cut along the fibre with a plane, and put the points of the section in order.
+# Cut along the fiber with a plane, and put the points of the section in order.
 
 
 def section(mesh, line=0.013):
-    """Distance along the fibre and height of a mesh, cut beside the plane of symmetry."""
+    """Distance along the fiber and height of a mesh, cut beside the plane of symmetry."""
     cut = mesh.slice(normal=(0, 1, 0), origin=(0, line, 0))
     order = np.argsort(cut.points[:, 0])
     return cut.points[order, 0], cut.points[order, 2]
 
 
 def exact(l):
-    """The closed form on the fibre (Eqs. 4-6)."""
+    """The closed form on the fiber (Eqs. 4-6)."""
     w = phase(l, style.start * muscle.radius, u, style.alpha)
     inside = (l >= style.start * muscle.radius) & (l <= muscle.radius)
     return np.where(inside, style.depth * shape(w, u, 1.0, style.alpha), 0.0)
@@ -61,9 +61,9 @@ def exact(l):
 l = np.linspace(4.0, 50.0, 2000)
 _, axes = plt.subplots(figsize=(10, 3))
 axes.plot(l, exact(l), color="0.8", lw=5, label="closed form")
-for spacing, colour in ((2.0, "#edae49"), (1.0, "#2e86ab"), (0.25, "#d1495b")):
-    axes.plot(*section(wrinkled(spacing)), color=colour, lw=1, label=f"edges of {spacing:g} mm")
-axes.set_xlabel("distance along the fibre (mm)")
+for spacing, color in ((2.0, "#edae49"), (1.0, "#2e86ab"), (0.25, "#d1495b")):
+    axes.plot(*section(wrinkled(spacing)), color=color, lw=1, label=f"edges of {spacing:g} mm")
+axes.set_xlabel("distance along the fiber (mm)")
 axes.set_ylabel("height (mm)")
 axes.legend(frameon=False, ncols=4, loc="upper right", bbox_to_anchor=(1.0, 1.2))
 plt.tight_layout()

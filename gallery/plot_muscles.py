@@ -5,7 +5,7 @@ Muscles and the fields they define
 ==================================
 
 Three kinds of muscles pull the skin. A linear muscle pulls a cone of skin towards a point, a sheet pulls a rectangle
-towards a line, a sphincter pulls a ring towards its centre (Zhang, Sim, Tan, Section 3). Each gives every vertex two
+towards a line, a sphincter pulls a ring towards its center (Zhang, Sim, Tan, Section 3). Each gives every vertex two
 coordinates: how far along the muscle it lies, and how far to the side.
 """
 
@@ -15,7 +15,7 @@ import pyvista as pv
 import facewrinkle as fw
 
 face = fw.default_face()
-fibres = {"linear": "#d1495b", "sheet": "#2e86ab", "sphincter": "#edae49"}
+fibers = {"linear": "#d1495b", "sheet": "#2e86ab", "sphincter": "#edae49"}
 
 # %%
 # The muscles over the skull: linear ones red, sheets blue, sphincters yellow.
@@ -41,13 +41,13 @@ plotter.add_mesh(face.mesh, color="#d9a78f", opacity=0.18, smooth_shading=True)
 for muscle in face.muscles.values():
     lines, kind = lines_of(muscle)
     if lines is not None:
-        plotter.add_mesh(lines, color=fibres[kind], line_width=5)
+        plotter.add_mesh(lines, color=fibers[kind], line_width=5)
 plotter.camera_position = [(300, 60, 560), (0, -10, 20), (0, 1, 0)]
 plotter.show()
 
 # %%
 # The coordinates of one muscle. The zygomaticus major draws the corner of the mouth up and back; ``lambda`` is 0 where
-# it is attached and 1 at the end of its reach, ``gamma`` is 0 on its central fibre and 1 at its border.
+# it is attached and 1 at the end of its reach, ``gamma`` is 0 on its central fiber and 1 at its border.
 
 muscle = face.muscles["zygomaticus_major_l"]
 skin = face.mesh
@@ -62,8 +62,8 @@ bar = {"n_labels": 3, "fmt": "%.1f", "title_font_size": 16, "label_font_size": 1
 plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=(1000, 520), border=False)
 for column, name in enumerate(("lambda", "gamma")):
     plotter.subplot(0, column)
-    colours = {"scalars": name, "cmap": "viridis", "nan_color": "#d9c8bf", "clim": (0, 1)}
-    plotter.add_mesh(skin.copy(), smooth_shading=True, scalar_bar_args={"title": f"{name}\n", **bar}, **colours)
+    colors = {"scalars": name, "cmap": "viridis", "nan_color": "#d9c8bf", "clim": (0, 1)}
+    plotter.add_mesh(skin.copy(), smooth_shading=True, scalar_bar_args={"title": f"{name}\n", **bar}, **colors)
     plotter.camera_position = [(330, 10, 330), (20, -10, 20), (0, 1, 0)]
 plotter.show()
 

@@ -17,7 +17,7 @@ from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 # %%
 # This "scan" is made here, so that the page needs no data: another person with finer triangles, a quarter of them
-# removed again, noise of a tenth of a millimetre, the back of the head cut off, turned on its side, in metres. Use a
+# removed again, noise of a tenth of a millimeter, the back of the head cut off, turned on its side, in meters. Use a
 # file of your own instead: ``fw.fit_face("scan.obj")``.
 
 person = fw.default_face({"jaw": 0.6, "nose_width": 0.5, "age": 0.4, "length": -0.4})
@@ -66,7 +66,7 @@ for what in ("surprise", "disgust"):
 figure(side_by_side(images))
 
 # %%
-# How far the found landmarks are from those that the person was made with, in millimetres.
+# How far the found landmarks are from those that the person was made with, in millimeters.
 
 error = {
     name: 1000 * np.linalg.norm(face.landmarks[name] - to_scanner.apply(place))

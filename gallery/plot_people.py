@@ -1,8 +1,8 @@
 """
 .. _people:
 
-Other people, and where they look
-=================================
+People and gaze
+===============
 
 Parameters in an artist's words turn the built-in head into other people. Muscles, skull, eyes and teeth follow, and so
 do the wrinkles.

@@ -1,6 +1,6 @@
 """
-Wrinkles where they are wanted
-==============================
+Placing wrinkles
+================
 
 The neutral face, and the face with wrinkles on forehead, eye corners and cheeks; then forehead wrinkles and a frown by
 themselves (Lin, Cheng, Figs. 2 and 4).

@@ -3,11 +3,13 @@
 every import (also inside functions, and for type checking) | floors below, by a table
 the graph of all modules                                    | no circle, by its strongly connected components
 the top level                                               | what users name, and nothing else
+the rooms that docs/architecture.rst and CONTRIBUTING.md list | the same table
 """
 
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 import numpy as np
@@ -104,6 +106,15 @@ def test_no_import_circle():
 def test_the_top_level_holds_what_users_name():
     top = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.name != "__pycache__"}
     assert top - {"py.typed", "__init__", "__init__.pyi"} == set(FLOOR)
+
+
+def test_contributors_are_told_of_all_rooms_and_of_no_other():
+    root = PACKAGE.parent
+    table = (root / "docs" / "architecture.rst").read_text(encoding="utf-8").partition("\nRooms\n")[2]
+    rows = re.findall(r"^   \* - (``.*``)$", table.partition("\nOne time step\n")[0], re.MULTILINE)
+    assert sorted(room for row in rows for room in re.findall(r"``(\w+)``", row)) == sorted(FLOOR.keys() - {"__main__"})
+    line = " < ".join(", ".join(floor) for floor in FLOORS[:-1])
+    assert f"    {line}\n" in (root / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
 
 def test_every_name_of_the_top_level_is_there():

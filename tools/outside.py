@@ -224,14 +224,14 @@ def interpreters(wheel: Path) -> dict[tuple[int, ...], str]:
     """Return the Pythons of this machine that the wheel names: on the path, and pyenv's."""
     with ZipFile(wheel) as archive:
         metadata = archive.read(next(name for name in archive.namelist() if name.endswith("/METADATA"))).decode()
-    found = {}
+    found: dict[tuple[int, ...], str] = {}
     for major, minor in re.findall(r"Programming Language :: Python :: (\d+)\.(\d+)", metadata):
         pyenv = sorted((Path.home() / ".pyenv" / "versions").glob(f"{major}.{minor}.*/bin/python3"))
         for place in filter(None, (shutil.which(f"python{major}.{minor}"), *map(str, pyenv))):
             if not subprocess.run([place, "-c", "import venv, ensurepip"], capture_output=True, check=False).returncode:
                 found[int(major), int(minor)] = place
                 break
-    return found or {sys.version_info[:2]: sys.executable}
+    return found or {tuple(sys.version_info[:2]): sys.executable}
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""``facewrinkle dataset``: labelled pictures of faces by the hundred thousand."""
+"""``facewrinkle dataset``: labeled pictures of faces by the hundred thousand."""
 
 from __future__ import annotations
 
