@@ -15,6 +15,7 @@ sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 
 import pyvista as pv  # noqa: E402
 import sphinx.ext.autosummary as summaries  # noqa: E402
+from docutils import nodes  # noqa: E402
 from scenes import Scenes  # noqa: E402
 
 import facewrinkle  # noqa: E402
@@ -105,5 +106,12 @@ def dashed(app, what, name, thing, options, lines):
     lines[:] = [line.replace(" -- ", " – ") for line in lines]
 
 
+def dashed_fields(app, tree):
+    """The dashes that Sphinx puts between an error and when it is raised."""
+    for text in [text for text in tree.findall(nodes.Text) if text.astext() == " -- "]:
+        text.parent.replace(text, nodes.Text(" – "))
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", dashed, priority=600)  # after napoleon
+    app.connect("doctree-read", dashed_fields)
