@@ -75,8 +75,8 @@ class Outside:
                 if self.stop.is_set():
                     return
                 self._do(step)
-        except (AssertionError, subprocess.CalledProcessError) as problem:
-            self.failed.append(str(problem))
+        except Exception as problem:
+            self.failed.append(str(problem) or repr(problem))
             self.stop.set()
 
     def _do(self, step: Step) -> None:
