@@ -21,6 +21,7 @@ from .anatomy.atlas import MUSCLES as MUSCLES
 from .anatomy.atlas import read_atlas as read_atlas
 from .anatomy.atlas_file import write_atlas as write_atlas
 from .anatomy.face import Face as Face
+from .anatomy.face_file import read as read
 from .anatomy.face_file import read_face as read_face
 from .anatomy.face_file import write_face as write_face
 from .anatomy.finding import Found as Found
@@ -42,6 +43,9 @@ from .commands.compile import compile_ahead as compile_ahead
 from .errors import FaceWrinkleError as FaceWrinkleError
 from .errors import FaceWrinkleWarning as FaceWrinkleWarning
 from .export import write_mesh as write_mesh
+from .export import write_movie as write_movie
+from .export import write_series as write_series
+from .layers.base import Layer as Layer
 from .layers.creases import Creases as Creases
 from .layers.muscle_wrinkles import MuscleWrinkles as MuscleWrinkles
 from .layers.patterns_on_skin.layer import PatternLayer as PatternLayer
@@ -57,6 +61,8 @@ from .motion.base import Motion as Motion
 from .motion.base import Still as Still
 from .motion.skin import Skin as Skin
 from .motion.skin import SkinMaterial as SkinMaterial
+from .plotting import picture as picture
+from .plotting.report import Report as Report
 from .rigging import Performer as Performer
 from .rigging import Rig as Rig
 from .rigging import Take as Take

@@ -1,4 +1,4 @@
-"""``mesh.facewrinkle``: patterns and tears on any mesh of PyVista, as filters like PyVista's own.
+"""``mesh.facewrinkle``: patterns, tears and expressions on meshes of PyVista, as filters like PyVista's own.
 
 PyVista finds this module through the entry point group ``pyvista.accessors`` and imports it when ``mesh.facewrinkle``
 is first used; importing it by hand does the same.
@@ -17,6 +17,7 @@ import pyvista as pv
 from .anatomy.attachments import combined_mesh
 from .anatomy.face import Face
 from .anatomy.fitting import fit_face, surface, unit_by_size
+from .anatomy.mixtures import Mixture
 from .errors import ParameterError, check_range, check_whole, warn
 from .geometry.closest_point import closest_point
 from .geometry.topology import components
@@ -54,7 +55,41 @@ class FaceWrinkleAccessor:
         self._mesh = mesh
 
     def __repr__(self) -> str:
-        return f"facewrinkle on a {type(self._mesh).__name__}: pattern(...), tear(...)"
+        return f"facewrinkle on a {type(self._mesh).__name__}: pattern(...), tear(...), fit(...), express(...)"
+
+    def fit(self, landmarks: Mapping[str, npt.ArrayLike] | str | Path | None = None, **options: Any) -> Face:
+        """Return the face on the mesh, with skull, eyes and muscles; see :func:`facewrinkle.fit_face`.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> head = fw.default_face()
+        >>> head.mesh.facewrinkle.fit(head.landmarks)
+        Face(4517 triangles, 33 landmarks, 48 muscles)
+        """
+        return fit_face(self._mesh, landmarks, **options)
+
+    def express(self, what: Mixture, intensity: float = 1.0, **options: Any) -> pv.PolyData:
+        """Return the face on the mesh with an expression, at rest; see :meth:`facewrinkle.Simulation.settle`.
+
+        Parameters
+        ----------
+        what, intensity :
+            See :meth:`facewrinkle.Simulation.express`.
+        **options
+            Those of :meth:`fit`. For several expressions of one mesh, fit it once.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> head = fw.default_face()
+        >>> smile = head.mesh.facewrinkle.express("happiness", landmarks=head.landmarks)
+        >>> bool(smile["W"].min() < -0.2)
+        True
+        """
+        simulation = Simulation(self.fit(**options))
+        simulation.express(what, intensity)
+        return simulation.settle()
 
     def pattern(
         self,

@@ -16,7 +16,6 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.export import write_movie, write_series
 from facewrinkle.plotting import Style, figure, picture, pictures, side_by_side
 
 folder = Path(tempfile.mkdtemp())
@@ -29,7 +28,7 @@ frames = list(sim.run(30))
 # The whole clip, and one frame of it with its fields. ParaView plays the series; ``pv.read`` opens its first frame, a
 # reader any other.
 
-series = write_series(frames, 0.04 * np.arange(30), folder / "frowning.vtkhdf")
+series = fw.write_series(frames, 0.04 * np.arange(30), folder / "frowning.vtkhdf")
 frames[-1].save(folder / "frowning.vtp")
 frames[-1].save(folder / "frowning.ply")
 reader = pv.get_reader(series)
@@ -39,7 +38,7 @@ last = reader.read()
 # %%
 # A movie, here a .gif; .mp4 works as well. Both need the extra `export`.
 
-write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
+fw.write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
 
 strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) for i in (0, 10, 14, 29)])
 figure(strip)

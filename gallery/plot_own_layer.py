@@ -19,7 +19,7 @@ from facewrinkle.layers.base import Displacement, Layer
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 # %%
-# The four methods of :class:`facewrinkle.layers.base.Layer`. What depends only on the place is computed once for each
+# The four methods of :class:`facewrinkle.Layer`. What depends only on the place is computed once for each
 # vertex, in `follow`; `displacement` is called at every step.
 
 

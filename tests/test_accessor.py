@@ -244,3 +244,13 @@ def test_errors_of_tears(round_ball, arguments, error, says, fingerprint):
 def test_meshes_on_which_nothing_runs(mesh, says):
     with pytest.raises(MeshError, match=says):
         mesh.facewrinkle.tear(start=(0.0, 0.0, 0.0))
+
+
+def test_a_face_is_fitted_and_makes_an_expression(face):
+    frame = face.mesh.facewrinkle.express("AU4", 0.5, landmarks=face.landmarks)
+    sim = fw.Simulation(fw.fit_face(face.mesh, face.landmarks))
+    sim.express("AU4", 0.5)
+    expected = sim.settle()
+    np.testing.assert_array_equal(frame.points, expected.points)
+    with pytest.raises(UnknownNameError, match="Did you mean 'happiness'"):
+        face.mesh.facewrinkle.express("hapiness", landmarks=face.landmarks)

@@ -17,6 +17,7 @@ from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of
 from .landmarks import FaceFrame, of_side
+from .mixtures import Mixture, parse_weights
 from .muscles import (
     WRINKLES,
     Crease,
@@ -89,32 +90,41 @@ class Atlas:
     tissue: list[dict[str, Any]]
     mixtures: dict[str, dict[str, float]] = field(default_factory=dict)
 
-    def contractions(self, what: str | Mapping[str, float], intensity: float = 1.0) -> dict[str, float]:
+    def contractions(self, what: Mixture, intensity: float = 1.0) -> dict[str, float]:
         """Contraction rates by muscle of an expression, an action unit, or a mixture of them with weights.
 
-        Where several of them use the same muscle, the largest rate counts.
+        A mixture is a text such as "AU1=0.7+AU4", a list of names, or a dictionary of names and weights. Where several
+        of them use the same muscle, the largest rate counts. Upper and lower case are the same.
 
         Raises
         ------
         UnknownNameError
             For a name that is no expression, action unit or muscle; the nearest names are suggested.
         ParameterError
-            For a weight or intensity outside [0, 1].
+            For a weight or intensity outside [0, 1], or a text that is no mixture.
 
         Examples
         --------
         >>> load_atlas().contractions("AU46", 0.5)
         {'orbicularis_oculi_l': 0.5}
+        >>> load_atlas().contractions("AU12L=0.5+AU46") == load_atlas().contractions({"AU12L": 0.5, "AU46": 1.0})
+        True
         """
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
+        kind = "expression" if isinstance(what, str) else "muscle"
         if isinstance(what, str):
-            return {name: intensity * rate for name, rate in self.resolve(what, "expression").items()}
+            what = {what: 1.0} if what in self.expressions else parse_weights(what)
+        elif isinstance(what, list | tuple) and all(isinstance(name, str) for name in what):
+            what = dict.fromkeys(what, 1.0)
         if not isinstance(what, Mapping):
-            raise ParameterError(f"an expression is a name or a dictionary of names and weights, received {what!r}.")
+            raise ParameterError(
+                "an expression is a name, a text such as 'AU1=0.7+AU4', a list of names, or a dictionary of names and "
+                f"weights, received {what!r}."
+            )
         total: dict[str, float] = {}
         for name, weight in what.items():
             check_range(f"the weight of {name}", weight, 0.0, 1.0)
-            for muscle, rate in self.resolve(name).items():
+            for muscle, rate in self.resolve(name, kind).items():
                 total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
         return total
 
@@ -178,15 +188,24 @@ class Atlas:
     def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
         """Contraction rates of one muscle, muscle pair, action unit or expression at full strength.
 
-        An error calls an unknown name an "unknown `kind`".
+        An error calls an unknown name an "unknown `kind`". A name in another case is found, too.
+
+        Examples
+        --------
+        >>> load_atlas().resolve("Frowning"), load_atlas().resolve("au12l")
+        ({'corrugator_l': 1.0, 'corrugator_r': 1.0}, {'zygomaticus_major_l': 1.0})
         """
         for table in (self.action_units, self.expressions):
             if name in table:
                 return dict(table[name])
         muscles = [n for n in (name, f"{name}_l", f"{name}_r") if n in self.muscles]
-        if not muscles:
-            raise unknown_name(kind, name, [*self.expressions, *self.action_units, *self.muscles])
-        return dict.fromkeys(muscles, 1.0)
+        if muscles:
+            return dict.fromkeys(muscles, 1.0)
+        every = [*self.expressions, *self.action_units, *self.muscles]
+        alike = [each for each in every if each != name and each.casefold() == str(name).casefold()]
+        if len(alike) != 1:
+            raise unknown_name(kind, name, every)
+        return self.resolve(alike[0])
 
     def place(self, landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str, Muscle]:
         """Return all muscles placed on a face, in the unit of its landmarks."""

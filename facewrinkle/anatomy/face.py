@@ -51,6 +51,20 @@ pupils.
 """
 
 
+class Muscles(dict[str, Muscle]):
+    """Muscles by name. It shows the names alone: all that muscles hold would fill pages.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> Muscles(list(fw.default_face().muscles.items())[:2])
+    2 muscles: frontalis_inner_l, frontalis_inner_r
+    """
+
+    def __repr__(self) -> str:
+        return f"{len(self)} muscles: {', '.join(self)}"
+
+
 @dataclass(frozen=True, eq=False)
 class Face:
     """A rest mesh with landmarks, skull, eyes and muscles, all in the mesh's own unit and coordinates.
@@ -126,6 +140,9 @@ class Face:
     iris: float = 0.0
     template: Face | None = None
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "muscles", Muscles(self.muscles))
+
     @classmethod
     def from_landmarks(
         cls,
@@ -194,6 +211,21 @@ class Face:
         }
         lines = (f"<tr><td>{name}</td><td>{html.escape(str(value))}</td></tr>" for name, value in rows.items())
         return f"<table><tr><th>Face</th><th>Information</th></tr>{''.join(lines)}</table>"
+
+    @property
+    def n_points(self) -> int:
+        """Number of vertices."""
+        return int(self.mesh.n_points)
+
+    @property
+    def n_cells(self) -> int:
+        """Number of triangles."""
+        return int(self.mesh.n_cells)
+
+    @property
+    def bounds(self) -> Any:
+        """Smallest and largest x, y and z of the vertices, as of any mesh of PyVista."""
+        return self.mesh.bounds
 
     @property
     def points(self) -> Array:

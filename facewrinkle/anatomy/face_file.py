@@ -15,7 +15,7 @@ import pyvista as pv
 from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError, warn
 from ..files import check_file, written
-from ..mesh import to_polydata
+from ..mesh import read_surface, to_polydata
 from ..mesh.arrays import CORNERS, PART, use_texture
 from .atlas import Atlas
 from .face import Face
@@ -136,6 +136,28 @@ def _part(data: dict[str, Any]) -> Part:
 def _within(data: dict[str, Any], key: str) -> dict[str, Any]:
     """The arrays whose names begin with `key`, by the rest of their names."""
     return {name.removeprefix(key): values for name, values in data.items() if name.startswith(key)}
+
+
+def read(path: str | Path) -> Face | pv.PolyData:
+    """Read a face from a .face file, or the surface of any other mesh file.
+
+    :func:`read_face` and :func:`facewrinkle.read_surface` do the same, each for one of them.
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw, tempfile
+    >>> face = fw.default_face()
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = fw.write_face(face, f"{folder}/head.face"), fw.write_mesh(face.mesh, f"{folder}/head.ply")
+    ...     [type(read(path)).__name__ for path in paths]
+    ['Face', 'PolyData']
+    """
+    return read_face(path) if Path(path).suffix.lower() == SUFFIX else read_surface(path)
 
 
 def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:

@@ -59,7 +59,7 @@ def express(
     Parameters
     ----------
     name
-        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. See `facewrinkle info`.
+        An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`.
     intensity
         How strong the expression is, 0 to 1.
     frames

@@ -20,6 +20,7 @@ from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
+from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
@@ -85,35 +86,8 @@ def removed_rows(stale: Sequence[Path]) -> dict[str, str]:
     return {"removed, of an earlier run": "\n".join(names[:MOST_NAMES]) + more} if stale else {}
 
 
-def parse_weights(text: str, usual: float | None = 1.0) -> dict[str, float]:
-    """Return numbers by name, from "mouthSmile=0.8, jawOpen"; `usual` where none is given.
-
-    Raises
-    ------
-    ParameterError
-        For what is no number, for none where there is no usual one, and for a name that comes twice.
-
-    Examples
-    --------
-    >>> parse_weights("mouthSmile=0.8, jawOpen"), parse_weights("jaw=0.5, age=1", usual=None)
-    ({'mouthSmile': 0.8, 'jawOpen': 1.0}, {'jaw': 0.5, 'age': 1.0})
-    """
-    found: dict[str, float] = {}
-    for part in text.split(","):
-        name, equals, number = (piece.strip() for piece in part.partition("="))
-        if name in found:
-            raise ParameterError(f"{name} is named twice in {text!r}. Give one number for each name.")
-        try:
-            found[name] = float(number) if equals or usual is None else usual
-        except ValueError:
-            raise ParameterError(
-                f"names with numbers are needed, such as jaw=0.5,age=1; received {part.strip()!r}."
-            ) from None
-    return found
-
-
 def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
-    """Return weights by name, from "surprise", "AU12" or "AU1=0.7,AU4"; see :func:`parse_weights`.
+    """Return weights by name, from "surprise", "AU12" or "AU1=0.7+AU4"; see :func:`parse_weights`.
 
     Raises
     ------
@@ -123,7 +97,7 @@ def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:
     Examples
     --------
     >>> from facewrinkle.anatomy.atlas import load_atlas
-    >>> parse_mixture("AU1=0.7, AU4", load_atlas())
+    >>> parse_mixture("AU1=0.7 + AU4", load_atlas())
     {'AU1': 0.7, 'AU4': 1.0}
     """
     weights = parse_weights(text)

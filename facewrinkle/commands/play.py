@@ -12,6 +12,7 @@ import numpy as np
 import pyvista as pv
 from cyclopts import Parameter
 
+from ..anatomy.mixtures import parse_weights
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, check_range, check_whole, warn
@@ -22,7 +23,7 @@ from ..plotting.views import Style
 from ..rigging import Performer, Take, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation
-from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, parse_weights, refuse
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, refuse
 from .recorder import Clip, Recorder, Scenes
 
 

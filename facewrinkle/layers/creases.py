@@ -77,7 +77,7 @@ class Creases(MuscleWrinkles):
         return [varied.get(k, pattern) for k, pattern in enumerate(patterns)], touched
 
     def attach(self, face: Face) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         super().attach(face)
         # Several muscles fold one crease; at rest it is there once.
         deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
@@ -86,7 +86,7 @@ class Creases(MuscleWrinkles):
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         found = super().displacement(state)
         self._relief = relief = self._relief.levelled(state.areas)
         return replace(found, height=relief.height, shading_offset=relief.shown - relief.height)

@@ -82,7 +82,7 @@ class MuscleWrinkles(Layer):
     # --- Eq. 3: W = H A At, with H At computed once, where a new vertex rests --------------------------
 
     def attach(self, face: Face) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         self._face, self._unit = face, face.unit
         self._muscles, touched = self.patterns(face)
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
@@ -101,7 +101,7 @@ class MuscleWrinkles(Layer):
         self._epsilon, self._relief = np.empty(0), Relief.flat(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         new = Folds.at(created, self._muscles, self._zones, self._metric, self._unit, self._outer)
         if not self.inextensible:
             new.steep[:] = 0.0
@@ -113,7 +113,7 @@ class MuscleWrinkles(Layer):
         self._missed = np.flatnonzero(self._folding & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         folds, relief = self._folds, self._relief
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)

@@ -53,7 +53,7 @@ class PrintedWrinkles(Layer):
     # --- Eq. 3: W = H A At ---------------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         self._muscles, self._zones, self._unit = list(face.muscles.values()), face.zones, face.unit
         self._depth = np.array([muscle.wrinkles.depth for muscle in self._muscles])
         self._metric, self._folds = StrainField.of(face).metric, Folds.none(0)
@@ -62,14 +62,14 @@ class PrintedWrinkles(Layer):
         self._left, self._time = self.iterations, -1.0
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`. H At is computed once, where a new vertex rests."""
+        """See :class:`facewrinkle.Layer`. H At is computed once, where a new vertex rests."""
         new = Folds.at(created, self._muscles, self._zones, self._metric, self._unit)
         self._folds = self._folds.followed(change.kept, new)
         self._height = np.concatenate([self._height[change.kept], np.zeros(len(created.points))])
         self._epsilon, self._edges = np.zeros(len(self._folds.muscle)), None
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         folds = self._folds
         if not state.rates.any():
             self._left = self.iterations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ import pyvista as pv
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ..anatomy.face import Face
+from ..anatomy.mixtures import Mixture
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
@@ -80,7 +81,7 @@ class Maps:
 
 def bake_maps(
     face: Face,
-    expression: str | Mapping[str, float],
+    expression: Mixture,
     *,
     intensity: float = 1.0,
     size: int = 1024,

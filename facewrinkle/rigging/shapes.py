@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Literal
 
 from ..anatomy.face import Face
+from ..anatomy.mixtures import split_names
 from ..errors import ParameterError, UnknownNameError, unknown_name
 from .modelled import Movements
 
@@ -160,7 +161,7 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     Parameters
     ----------
     asked : str
-        Sets joined by +, such as "arkit+visemes"; single shapes may be named too.
+        Sets joined by + or commas, such as "arkit+visemes"; single shapes may be named too.
     face : Face
 
     Raises
@@ -178,8 +179,8 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     (52, {})
     """
     wanted: dict[str, Shape] = {}
-    for word in asked.split("+"):
-        wanted |= _named(word.strip(), face)
+    for word in split_names(asked):
+        wanted |= _named(word, face)
     return _possible(wanted, face, {})
 
 

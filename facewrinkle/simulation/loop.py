@@ -17,6 +17,7 @@ import pyvista as pv
 from ..anatomy.eyeball import gaze_of
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
+from ..anatomy.mixtures import Mixture
 from ..anatomy.muscles import EyeMuscle
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
@@ -80,7 +81,8 @@ class Simulation:
     Warns
     -----
     FaceWrinkleWarning
-        For each pattern that the mesh cannot carry well with the highest level that was asked for.
+        For each pattern that the mesh cannot carry well with the highest level that was asked for, and for a mesh that
+        is given without layers or a motion, as nothing happens on it.
 
     Raises
     ------
@@ -123,7 +125,13 @@ class Simulation:
         folds: Folds = "wave",
     ) -> None:
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
-        face = face if isinstance(face, Face) else surface(face)
+        if not isinstance(face, Face):
+            face = surface(face)
+            if layers is None and motion is None:
+                warn(
+                    "this surface has no muscles, and nothing will move or wrinkle. For the muscles of a face make the "
+                    "simulation of facewrinkle.fit_face(mesh); for patterns give layers, and for a recording motion."
+                )
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
         self.refinement = refinement_for(folds, refinement)
         self._wanted: BoolArray | None = None
@@ -225,6 +233,21 @@ class Simulation:
         """Seconds simulated so far."""
         return self._steps * self.motion.time_step
 
+    @property
+    def frame(self) -> pv.PolyData:
+        """The frame that was made last, as :meth:`step` returned it; before the first one, a copy of the face at rest.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face())
+        >>> sim.frame.n_cells
+        4517
+        >>> sim.step() is sim.frame
+        True
+        """
+        return self.face.mesh.copy() if self._last is None else self._last
+
     def contract(self, rates: Mapping[str, float]) -> None:
         """Ask for contraction rates by muscle; muscles that are not named relax.
 
@@ -236,6 +259,11 @@ class Simulation:
             For a rate outside [0, 1], a muscle whose wrinkles are too fine for the highest level, or a motion that is
             not driven by muscles.
         """
+        if rates and not self.face.muscles:
+            raise ParameterError(
+                f"this surface has no muscles that could make {', '.join(map(str, rates))}. Make the simulation of "
+                "facewrinkle.fit_face(mesh), which finds the face on a mesh and places its muscles."
+            )
         asked = self.motion.rates_of(rates)
         eyes = self._eye_muscles
         asked[eyes] = np.where(asked[eyes] > 0.0, asked[eyes], self._looked)
@@ -243,9 +271,17 @@ class Simulation:
             check_wavelength(self.face, self.muscles[k], self._edges[k], self._level)
         self._asked = asked
 
-    def express(self, what: str | Mapping[str, float], intensity: float = 1.0) -> None:
-        """Ask for an expression or action unit by name, or for a mixture such as ``{"AU12": 0.7, "corrugator_l":
-        0.2}``.
+    def express(self, what: Mixture, intensity: float = 1.0) -> None:
+        """Ask for an expression or action unit by name, or for a mixture of them.
+
+        Parameters
+        ----------
+        what : str, list of str, or mapping of str to float
+            An expression, action unit, muscle, or pair of muscles; or a mixture: a text such as "AU12=0.7+AU1", a list
+            of names, or weights in [0, 1] by name, such as ``{"AU12": 0.7, "corrugator_l": 0.2}``. Commands and rigs
+            take the same texts; a comma joins names as well as +.
+        intensity : float
+            In [0, 1]: factor for all of them.
 
         Raises
         ------
@@ -313,6 +349,7 @@ class Simulation:
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._wanted = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
+        self._last: pv.PolyData | None = None
         self._tell_age()
 
     def _tell_age(self) -> None:
@@ -375,21 +412,37 @@ class Simulation:
         with self._timed("frame"):
             return self._frame(*shape)
 
-    def run(self, frames: int, ramp: float = 0.6) -> Iterator[pv.PolyData]:
+    def run(
+        self, frames: int | None = None, ramp: float = 0.6, *, seconds: float | None = None
+    ) -> Iterator[pv.PolyData]:
         """Ramp smoothly from the present contraction to that asked for when the run began, then hold it.
 
         Parameters
         ----------
-        frames : int
-            Number of steps.
+        frames : int, optional
+            Number of steps. Default: those of `seconds`.
         ramp : float
             Share of the frames that the ramp takes, in [0, 1].
+        seconds : float, optional
+            In place of `frames`: how long, in simulated time. Default: 2 s.
 
         Yields
         ------
         PolyData
             See :meth:`step`.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> sim = Simulation(fw.default_face(), layers=[])
+        >>> sum(1 for frame in sim.run(seconds=0.1)), round(sim.time, 9)
+        (5, 0.1)
         """
+        if frames is not None and seconds is not None:
+            raise ParameterError(f"give frames or seconds, not both; received {frames!r} and {seconds!r}.")
+        if frames is None:
+            lasts = check_range("seconds", 2.0 if seconds is None else seconds, 0.0, 1e9)
+            frames = max(round(lasts / self.motion.time_step), 1)
         frames, ramp = check_whole("frames", frames, 1, 1e9), check_range("ramp", ramp, 0.0, 1.0)
         start, target = self.motion.rates.copy(), self._asked
         for i in range(frames):
@@ -515,7 +568,8 @@ class Simulation:
         for layer in self.layers:
             data.update(over(data, fields_of(layer, len(points))))
         data["W"] = height  # of all layers together
-        return self._frames.frame(points, data, self.vertices, self.forest)
+        self._last = self._frames.frame(points, data, self.vertices, self.forest)
+        return self._last
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
         """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh.

@@ -343,9 +343,9 @@ def test_tissue_has_to_be_there(face, read, text):
         fw.fit_face(face.mesh, face.landmarks, atlas=read(text))
 
 
-@pytest.mark.parametrize("what", [5, ["AU1"], None])
+@pytest.mark.parametrize("what", [5, [1], None])
 def test_mixtures_are_names_or_dictionaries(what):
-    with pytest.raises(ParameterError, match="name or a dictionary"):
+    with pytest.raises(ParameterError, match="is a name, a text such as .*, or a dictionary"):
         load_atlas().contractions(what)
 
 
@@ -416,3 +416,23 @@ def test_sides_that_differ_have_no_file(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="own.toml"):
         write_atlas(atlas, tmp_path / "file" / "own.toml")
+
+
+@pytest.mark.parametrize(
+    "what",
+    ["AU1=.7+AU4", "AU1=.7,AU4", " AU4 + AU1 = 0.7", "au1=7e-1,au4=+1", {"AU1": 0.7, "AU4": 1.0}],
+)
+def test_mixtures_have_one_notation(what):
+    atlas = fw.default_face().atlas
+    brows = {name: 0.7 * rate for name, rate in fw.ACTION_UNITS["AU1"].items()}
+    expected = brows | {name: max(rate, brows.get(name, 0.0)) for name, rate in fw.ACTION_UNITS["AU4"].items()}
+    assert atlas.contractions(what) == pytest.approx(expected)
+
+
+def test_names_in_a_list_count_whole_and_case_does_not_matter():
+    atlas = fw.default_face().atlas
+    assert atlas.contractions(["AU1", "AU2"]) == atlas.contractions({"AU1": 1.0, "AU2": 1.0})
+    assert atlas.contractions("Surprise", 0.5) == atlas.contractions("surprise", 0.5)
+    for wrong in ("Suprise", "AU1+", "AU1++AU2", "AU1=strong", "AU1+AU1", ["AU1", 2], 3):
+        with pytest.raises(FaceWrinkleError, match=r"unknown expression|such as|twice"):
+            atlas.contractions(wrong)

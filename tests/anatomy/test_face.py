@@ -11,6 +11,7 @@ copies                      with_muscles leaves the face as it was
 from __future__ import annotations
 
 import dataclasses
+import pickle
 from xml.etree import ElementTree
 
 import numpy as np
@@ -262,3 +263,19 @@ def test_a_face_needs_triangles_and_landmarks(face):
         fw.Face.from_landmarks(pv.PolyData(face.points), face.landmarks, 1.0)
     with pytest.raises(LandmarkError, match="32 landmarks are missing, such as trichion"):
         fw.Face.from_landmarks(face.mesh, {"nose_tip": face.landmarks["nose_tip"]}, 1.0)
+
+
+def test_a_face_answers_as_a_mesh_does(face, tmp_path):
+    mesh = face.mesh
+    assert (face.n_points, face.n_cells, face.bounds) == (mesh.n_points, mesh.n_cells, mesh.bounds)
+    read = fw.read(fw.write_face(face, tmp_path / "head.face"))
+    np.testing.assert_array_equal(read.points, face.points)
+    assert list(read.muscles) == list(face.muscles)
+    assert fw.read(fw.write_mesh(mesh, tmp_path / "head.ply")).n_cells == face.n_cells
+
+
+def test_muscles_show_their_names_alone(face):
+    shown = repr(face.muscles)
+    assert shown.startswith("48 muscles: frontalis_inner_l, ")
+    assert len(shown) < 1500
+    assert repr(face.with_muscles({}).muscles) == repr(pickle.loads(pickle.dumps(face)).muscles) == shown

@@ -23,7 +23,7 @@ def test_all_python_compiles():
 
 
 def test_names_in_the_text_exist():
-    """Roles with a full name, such as :func:`facewrinkle.plotting.picture`."""
+    """Roles with a full name, such as :func:`facewrinkle.picture`."""
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         for name in re.findall(r":(?:class|func|meth|data|mod):`~?(facewrinkle[\w.]*)`", text):

@@ -23,7 +23,7 @@ from expressions import after, settled
 from flat_layers import Flat
 
 import facewrinkle as fw
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.layers.base import Displacement
 from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.base import Undriven
@@ -129,7 +129,7 @@ def test_a_simulation_without_layers_is_bare_skin(face):
         (lambda sim: sim.express("suprise"), UnknownNameError, "Did you mean .*'surprise'"),
         (lambda sim: sim.express({"AU4": "full"}), ParameterError, "AU4"),
         (lambda sim: sim.express("fear", np.nan), ParameterError, "intensity"),
-        *((lambda sim, n=n: next(sim.run(n)), ParameterError, "frames must") for n in (0, -3, 2.5, np.nan, "x", None)),
+        *((lambda sim, n=n: next(sim.run(n)), ParameterError, "frames must") for n in (0, -3, 2.5, np.nan, "x")),
         (lambda sim: next(sim.run(10**400)), ParameterError, "frames must"),
         (lambda sim: next(sim.run(3, ramp=1.5)), ParameterError, "ramp"),
         (lambda sim: fw.Simulation(sim.face, layers=[3]), ParameterError, "layers must be a list of layers"),
@@ -380,3 +380,35 @@ def test_faces_that_nobody_holds_are_freed(face, drawn):
     del own, sim, frame
     gc.collect()
     assert freed() is None
+
+
+def test_a_run_lasts_seconds_or_frames(face):
+    sim = fw.Simulation(face, layers=[], time_step=0.05)
+    assert len(list(sim.run(seconds=0.2))) == 4
+    assert sim.time == pytest.approx(0.2)
+    assert len(list(sim.run())) == 40
+    with pytest.raises(ParameterError, match="frames or seconds, not both; received 3 and 0.1"):
+        next(sim.run(3, seconds=0.1))
+    with pytest.raises(ParameterError, match="seconds must"):
+        next(sim.run(seconds=-1.0))
+
+
+def test_the_present_frame_is_the_last_one(face):
+    sim = fw.Simulation(face)
+    assert sim.frame == face.mesh
+    sim.frame.points[:] = 0.0
+    assert sim.frame == face.mesh
+    sim.express("AU4")
+    for frame in sim.run(3):
+        assert sim.frame is frame
+    assert sim.settle() is sim.frame
+    sim.reset()
+    assert sim.frame == face.mesh
+
+
+def test_a_mesh_without_muscles_is_told_where_they_come_from():
+    with pytest.warns(FaceWrinkleWarning, match=r"no muscles.*fit_face\(mesh\)"):
+        sim = fw.Simulation(pv.Sphere())
+    with pytest.raises(ParameterError, match=r"no muscles that could make .*fit_face\(mesh\)") as found:
+        sim.express("happiness")
+    assert "motion" not in str(found.value)

@@ -98,7 +98,7 @@ class PatternLayer(Layer):
     def __init__(
         self,
         pattern: str | Pattern | PatternFunction | Sequence[str | Pattern | PatternFunction],
-        center: npt.ArrayLike | None = None,
+        center: npt.ArrayLike | str | None = None,
         *,
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
         size: float | tuple[float, float] | None = None,
@@ -176,7 +176,7 @@ class PatternLayer(Layer):
     # --- the layer protocol ----------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         self._laid = self.laid(face)
         usual = 2.0 * self._proportion * float(self._laid.half.min()) * face.unit
         self._depth = usual if self.depth is None else self.depth
@@ -188,7 +188,7 @@ class PatternLayer(Layer):
         self._places = Places(np.zeros(1, np.int32), np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0))
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         new = Places(*sorted_by_vertex(*self._laid.at(created), n=len(created.points)))
         self._places = self._places.followed(change.kept, new)
         self._where, self._height = self._places.vertices, np.zeros(len(self._places.starts) - 1)
@@ -196,7 +196,7 @@ class PatternLayer(Layer):
         self._steps = (np.nan, np.nan)
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         strength = self.strength_at(state)
         height = np.zeros_like(self._height)
         if strength > 0.0:

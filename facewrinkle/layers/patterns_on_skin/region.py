@@ -129,9 +129,9 @@ class Region:
 
     Attributes
     ----------
-    center : array_like, shape (3,), optional
-        Its middle, in the coordinates of the mesh; the closest point of the surface is taken. Default: the middle of
-        `select`.
+    center : array_like, shape (3,), or str, optional
+        Its middle, in the coordinates of the mesh, or the name of a landmark of the face; the closest point of the
+        surface is taken. Default: the middle of `select`.
     up : array_like, shape (3,)
         Direction whose part in the surface is the region's own up.
     size : float or tuple of float, optional
@@ -157,13 +157,13 @@ class Region:
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> brow = fw.Region(face.landmarks["forehead_mid"], size=(80, 30), outline="box")
+    >>> brow = fw.Region("forehead_mid", size=(80, 30), outline="box")
     >>> sim = fw.Simulation(face, layers=[fw.PatternLayer("forehead", region=brow, depth=1.0)], motion=fw.Still(face))
     >>> bool(abs(sim.step()["W"]).max() > 0.1)
     True
     """
 
-    center: npt.ArrayLike | None = None
+    center: npt.ArrayLike | str | None = None
     up: npt.ArrayLike = (0.0, 1.0, 0.0)
     size: float | tuple[float, float] | None = None
     select: npt.ArrayLike | str | None = None
@@ -181,7 +181,7 @@ class Region:
         check_range("bow", self.bow, -10.0, 10.0)
         check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
         check_whole("seed", self.seed, 0, 2**63)
-        if self.center is not None:
+        if self.center is not None and not isinstance(self.center, str):
             vector("center", self.center)
         if not np.any(vector("up", self.up)):
             raise ParameterError("up must be a direction, received three zeros.")
@@ -199,10 +199,12 @@ class Region:
             If the region lies off the surface or is larger than it, or `up` points straight out of the surface.
         MeshError
             If the selection does not fit the mesh.
+        UnknownNameError
+            If `center` is no landmark of the face.
         """
         points, triangles = face.points, face.triangles
         weight = None if self.select is None else selection_weights(self.select, face, self.border)
-        middle = np.average(points, axis=0, weights=weight) if self.center is None else self.center
+        middle = np.average(points, axis=0, weights=weight) if self.center is None else self._middle(face)
         center = closest_point(points, triangles, middle)
         size: float | tuple[float, float] | None = self.size
         if size is None and weight is None:
@@ -228,6 +230,14 @@ class Region:
         chart = np.where(known[:, None], chart, 0.0)
         corners = triangles[center.triangle]
         return LaidRegion(self, center, corners, half, points, chart, slopes, known, weight, valid)
+
+    def _middle(self, face: Face) -> npt.ArrayLike:
+        """Return the point that `center` names."""
+        if isinstance(self.center, str) and face.landmarks:
+            if self.center not in face.landmarks:
+                raise unknown_name("landmark", self.center, face.landmarks)
+            return face.landmarks[self.center]
+        return vector("center", self.center)
 
     def _check_place(self, center: ClosestPoint, half: Array | None) -> None:
         if not np.any(tangents(center.normal, vector("up", self.up))[1]):

@@ -150,7 +150,7 @@ class WaveFolds(Layer):
     # --- the layer protocol ----------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`.
+        """See :class:`facewrinkle.Layer`.
 
         Raises
         ------
@@ -170,13 +170,13 @@ class WaveFolds(Layer):
         self._waves, self._relief = Waves.none(0), Relief.flat(0)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         self._waves = self._waves.followed(change.kept, self._field.at(created))
         n, p = len(self._waves.starts) - 1, len(self._waves.theta)
         self._now, self._relief, self._leading = Now(*np.zeros((6, p))), Relief.flat(n), np.zeros(n, np.int64)
 
     def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.layers.base.Layer`."""
+        """See :class:`facewrinkle.Layer`."""
         waves, relief, beyond = self._waves, self._relief, self._beyond
         kernels.heights(
             (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, tuple(self._now),

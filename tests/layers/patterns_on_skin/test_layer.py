@@ -18,7 +18,7 @@ import pyvista as pv
 from squares import pressed
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
+from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.layers import patterns
 from facewrinkle.layers.patterns_on_skin.kinds import (
     Cheek,
@@ -267,3 +267,16 @@ def test_what_is_not_given_scales_with_the_surface(kind):
     ]
     np.testing.assert_allclose(128.0 * heights[0], heights[1], rtol=1e-9, atol=1e-12)
     assert 0.001 < np.abs(heights[0]).max() < 0.03  # of a ball with a radius of 0.5
+
+
+def test_a_pattern_is_placed_by_the_name_of_a_landmark(face):
+    frames = [
+        fw.Simulation(
+            face, fw.Refinement(max_level=2), layers=[fw.PatternLayer("forehead", at, size=60.0)], motion=fw.Still(face)
+        ).step()
+        for at in ("forehead_mid", face.landmarks["forehead_mid"])
+    ]
+    np.testing.assert_array_equal(frames[0]["W"], frames[1]["W"])
+    assert np.abs(frames[0]["W"]).max() > 0.1
+    with pytest.raises(UnknownNameError, match="unknown landmark 'forhead'.*forehead_mid"):
+        fw.PatternLayer("forehead", "forhead", size=60.0).laid(face)
