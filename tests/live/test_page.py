@@ -312,6 +312,9 @@ def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):
         .map((e) => e.outerHTML)"""
     )
     assert not unnamed
+    sliders = page.evaluate("[...document.querySelectorAll('input[type=range]')].map((e) => e.ariaLabel)")
+    assert len(sliders) > 100
+    assert [name for name in set(sliders) if sliders.count(name) > 1] == []
     page.keyboard.press("h")  # handles are controls, too
     page.keyboard.press("k")
     page.wait_for_selector(".track")
@@ -602,7 +605,7 @@ def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
 
 
 def test_a_double_click_resets_a_slider_to_its_tick(page, studio):
-    depth = page.locator(SLIDER.format("Depth"))
+    depth = page.locator(SLIDER.format("Folds: Depth"))
     box = depth.bounding_box()
     page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + box["height"] / 2)
     until(lambda: studio.document["folds"]["depth"] > 2.5)
@@ -628,9 +631,10 @@ def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio)
     page.keyboard.press("Escape")
     page.locator("#own button").focus()
     page.keyboard.press("Enter")
-    page.keyboard.type("Open wide")
+    page.keyboard.type("Open wide!" + 40 * "!")
     page.keyboard.press("Enter")
-    until(lambda: studio.document["mixtures"] == {"Open wide": {"AU26": 1.0}})
+    name = "Open wide" + 31 * "!"
+    until(lambda: studio.document["mixtures"] == {name: {"AU26": 1.0}})
     studio.rates = {}
     until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "0")
     find(page, "open wide")

@@ -33,6 +33,7 @@ export class FacePanel {
       this.person.append(element("h2", { text: group }));
       for (const [name, [label, low, high]] of Object.entries(parameters)) {
         const made = panels.numberRow(label, ["identity", name], [-1, 1], 2, 0, `From ${low} to ${high}; 0 is the average head`);
+        made.input.setAttribute("aria-label", `Face: ${label}`);
         this.rows.set(name, made);
         this.person.append(made.line);
       }

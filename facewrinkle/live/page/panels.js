@@ -93,6 +93,7 @@ export class Panels {
     };
     const rows = Object.entries(names).map(([name, [title, about]]) => {
       const made = this.numberRow(title, ["folds", name], folds[name], 2, name === "age" ? 0 : 1, about);
+      made.input.setAttribute("aria-label", `Folds: ${title}`);
       this.updates.push((data) => made.set(data.folds[name]));
       return made.line;
     });

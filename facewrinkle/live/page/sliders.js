@@ -40,7 +40,7 @@ export const drawn = (tag, attributes) => {
 const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
 const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
 const TITLES = { emotion_surprise: "Surprise", emotion_fear: "Fear", surprise: "Surprise (brows)", fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
-  stretching_mouth: "Stretch mouth, right" };
+  stretching_mouth: "Stretch mouth, right", wink: "Wink and smile" };
 let gestures = 0;
 
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
