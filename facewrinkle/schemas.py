@@ -22,12 +22,13 @@ TYPES = {
 """What msgspec calls the types of plain data, and what everybody does."""
 
 SENTENCES = (
-    (r"Expected `(?:float|int)` <= (\S+)", "must be at most {0}"),
-    (r"Expected `(?:float|int)` >= (\S+)", "must be at least {0}"),
-    (r"Expected `\w+` of length >= 1\b.*", "must not be empty"),
-    (r"Expected `str` of length <= (\d+).*", "must have at most {0} characters"),
-    (r"Expected `(?:array|object)` of length <= (\d+).*", "must have at most {0} entries"),
-    (r"Expected `array` of length (\d+).*", "must be a list of {0} entries"),
+    (r"Expected `[^`]+` <= (\S+)", "must be at most {0}"),
+    (r"Expected `[^`]+` >= (\S+)", "must be at least {0}"),
+    (r"Expected `[^`]+` of length >= 1\b.*", "must not be empty"),
+    (r"Expected `str[^`]*` of length <= (\d+).*", "must have at most {0} characters"),
+    (r"Expected `[^`]+` of length >= (\d+).*", "must have at least {0} entries"),
+    (r"Expected `[^`]+` of length <= (\d+).*", "must have at most {0} entries"),
+    (r"Expected `[^`]+` of length (\d+).*", "must be a list of {0} entries"),
     (r"Object missing required field `(\w+)`", "must have an entry {0}"),
     (r"Expected `([\w| ]+)`, got .*", "must be {0}"),
 )

@@ -15,9 +15,10 @@ from facewrinkle.live.document import PARTS
 from facewrinkle.live.protocol import COMMANDS
 from facewrinkle.schemas import conforming
 
+TEXT = st.text(st.characters(exclude_characters="`"), max_size=80)
 PLAIN = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=80),
-    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(st.text(max_size=80), inner, max_size=4),
+    st.none() | st.booleans() | st.integers() | st.floats() | TEXT,
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(TEXT, inner, max_size=4),
     max_leaves=8,
 )
 KINDS = {**PARTS, **COMMANDS, "spec": Spec, "drawn": Drawn}
@@ -41,6 +42,8 @@ class Box(Struct, forbid_unknown_fields=True):
         ({"size": 0}, Box, "box.size is not allowed, received 0."),  # of limits that nothing here has
         ({"size": 1, "names": {"a": "b"}}, Box, "box.names.a is not allowed, received 'b'."),
         ({"size": 1, "names": {"long": "a"}}, Box, "a name in box.names must have at most 3 characters, "),
+        ([1.0], Annotated[list[float], Meta(min_length=2)] | None, "box must have at least 2 entries, received [1.0]."),
+        (7, Annotated[float, Meta(le=6)] | None, "box must be at most 6, received 7."),
         ([1, 2, 3], tuple[float, float], "box must be a list of 2 entries, received [1, 2, 3]."),
         ([1, "2"], list[float], "box[1] must be a number, received [1, '2']."),
         (7, Annotated[int, Meta(le=6)], "box must be at most 6, received 7."),
