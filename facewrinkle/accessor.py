@@ -25,7 +25,7 @@ from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import Compression
 from .mesh import add_seams, corner_texture, read_surface, with_data
-from .mesh.arrays import PART
+from .mesh.arrays import PART, PARTS
 from .mesh.formats.merging import joined_texture
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
@@ -161,9 +161,11 @@ class FaceWrinkleAccessor:
             raise ParameterError(f"the preset {pattern!r} is placed by landmarks: give those of the face.")
         face, rest = _nearest_part(self._mesh, center, _units(self._mesh, units))
         layers = [PatternLayer(pattern, center, up=up, size=size, **words)]
-        whole = _combined(patterned(face, layers, max_level), {} if rest is None else {"rest": rest})
-        whole.point_data.pop(PART, None)  # all of the mesh is one thing
-        whole.field_data.pop("parts", None)
+        frame = patterned(face, layers, max_level)
+        if rest is None:
+            return frame
+        whole = _combined(frame, {"rest": rest})
+        del whole.point_data[PART], whole.field_data[PARTS]  # all of the mesh is one thing
         return whole
 
     def tear(

@@ -15,7 +15,7 @@ from ..geometry.normals import vertex_normals
 from ..geometry.rigid_alignment import closest_rotations, rigid_motion
 from ..geometry.topology import vertex_rings
 from ..mesh import joined
-from ..mesh.arrays import COLORS, OF_PART, PART, use_texture
+from ..mesh.arrays import COLORS, OF_PART, PART, PARTS, use_texture
 from .eyeball import Eyeball
 from .parts import Part, piece_of
 from .skull import Mandible
@@ -192,7 +192,7 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
     owner: np.ndarray = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
     whole.point_data.set_array(owner, PART)
     whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})
-    whole.field_data["parts"] = ["skin", *parts]
+    whole.field_data[PARTS] = ["skin", *parts]
     use_texture(whole, skin.point_data.active_texture_coordinates_name)
     whole.point_data.active_normals_name = "Normals" if "Normals" in names else None
     return whole

@@ -19,6 +19,7 @@ from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
 from ..mesh import closest_places, to_polydata
+from ..mesh.arrays import is_frame, rest_of
 from ..mesh.frame_state import FrameState
 from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
@@ -478,15 +479,13 @@ class Face:
         >>> bool(raised[1] > 2.0)
         True
         """
-        if frame.n_points < self.mesh.n_points or not (
-            "rest" in frame.point_data or frame.n_points == len(self.points)
-        ):
+        if frame.n_points < self.mesh.n_points or not (is_frame(frame) or frame.n_points == len(self.points)):
             raise MeshError(
                 f"a frame of this face has its {self.mesh.n_points} vertices and those of split triangles, with the "
                 f"array 'rest'; received a mesh of {frame.n_points} points. Give a frame of its simulation."
             )
         points, triangles = np.asarray(frame.points, np.float64), np.asarray(frame.regular_faces)
-        rest = np.asarray(frame.point_data.get("rest", self.points), dtype=np.float64)
+        rest = rest_of(frame) if is_frame(frame) else self.points
         state = self.state_of(frame)
         names = [name for name in self.landmarks if name not in NOT_ON_SKIN]
         places = np.array([self.landmarks[name] for name in names]).reshape(-1, 3)

@@ -16,7 +16,7 @@ from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError, warn
 from ..files import check_file, written
 from ..mesh import read_surface, to_polydata
-from ..mesh.arrays import CORNERS, PART, use_texture
+from ..mesh.arrays import CORNERS, PIECE, use_texture
 from .atlas import Atlas
 from .face import Face
 from .fitting import mean_face
@@ -27,6 +27,7 @@ from .parts import Follows, Part
 VERSION = 1
 SUFFIX = ".face"
 _DATA = "point_data/"
+_CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
 _BROWS = "brows/"
 _FOLDS = "folds/"
@@ -106,9 +107,9 @@ def _stored(
     for name, values in mesh.point_data.items():
         if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
             arrays[key + _DATA + name] = np.asarray(values)
-    for name in (CORNERS, PART):
-        if name in mesh.cell_data:
-            arrays[key + name] = np.asarray(mesh.cell_data[name])
+    for name, array in _CELL_DATA.items():
+        if array in mesh.cell_data:
+            arrays[key + name] = np.asarray(mesh.cell_data[array])
     optional = {"texture": texture, "source_points": source_points}
     return arrays | {key + name: values for name, values in optional.items() if values is not None}
 
@@ -119,9 +120,9 @@ def _restored(data: dict[str, Any]) -> pv.PolyData:
     mesh = to_polydata(data["points"], data["triangles"], point_data)
     if texture := str(data["texture_coordinates"]):
         use_texture(mesh, texture)
-    for name in (CORNERS, PART):
+    for name, array in _CELL_DATA.items():
         if name in data:
-            mesh.cell_data[name] = data[name]
+            mesh.cell_data[array] = data[name]
     return mesh
 
 

@@ -17,7 +17,7 @@ from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import components
 from ..mesh import merged_texture
-from ..mesh.arrays import COLORS, PART, SOURCE, with_data
+from ..mesh.arrays import COLORS, PIECE, SOURCE, has_colours, with_data
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame, mouth_middle
 
@@ -145,7 +145,7 @@ class Part:
     @cached_property
     def lacks_picture(self) -> bool:
         """True for cards, mostly no hairs, that have neither the picture of hairs that they should show nor colours."""
-        if self.texture is not None or COLORS in self.mesh.point_data:
+        if self.texture is not None or has_colours(self.mesh):
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
         pieces = [points[np.unique(triangles[piece])] for piece in _pieces(piece_of(self.mesh))]
@@ -254,7 +254,7 @@ def piece_of(mesh: pv.PolyData) -> IntArray:
     >>> np.bincount(piece_of(pv.Sphere() + pv.Icosahedron(center=(2, 0, 0)))).tolist()
     [1680, 20]
     """
-    known = mesh.cell_data.get(PART)
+    known = mesh.cell_data.get(PIECE)
     return np.asarray(components(np.asarray(mesh.regular_faces, np.int32)) if known is None else known)
 
 
@@ -276,7 +276,7 @@ def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
     """The part of a name that some cells of a mesh make up."""
     kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
     mesh = with_data(others, renumbered.reshape(-1, 3), kept, cells)
-    if COLORS in mesh.point_data:
+    if has_colours(mesh):
         colours = np.asarray(mesh.point_data[COLORS])
         if colours.min() == 255:
             del mesh.point_data[COLORS]  # other parts have colours, this one has none

@@ -15,8 +15,8 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError, ParameterError
 from ..files import check_file, reading
 from ..geometry.normals import vertex_normals
-from ..mesh import ARRAYS, UNIT, read_surface
-from ..mesh.arrays import MOVED, PART, blended, with_data
+from ..mesh import UNIT, read_surface
+from ..mesh.arrays import MOVED, PART, blended, drop_frame_data, is_frame, with_data
 from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf
 from .recorded import Recorded, with_companions
@@ -127,7 +127,7 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
                 f"{path.name} holds a single time, and no animation. read_surface and fit_face read meshes."
             )
         frames = [_frame(reader, step) for step in range(len(times))]
-    simulated = {"W", "level", "rest"} <= set(frames[0].point_data) and UNIT in frames[0].field_data
+    simulated = is_frame(frames[0])
     if simulated:
         rest, positions = _without_wrinkles(frames, path.name)
     else:
@@ -178,9 +178,7 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
             " Write the first frame of the simulation too."
         )
     rest = _part_of(plain, np.arange(n))
-    rest.clear_field_data()
-    for array in {*ARRAYS, PART} & set(rest.point_data):
-        del rest.point_data[array]
+    drop_frame_data(rest)
     triangles, positions = np.asarray(rest.regular_faces, dtype=np.int32), []
     for frame in frames:
         unit = float(frame.field_data[UNIT][0])

@@ -13,6 +13,7 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.parts import Part
 from ..array_types import Array
 from ..mesh import split_at_seams, with_normals
+from ..mesh.arrays import has_colours, is_frame, rest_of
 from .eye import LidMargin, PaintedEye, coarser
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOUR, Mouth
@@ -206,14 +207,12 @@ class Seen:
         """Colours (n, 3) of the skin; for faces with a painter."""
         painter, base = self._of.painter, self._of.base_paint
         assert painter is not None
-        return np.concatenate(
-            [base, painter(np.asarray(self.skin.point_data.get("rest", self.skin.points))[len(base) :])]
-        )
+        return np.concatenate([base, painter(rest_of(self.skin)[len(base) :])])
 
     @cached_property
     def shade(self) -> npt.NDArray[np.uint8] | None:
         """Factors (n, 3) of the skin's colours in furrows, as bytes; None for a frame without heights."""
-        return cavity_shading(self.skin) if "W" in self.skin.point_data else None
+        return cavity_shading(self.skin) if is_frame(self.skin) else None
 
 
 def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, pv.PolyData]:
@@ -257,14 +256,6 @@ PART_COLOURS = {
     "hair": (62, 46, 38),
 }  # fmt: skip
 """Colours of parts that have none, by a word in their names; all others have that of hair."""
-
-
-def has_colours(mesh: pv.PolyData) -> bool:
-    """Return True if the points of a mesh have colours, of uint8 or from 0 to 1."""
-    colours = mesh.point_data.get("Colors")
-    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
-        return False
-    return colours.dtype == np.uint8 or (colours.dtype.kind == "f" and 0.0 <= colours.min() <= colours.max() <= 1.0)
 
 
 def is_drawn(name: str, part: Part) -> bool:

@@ -23,6 +23,7 @@ from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
+from ..mesh.arrays import rest_of
 
 SKIN_COLOUR = (211.0, 169.0, 142.0)
 
@@ -267,7 +268,7 @@ def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
     height = np.ascontiguousarray(skin.point_data["W"], np.float64)
     dark = furrow_shade(height)
     if dark.any():
-        rest = np.asarray(skin.point_data.get("rest", skin.points), np.float64)  # without its furrows
+        rest = rest_of(skin)  # without its furrows
         dark *= _coherence(rest, height, skin.regular_faces, dark > 0.0)
     factors = np.empty((len(dark), 3), np.uint8)
     factors[:, 0], factors[:, 1:] = np.rint(255.0 - 191.25 * dark), np.rint(255.0 - 255.0 * dark)[:, None]

@@ -11,7 +11,7 @@ from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.topology import boundary_loops
-from ..mesh.arrays import CORNERS
+from ..mesh.arrays import CORNERS, rest_of
 
 SMALL_HOLE = 0.3
 """Holes smaller than this are closed, in distances between the pupils: eyes and mouths are larger."""
@@ -79,7 +79,7 @@ class VisibleSkin:
 
     def lined(self, skin: pv.PolyData, triangles: IntArray) -> BoolArray:
         """Return True for triangles of linings, whose backs lie in the flesh and are not to be seen."""
-        rest, lined = np.asarray(skin.point_data.get("rest", skin.points)), np.zeros(len(triangles), bool)
+        rest, lined = rest_of(skin), np.zeros(len(triangles), bool)
         if self._lining is not None:
             inner = self._lining.vertices
             lined |= np.append(inner, self._lining.holds(rest[len(inner) :]))[triangles].any(axis=1)

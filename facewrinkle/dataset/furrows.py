@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..mesh import MUSCLES
+from ..mesh.arrays import rest_of
 
 DEEP = 0.05
 """Skin this far below the smooth surface is part of a furrow, mm."""
@@ -75,7 +76,7 @@ def furrows_of(
     edges = edges[deep[edges].all(axis=1)]
     graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=2 * (len(height),))
     component = np.where(deep, connected_components(graph, directed=False)[1], -1)
-    rest = unit * np.asarray(frame.point_data.get("rest", frame.points))
+    rest = unit * rest_of(frame)
     found = []
     members = np.flatnonzero(deep)
     members = members[np.argsort(component[members], kind="stable")]

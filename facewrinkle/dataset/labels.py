@@ -17,6 +17,7 @@ from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
 from ..appearance.seen import Appearance, Seen
 from ..array_types import Array
+from ..mesh.arrays import rest_of
 from .furrows import DEEP, FurrowTracker, furrows_of
 from .visible import Camera, Hits, TriangleBuffer
 
@@ -173,7 +174,7 @@ def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furr
     unit, height = face.unit, hits.interpolated(np.asarray(frame.point_data["W"]))
     turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
     length = np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
-    rest = hits.interpolated(np.asarray(frame.point_data.get("rest", frame.points), dtype=np.float64))
+    rest = hits.interpolated(rest_of(frame))
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
     found = {

@@ -29,6 +29,7 @@ from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
+from ..mesh.arrays import rest_of
 from ..plotting.views import Style
 from ..plotting.wet import TearScene
 from ..simulation import Simulation
@@ -306,7 +307,7 @@ def mesh_files(kind: str, frame: pv.PolyData, face: Face, tears: list[pv.PolyDat
     b'glTF'
     """
     if kind == "npz":
-        rest = np.asarray(frame.point_data.get("rest", frame.points), np.float32)
+        rest = np.asarray(rest_of(frame), np.float32)
         arrays = {"points": np.asarray(frame.points, np.float32), "rest": rest}
         return {"mesh.npz": compressed(arrays | {"triangles": np.asarray(frame.regular_faces, np.int32)})}
     if kind == "glb":

@@ -20,6 +20,7 @@ from ..errors import MeshError, check_range
 from ..files import output_file, written
 from ..geometry.refinement import RedGreenForest
 from ..mesh import to_polydata
+from ..mesh.arrays import UNIT, reshaped
 from ..tears.drop import Sampled
 from ..tears.presets import Tear
 from .gltf import gltf
@@ -221,12 +222,10 @@ class AnimationWriter:
 
     def _sampled(self, tears: Sequence[Tear], times: Array, rest: pv.PolyData, points: Single) -> dict[str, Sampled]:
         """Return tears on frames of the skin at points (f, n, 3), by the names of their meshes."""
-        data = {name: np.asarray(rest.point_data[name]) for name in ("rest", "split_gamma") if name in rest.point_data}
-        frames = [
-            to_polydata(np.asarray(at, np.float64), rest.regular_faces, data | {"Normals": frame[:, 3:].copy()})
-            for at, frame in zip(points, self._frames, strict=True)
-            if tears
-        ]
+        frames = []
+        for at, frame in zip(points, self._frames, strict=True) if tears else ():
+            frames.append(reshaped(rest, np.asarray(at, np.float64), frame[:, 3:]))
+            frames[-1].field_data[UNIT] = rest.field_data[UNIT]
         found = [sampled for tear in tears if (sampled := tear.sampled(times, frames)) is not None]
         return {f"tears_{k}": sampled for k, sampled in enumerate(found, start=1)}
 

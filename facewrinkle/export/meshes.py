@@ -13,6 +13,7 @@ from ..appearance.seen import companion_meshes
 from ..array_types import Array
 from ..files import output_file, written
 from ..mesh import UNIT, MeshLike, triangle_mesh
+from ..mesh.arrays import is_frame
 from .gltf import gltf
 from .model import WATER_INDEX, WATER_OPACITY, Model, part_model, skin_model, tears_model
 
@@ -104,7 +105,7 @@ def write_mesh_files(
             models = {"face": skin} | (part_models(face, frame) if parts and face is not None else {})
             if water is not None:
                 models["tears"] = water
-            unit = float(frame.field_data[UNIT][0]) if UNIT in frame.field_data else 1.0
+            unit = float(frame.field_data[UNIT][0]) if is_frame(frame) else 1.0
             unit = unit if face is None else face.unit
             files = {path: gltf(models, unit, upright_rotation(face), binary=suffix == ".glb")}
     for name, content in files.items():

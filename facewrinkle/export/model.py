@@ -14,6 +14,7 @@ from ..array_types import Array, Image, IntArray, Single
 from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
+from ..mesh.arrays import COLORS, has_colours
 
 ORIGIN = " origin"
 """Name of the array with the numbers of the frame's vertices while they are split at seams."""
@@ -125,7 +126,7 @@ def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
         triangles=np.asarray(mesh.regular_faces, dtype=np.int64),
         origin=np.asarray(mesh.point_data[ORIGIN]),
         uv=None if uv is None else np.asarray(uv, dtype=np.float64),
-        colours=_colours(mesh, "Colors"),
+        colours=_colours(mesh, COLORS) if has_colours(mesh) else None,
         png=None if texture is None else _png(texture),
     )
 

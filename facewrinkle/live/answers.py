@@ -20,6 +20,7 @@ from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
+from ..mesh.arrays import rest_of
 from ..plotting.views import VIEWS
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
@@ -250,7 +251,7 @@ class Answers:
         frame, layers = stage.shown.frame, stage.shown.layers
         origin = parts.origin[corners]
         found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
-        rest = np.asarray(frame.point_data.get("rest", frame.points))
+        rest = rest_of(frame)
         found["rest"] = [float(x) for x in shares / shares.sum() @ rest[origin]]
         return found | {"names": labels(frame, layers)["family"]}
 

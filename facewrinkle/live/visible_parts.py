@@ -20,14 +20,14 @@ from ..anatomy.face import Face
 from ..appearance.eye import COLOURS, PaintedEye
 from ..appearance.fibres import Fibres
 from ..appearance.hair import Brows, Lashes
-from ..appearance.seen import Appearance, has_colours, own_parts
+from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry.closest_point import closest
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
-from ..mesh.arrays import COLORS, CORNERS, corner_texture
+from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colours, is_frame, rest_of
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR
 from .protocol import FIBRES, LARGEST, Box, Part, small_normals
@@ -111,7 +111,7 @@ class VisibleParts:
             self._of_triangles = self._drawn(frame, triangles)
         points, normals = np.asarray(frame.points, np.float64), _normals(frame)
         shade: Any = 0.0
-        if "W" in frame.point_data:
+        if is_frame(frame):
             dark = furrow_shade(np.asarray(frame.point_data["W"]))
             shade = 1.0 - cavity_shading(frame)[:, 1] / 255.0 if exact and dark.any() else dark
             shade = shade[self.origin]
@@ -221,7 +221,7 @@ class VisibleParts:
 
     def pins(self, frame: pv.PolyData, places: Mapping[str, Sequence[float]]) -> Part:
         """Return the triangles of a frame that places at rest lie in, by their corners, and their shares in these."""
-        rest, triangles = np.asarray(frame.point_data.get("rest", frame.points), np.float64), frame.regular_faces
+        rest, triangles = rest_of(frame), frame.regular_faces
         corners, shares = [], []
         for place in np.array(list(places.values())):
             near = np.zeros(len(rest), bool)

@@ -61,37 +61,98 @@ OF_PART = "part_"
 """Prefix of the field-data arrays of a frame that hold the points (k, 3) of parts that a recording moves, such as
 eyes, in the unit of the mesh; NaN for parts that simply follow the skin."""
 
-SOURCE = "source point"
+PARTS = "parts"
+"""Field-data array of a frame with its parts in one mesh that lists them; the point data `PART` number them."""
+
+PART = "part"
+"""Point-data array of a frame with its parts in one mesh: the number in `PARTS` of what each point belongs to."""
+
+# --- what meshes carry from their file to the face: nobody else has arrays of such names -------------------------
+
+_OURS = "facewrinkle: "
+
+SOURCE = _OURS + "source point"
 """The point-data array of parts other than the skin: the number that each point has in the original mesh."""
+
+PIECE = _OURS + "piece"
+"""The cell-data array that numbers the connected parts other than the skin."""
+
+IMAGE = _OURS + "image"
+"""The label (see :func:`set_labels`) of each triangle that tells its image: a file, `a.glb#3` for one in a glTF file,
+`a.usdz[b.png]` for one in a USD package."""
+
+NAME = _OURS + "object name"
+"""The label (see :func:`set_labels`) of each triangle that tells what its file calls it: see
+:class:`facewrinkle.mesh.formats.polygons.Primitive`."""
+
+MESH = _OURS + "mesh"
+"""The cell-data array that numbers the meshes of a file with several; meshes are never joined at their borders, as the
+lining of a mouth shares its rim with the lips."""
+
+MOVED = _OURS + "moved"
+"""The point-data array of an animated mesh with displacements (n, 3) of its points, blended of all shapes or times.
+
+It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
+
+# --- what anybody's meshes may have --------------------------------------------------------------------------
 
 TEXTURE = "Texture Coordinates"
 """The point-data array of texture coordinates (n, 2); at seams, the first that a point has."""
 
 COLORS = "Colors"
-"""The point-data array of colours, as uint8 or numbers from 0 to 1."""
-
-PART = "part"
-"""The cell-data array that numbers the connected parts other than the skin."""
+"""The point-data array of colours, see :func:`has_colours`; other arrays of this name are the user's own."""
 
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, if there are seams."""
 
-IMAGE = "image"
-"""The label (see :func:`set_labels`) of each triangle that tells its image: a file, `a.glb#3` for one in a glTF file,
-`a.usdz[b.png]` for one in a USD package."""
 
-NAME = "object name"
-"""The label (see :func:`set_labels`) of each triangle that tells what its file calls it: see
-:class:`facewrinkle.mesh.formats.polygons.Primitive`."""
+def has_colours(mesh: pv.PolyData) -> bool:
+    """Return True if the points of a mesh have colours: uint8 or numbers from 0 to 1, (n, 3) or (n, 4).
 
-MESH = "mesh of its file"
-"""The cell-data array that numbers the meshes of a file with several; meshes are never joined at their borders, as the
-lining of a mouth shares its rim with the lips."""
+    Examples
+    --------
+    >>> sheet = pv.Plane()
+    >>> sheet.point_data["Colors"] = np.zeros((sheet.n_points, 3))
+    >>> colours = has_colours(sheet)
+    >>> sheet.point_data["Colors"] = np.arange(sheet.n_points)
+    >>> colours, has_colours(sheet)
+    (True, False)
+    """
+    colours = mesh.point_data.get(COLORS)
+    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+        return False
+    return bool(
+        colours.dtype == np.uint8 or (colours.dtype.kind == "f" and colours.min() >= 0.0 and colours.max() <= 1.0)
+    )
 
-MOVED = "moved"
-"""The point-data array of an animated mesh with displacements (n, 3) of its points, blended of all shapes or times.
 
-It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
+def is_frame(mesh: pv.PolyData) -> bool:
+    """Return True for a frame of a simulation: all other meshes may have arrays of the same names that mean anything.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> is_frame(fw.Simulation(face).step()), is_frame(face.mesh)
+    (True, False)
+    """
+    points = mesh.GetPointData()
+    return bool(mesh.GetFieldData().HasArray(UNIT) and points.HasArray("rest") and points.HasArray("level"))
+
+
+def rest_of(mesh: pv.PolyData) -> np.ndarray:
+    """Return where the points (n, 3) of a frame are at rest, and those of any other mesh as they are."""
+    return np.asarray(mesh.point_data["rest"] if is_frame(mesh) else mesh.points, dtype=np.float64)
+
+
+def drop_frame_data(frame: pv.PolyData) -> None:
+    """Take away what a simulation has written, which is stale where the frame becomes a mesh at rest."""
+    fields = (MUSCLES, UNIT, POSE, AGE, JAW, TONGUE, MANDIBLE, PARTS)
+    for name in {*ARRAYS, PART} & set(frame.point_data):
+        del frame.point_data[name]
+    for name in frame.field_data.keys():  # noqa: SIM118 (they change)
+        if name in fields or name.startswith((GAZE, OF_PART)):
+            del frame.field_data[name]
 
 
 def set_labels(mesh: pv.PolyData, array: str, labels: np.ndarray) -> None:
@@ -322,7 +383,7 @@ def interpolated_point_data(
 def with_normals(mesh: pv.PolyData) -> pv.PolyData:
     """Return a shallow copy with up-to-date normals: those of a frame, else new ones, as the old may be stale."""
     shaded = mesh.copy(deep=False)
-    if not shaded.GetPointData().HasArray("split_gamma"):
+    if not (is_frame(shaded) and shaded.GetPointData().HasArray("Normals")):
         shaded.point_data["Normals"] = vertex_normals(mesh.points, mesh.regular_faces)
     shaded.GetPointData().SetActiveNormals("Normals")  # else PyVista makes others, and drops texture coordinates
     return shaded
@@ -354,7 +415,7 @@ def with_data(
 
 def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
     """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
-    if CORNERS in mesh.cell_data:
+    if CORNERS in mesh.cell_data and mesh.cell_data[CORNERS].shape == (mesh.n_cells, 6):
         return np.asarray(mesh.cell_data[CORNERS], dtype=np.float64).reshape(-1, 3, 2)
     of_points = mesh.active_texture_coordinates
     return None if of_points is None else np.asarray(of_points, dtype=np.float64)[mesh.regular_faces]

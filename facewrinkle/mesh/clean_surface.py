@@ -12,7 +12,20 @@ from ..checks import vector, vectors
 from ..errors import LARGEST, MeshError, ParameterError, warn
 from ..geometry import topology
 from ..geometry.normals import double_areas
-from .arrays import COLORS, CORNERS, MESH, MOVED, NAME, PART, SOURCE, corner_texture, drop_labels, labels_of, with_data
+from .arrays import (
+    COLORS,
+    CORNERS,
+    MESH,
+    MOVED,
+    NAME,
+    PIECE,
+    SOURCE,
+    corner_texture,
+    drop_labels,
+    has_colours,
+    labels_of,
+    with_data,
+)
 from .formats.reading import MeshLike, read_surface
 from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
 
@@ -45,8 +58,8 @@ class CleanSurface:
     report : tuple of str
         One sentence for each repair.
     others : pyvista.PolyData, optional
-        The other parts of the input, unchanged; the cell data "part" number them, and the point data "source point"
-        give the numbers of their points in the input.
+        The other parts of the input, unchanged; the cell data `PIECE` of :mod:`facewrinkle.mesh.arrays` number
+        them, and the point data `SOURCE` give the numbers of their points in the input.
     names : tuple of str
         What the file of the input calls each of these parts, "" if it does not tell.
 
@@ -142,7 +155,7 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept, skin.corners[:, 0] // 3)
     clean.points = skin.points[used]
-    if COLORS in clean.point_data:
+    if has_colours(clean):
         clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
         if not np.ptp(clean.point_data[COLORS], axis=0).any():
             del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
@@ -158,7 +171,7 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
 
 def _taken_names(others: pv.PolyData) -> tuple[str, ...]:
     """What the file calls each part, which is taken off the mesh."""
-    first = np.unique(others.cell_data[PART], return_index=True)[1]
+    first = np.unique(others.cell_data[PIECE], return_index=True)[1]
     names = labels_of(others, NAME)[first]
     drop_labels(others, NAME)
     return tuple(names.tolist())
@@ -208,7 +221,7 @@ def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.P
     kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
     others = with_data(source, renumbered.reshape(-1, 3), kept, rows)
     others.point_data[SOURCE] = kept
-    others.cell_data[PART] = np.unique(label[first], return_inverse=True)[1].ravel()
+    others.cell_data[PIECE] = np.unique(label[first], return_inverse=True)[1].ravel()
     return others
 
 

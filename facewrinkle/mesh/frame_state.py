@@ -10,7 +10,7 @@ import pyvista as pv
 
 from ..array_types import Array
 from ..errors import MeshError
-from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE, TONGUE
+from .arrays import GAZE, JAW, MANDIBLE, OF_PART, POSE, TONGUE, is_frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class FrameState:
                 "Is it one of another face?"
             )
         fields = frame.GetFieldData()  # PyVista's own is slow to read, and pictures do so for each frame
-        keys = [fields.GetArrayName(k) for k in range(fields.GetNumberOfArrays())]
+        keys = [fields.GetArrayName(k) for k in range(fields.GetNumberOfArrays() if is_frame(frame) else 0)]
         data = frame.field_data
         return cls(
             np.asarray(frame.points, dtype=np.float64)[:n_points],

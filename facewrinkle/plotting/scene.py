@@ -13,12 +13,12 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..appearance.fibres import OPACITY, Fibres
-from ..appearance.seen import Appearance, Seen, has_colours
+from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS, corner_texture
+from ..mesh.arrays import COLORS, corner_texture, has_colours
 from .fields import field_colouring
 from .images import begun, texels_per_pixel, texture, window_of
 from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, Relief, hair, send_relief

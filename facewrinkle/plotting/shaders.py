@@ -29,7 +29,7 @@ from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_s
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..mesh.arrays import AGE
+from ..mesh.arrays import AGE, is_frame, rest_of
 from .views import VIEW_ANGLE
 
 VERTEX_DECLARATIONS = """//VTK::Normal::Dec
@@ -395,8 +395,8 @@ class Relief:
         2: xz), and as the fraction of the same number the strength, which is less on younger skin. The frame tells the
         age, or else the face.
         """
-        age = float(skin.field_data[AGE][0]) if AGE in skin.field_data else max(self._face.age, 0.0)
-        points = np.array(skin.point_data.get("rest", skin.points), np.float64)
+        age = float(skin.field_data[AGE][0]) if is_frame(skin) and AGE in skin.field_data else max(self._face.age, 0.0)
+        points = rest_of(skin).copy()
         make = partial(_on_skin, points, np.asarray(skin.regular_faces), age, self._face)
         return per_face(self._face, "relief", (age, points.tobytes()), make)
 

@@ -24,7 +24,7 @@ from ..geometry.depth_buffer import rasterise
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
-from ..mesh.arrays import corner_texture
+from ..mesh.arrays import corner_texture, rest_of
 from ..simulation import Refinement, Simulation
 
 OVERLAP = 0.02
@@ -309,8 +309,8 @@ def charted(frame: pv.PolyData, face: Face) -> pv.PolyData:
     if corner_texture(face.mesh) is not None:
         return frame
     frame = frame.copy(deep=False)
-    rest = frame.point_data.get("rest", frame.points)
-    frame.active_texture_coordinates = around_head(face, np.asarray(rest))
+    rest = rest_of(frame)
+    frame.active_texture_coordinates = around_head(face, rest)
     return visible_first(frame, face)
 
 

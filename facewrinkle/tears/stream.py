@@ -24,6 +24,7 @@ from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import detail_normals
 from ..geometry.topology import ring_triangles
 from ..mesh import MeshLike, to_polydata
+from ..mesh.arrays import is_frame
 from . import path as paths
 from .clearance import kept_off
 from .drop import Sampled
@@ -401,6 +402,6 @@ class SheddingTear:
 
 def _frame_normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
     """Return the normals (n, 3) of a frame: those of its wrinkles, if a simulation made it."""
-    if on is not None and "split_gamma" in on.point_data:
+    if on is not None and is_frame(on) and "Normals" in on.point_data:
         return np.ascontiguousarray(on.point_data["Normals"], np.float64)
     return frame.normals

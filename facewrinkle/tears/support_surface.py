@@ -19,6 +19,7 @@ from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric, interpolated
 from ..geometry.normals import vertex_normals
 from ..mesh import MeshLike, closest_places, read_surface, to_polydata
+from ..mesh.arrays import is_frame, rest_of
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -135,7 +136,7 @@ class SupportSurface:
         if not isinstance(on, pv.PolyData):
             raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
         points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
-        rest = on.point_data.get("rest")
+        rest = rest_of(on) if is_frame(on) else None
         if rest is None and len(points) != len(self.points):
             raise MeshError(
                 f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "
@@ -144,7 +145,7 @@ class SupportSurface:
         if not np.isfinite(points).all():
             raise MeshError("the points of the frame must be finite. Did the simulation break down?")
         moved = replace(self, points=points, triangles=triangles)
-        return moved, self.points if rest is None else np.asarray(rest, dtype=np.float64)
+        return moved, self.points if rest is None else rest
 
     def start(self, start: Any, allowed: float) -> Array:
         """Return the point (3,) of the surface nearest to `start`, or on the lower lid of an eye, "l" or "r".

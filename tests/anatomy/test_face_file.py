@@ -12,7 +12,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.known_folds import STEP, known_folds
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
-from facewrinkle.mesh.arrays import PART
+from facewrinkle.mesh.arrays import PIECE
 from facewrinkle.simulation import fold_shapes
 
 
@@ -46,7 +46,7 @@ def every_field_set():
     face = fw.default_face({"jaw": 0.5, "age": 0.75, "iris": 0.5})
     rest = fw.Face.from_landmarks(face.mesh, face.landmarks, 2.5, None, ("trichion", "gonion_l"))
     hat = Part(pv.Sphere(radius=90.0, center=(0, 120, 0)), "mandible", "l", face.texture[::4], np.arange(842)[::-1])
-    hat.mesh.cell_data["part"] = np.zeros(hat.mesh.n_cells, int)
+    hat.mesh.cell_data[PIECE] = np.zeros(hat.mesh.n_cells, int)
     return dataclasses.replace(
         rest,
         texture=face.texture,
@@ -89,7 +89,7 @@ def test_a_part_of_ones_own_comes_back(face, tmp_path, follows, numbered):
     shifted = eye.centre + np.array([0.0, 0.0, 1.0])
     ball = pv.Sphere(radius=1.2 * eye.radius, center=shifted)
     if numbered:
-        ball.cell_data[PART] = np.zeros(ball.n_cells, np.int32)
+        ball.cell_data[PIECE] = np.zeros(ball.n_cells, np.int32)
     own = dataclasses.replace(face, parts={f"eye_{eye.side}": Part(ball, follows, eye.side)})
     again = fw.read_face(fw.write_face(own, tmp_path / "own.face"))
     assert_equal(again.parts, own.parts)

@@ -213,7 +213,7 @@ def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
     pose = np.eye(4)
     pose[:3, :3] = [[0, 0, 1], [0, 1, 0], [-1, 0, 0]]
     pose[:3, 3] = [5.0, 0.0, -20.0]
-    moved = face.mesh.copy()
+    moved = fw.Simulation(face).step()
     moved.points = face.points @ pose[:3, :3].T + pose[:3, 3]
     moved.field_data["pose"] = pose
     turned = trimesh.load_scene(fw.write_mesh(moved, tmp_path / "b.glb", face, parts=True), process=False).geometry

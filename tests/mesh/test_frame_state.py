@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.eyeball import gaze_of
 from facewrinkle.errors import MeshError
-from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE
+from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE, UNIT
 from facewrinkle.mesh.frame_state import FrameState
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0]])
@@ -40,6 +40,10 @@ def test_pose_gazes_and_parts_are_read():
     pose[:3, :3], pose[:3, 3] = turn.as_matrix(), shift
     mesh = frame()
     mesh.field_data[POSE] = pose
+    mesh.field_data[f"{GAZE}r"] = ["a word of the user's"]
+    assert FrameState.of(mesh, 3).pose is None  # of a mesh that is no frame, it means something else
+    mesh.point_data["rest"], mesh.point_data["level"], mesh.field_data[UNIT] = POINTS, np.zeros(4), [1.0]
+    del mesh.field_data[f"{GAZE}r"]
     mesh.field_data[f"{GAZE}l"] = [[0.6, 0.0, 0.8]]
     mesh.field_data[f"{OF_PART}hat"] = POINTS + 1.0
     state = FrameState.of(mesh, 3)

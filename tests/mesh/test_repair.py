@@ -15,6 +15,7 @@ from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.geometry.normals import double_areas
 from facewrinkle.mesh import prepare
+from facewrinkle.mesh.arrays import MOVED
 from facewrinkle.mesh.repair import (
     RepairedMesh,
     mended,
@@ -237,14 +238,14 @@ def test_borders_that_part_as_the_mesh_moves_are_not_stitched():
     still = mesh.copy()
     for data in (None, moved):  # a seam, whether it is known how it moves or not
         if data is not None:
-            mesh.point_data["moved"] = data
+            mesh.point_data[MOVED] = data
         with pytest.warns(FaceWrinkleWarning, match="Joined points"):
             whole = prepare(mesh)
         assert whole.points.shape[0] == still.n_points - 7
-        assert "moved" not in whole.mesh.point_data
-    mesh.point_data["moved"] = lips(0.1)[1]
+        assert MOVED not in whole.mesh.point_data
+    mesh.point_data[MOVED] = lips(0.1)[1]
     with pytest.warns(FaceWrinkleWarning, match="Joined points at which the mesh was split along seams: 4 of"):
         opened = prepare(mesh)  # at the corners of the mouth, which stay together
     assert opened.points.shape[0] == still.n_points - 4
     assert rim(opened.triangles) == rim(whole.triangles) + 2 * 4
-    assert "moved" in mesh.point_data
+    assert MOVED in mesh.point_data

@@ -20,6 +20,7 @@ from expressions import after
 import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import ARRAYS, MUSCLES
+from facewrinkle.mesh.arrays import PIECE
 
 PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 
@@ -102,7 +103,7 @@ def labelled(face):
     mesh.point_data["tiny"] = (np.arange(n) % 251).astype(np.uint8)
     mesh.point_data["flag"] = x[:, 0] > 0.0
     mesh.point_data["W"] = np.full(n, 7.0)
-    mesh.cell_data["part"] = np.arange(mesh.n_cells)
+    mesh.cell_data[PIECE] = np.arange(mesh.n_cells)
     return dataclasses.replace(face, mesh=mesh)
 
 

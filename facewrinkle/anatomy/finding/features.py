@@ -18,7 +18,7 @@ from ...array_types import Array, BoolArray, IntArray
 from ...geometry.depth_buffer import depth_buffer
 from ...geometry.interpolation import barycentric
 from ...mesh import closest_places, corner_texture
-from ...mesh.arrays import COLORS
+from ...mesh.arrays import COLORS, has_colours
 from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template
 
@@ -296,7 +296,11 @@ def _brightness(
     """Brightness (rows, columns) of the foremost skin over a grid, 0 without a photo, and True where it is seen."""
     shape = np.rint((high - low) / PHOTO_STEP).astype(int)[::-1] + 1
     points, triangles = frame.local(np.asarray(mesh.points, np.float64)), np.asarray(mesh.regular_faces)
-    corners, texture, colours = points[triangles], corner_texture(mesh), mesh.point_data.get(COLORS)
+    corners, texture, colours = (
+        points[triangles],
+        corner_texture(mesh),
+        mesh.point_data.get(COLORS) if has_colours(mesh) else None,
+    )
     ahead = np.flatnonzero(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
     depth = depth_buffer(points, triangles[ahead], (low[0], low[1]), PHOTO_STEP, (shape[0], shape[1]))
     bright, known = np.zeros(shape), np.isfinite(depth)
@@ -309,7 +313,7 @@ def _brightness(
         height, width = image.shape[:2]
         row = np.clip(((1.0 - v) % 1.0 * height).astype(int), 0, height - 1)
         bright[known] = image[row, np.clip((u % 1.0 * width).astype(int), 0, width - 1), :3].mean(axis=1)
-    elif colours is not None and np.ndim(colours) == 2:
+    elif colours is not None:
         full = 1.0 if colours.dtype.kind == "u" else 255.0
         bright[known] = full * np.einsum("nc,nci->ni", weights, colours[triangles[seen], :3]).mean(axis=1)
     return bright, known

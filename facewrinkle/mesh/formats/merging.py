@@ -23,10 +23,13 @@ from ..arrays import (
     MOVED,
     NAME,
     PART,
+    PARTS,
     TEXTURE,
     add_seams,
     blended,
     corner_texture,
+    drop_frame_data,
+    is_frame,
     joined,
     labels_of,
     set_labels,
@@ -211,8 +214,10 @@ def from_dataset(data: Any, name: str) -> pv.PolyData:
     surface = with_data(data, _triangles(data), np.arange(data.n_points))
     if data.is_all_triangles:
         surface.cell_data.update(_known_cell_data(data, surface.n_cells))
-    if PART in surface.point_data and surface.point_data[PART].dtype.kind in "iu":  # a frame of a simulation
-        set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
+    if is_frame(surface):
+        if PART in surface.point_data and PARTS in surface.field_data:
+            set_meshes(surface, np.asarray(surface.point_data[PART])[np.asarray(surface.regular_faces)[:, 0]])
+        drop_frame_data(surface)
     return surface
 
 

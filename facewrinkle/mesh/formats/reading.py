@@ -48,8 +48,8 @@ def read_surface(source: MeshLike) -> pv.PolyData:
 
     Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
     the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. The names
-    that a file gives its objects are listed by the field data "object names", and numbered by the cell data "object
-    name". Point data and field data are kept; lines and loose points are ignored.
+    that a file gives its objects are told by `NAME` of :mod:`facewrinkle.mesh.arrays`. What a simulation has written to
+    its frames is left out; other point data and field data are kept; lines and loose points are ignored.
 
     Parameters
     ----------

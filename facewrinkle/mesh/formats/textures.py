@@ -15,7 +15,7 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, reading
-from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, listed_labels
+from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colours, listed_labels
 from .gltf import Document
 from .merging import set_texture
 from .reading import GLTF, MeshLike, read_surface
@@ -198,8 +198,8 @@ def _short(source: str) -> str:
 
 def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
     """A small image in the colour of the triangles without an image, else in the median colour of the largest image."""
-    colours = mesh.point_data.get(COLORS)
-    own = None if colours is None else np.asarray(colours)[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
+    colours = np.asarray(mesh.point_data[COLORS])[:, :3] if has_colours(mesh) else None
+    own = None if colours is None else colours[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
     if own is None or own.dtype != np.uint8 or own.min() == 255:
         own = max(images.values(), key=lambda image: image.size)[..., :3].reshape(-1, 3)
     return np.tile(np.median(own, axis=0).astype(np.uint8), (2, 2, 1))

@@ -17,6 +17,7 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import MeshError
 from facewrinkle.files import inside_only
+from facewrinkle.mesh.arrays import IMAGE
 from facewrinkle.mesh.formats import probing
 from tools.trials.fuzzing import READERS, SECONDS, play
 from tools.trials.runner import Worker
@@ -143,8 +144,8 @@ def test_usd_layers_and_pictures_outside_the_folder(secret):
 
 def test_a_data_set_does_not_name_pictures(secret):
     sheet = pv.Plane().triangulate()
-    sheet.cell_data["image"] = np.zeros(sheet.n_cells, np.int64)
-    sheet.field_data["images"] = [str(secret)]
+    sheet.cell_data[IMAGE] = np.zeros(sheet.n_cells, np.int64)
+    sheet.field_data[IMAGE + "s"] = [str(secret)]
     sheet.save(secret.parent / "mesh" / "sheet.vtp")
     assert fw.surface(secret.parent / "mesh" / "sheet.vtp").texture is None
 

@@ -16,6 +16,7 @@ from facewrinkle.export.gltf import gltf
 from facewrinkle.export.model import Model
 from facewrinkle.export.usd import write_usd
 from facewrinkle.mesh import prepare, read_surface
+from facewrinkle.mesh.arrays import PIECE
 
 SIDE = 4
 
@@ -57,7 +58,7 @@ def test_meshes_keep_the_names_of_their_objects_when_they_are_put_together(tmp_p
     with pytest.warns(FaceWrinkleWarning, match="separate parts"):
         surface = prepare(pv.MultiBlock([sheet, read_surface(tmp_path / "a.obj"), sheet.translate((9.0, 0.0, 0.0))]))
     assert surface.names == ("part_0", "part_1", "")
-    np.testing.assert_array_equal(np.bincount(surface.others.cell_data["part"]), [32, 32, 162])
+    np.testing.assert_array_equal(np.bincount(surface.others.cell_data[PIECE]), [32, 32, 162])
 
 
 def save(kind, path):

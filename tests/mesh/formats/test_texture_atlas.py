@@ -21,6 +21,7 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, merged_texture, read_surface
+from facewrinkle.mesh.arrays import IMAGE
 from facewrinkle.mesh.formats.textures import BORDER
 
 RNG = np.random.default_rng(8)
@@ -53,8 +54,8 @@ def seen(image, uv):
 
 def test_several_images_become_one(folder):
     mesh = read_surface(folder / "a.obj")
-    own, number = corner_texture(mesh).copy(), np.asarray(mesh.cell_data["image"])
-    names = [name.rsplit("/", 1)[1] for name in mesh.field_data["images"]]
+    own, number = corner_texture(mesh).copy(), np.asarray(mesh.cell_data[IMAGE])
+    names = [name.rsplit("/", 1)[1] for name in mesh.field_data[IMAGE + "s"]]
     assert sorted(names) == ["blue.png", "red.png"]
     assert np.bincount(number).tolist() == [2, 2]
     image, laid = merged_texture(mesh), corner_texture(mesh)
@@ -72,8 +73,8 @@ def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch
     monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 100)
     for name, colour in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
         Image.fromarray(np.full((60, 100, 3), colour, np.uint8)).save(folder / f"{name}.png")
-    number = np.asarray(mesh.cell_data["image"])
-    names = [name.rsplit("/", 1)[1] for name in mesh.field_data["images"]]
+    number = np.asarray(mesh.cell_data[IMAGE])
+    names = [name.rsplit("/", 1)[1] for name in mesh.field_data[IMAGE + "s"]]
     image = merged_texture(mesh)
     assert image.shape[1] <= 100 + 4 * BORDER
     assert image.shape[0] < 40
@@ -84,7 +85,7 @@ def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch
 
 def test_an_image_that_its_package_does_not_hold_is_told_of(folder):
     mesh = read_surface(folder / "a.obj")
-    mesh.field_data["images"] = [f"{folder}/b.usdz[red.png]", f"{folder}/blue.png"]
+    mesh.field_data[IMAGE + "s"] = [f"{folder}/b.usdz[red.png]", f"{folder}/blue.png"]
     with zipfile.ZipFile(folder / "b.usdz", "w") as package:
         package.writestr("other.png", b"")
     with pytest.warns(FaceWrinkleWarning, match="b.usdz does not hold the image 'red.png'"):
@@ -104,7 +105,7 @@ def test_one_image_is_laid_as_it_is(folder):
 def test_what_has_no_image_keeps_its_colour(folder):
     (folder / "a.mtl").write_text("newmtl red\nmap_Kd red.png\n")
     mesh = read_surface(folder / "a.obj")
-    bare = np.asarray(mesh.cell_data["image"]) < 0
+    bare = np.asarray(mesh.cell_data[IMAGE]) < 0
     assert bare.sum() == 2
     mesh.point_data["Colors"] = np.tile(np.array([10, 200, 30], np.uint8), (mesh.n_points, 1))
     image = merged_texture(mesh)
@@ -146,13 +147,13 @@ def test_transparency_stays_where_one_of_them_has_it(folder):
     clear = np.dstack([BLUE, np.full(BLUE.shape[:2], 7, np.uint8)])
     Image.fromarray(clear).save(folder / "blue.png")
     mesh = read_surface(folder / "a.obj")
-    number, names = np.array(mesh.cell_data["image"]), list(mesh.field_data["images"])
+    number, names = np.array(mesh.cell_data[IMAGE]), list(mesh.field_data[IMAGE + "s"])
     image = merged_texture(mesh)
     assert image.shape[2] == 4
     alphas = seen(image, corner_texture(mesh).mean(axis=1))[:, 3]
     blue = [name.endswith("blue.png") for name in names].index(True)
     np.testing.assert_array_equal(alphas, np.where(number == blue, 7, 255))
-    assert "image" not in mesh.cell_data  # to lay them once more would spoil it
+    assert IMAGE not in mesh.cell_data  # to lay them once more would spoil it
 
 
 # --- USD ----------------------------------------------------------------------------------------
