@@ -21,7 +21,7 @@ from facewrinkle.commands.options import FaceOptions, OutputOptions
     [
         ("express suprise", "Did you mean 'surprise'"),
         ("express AU1=0.5,frontalis_iner", "unknown expression, action unit or muscle 'frontalis_iner'. Did you mean"),
-        ("express AU1=strong", "names with numbers are needed, such as jaw=0.5,age=1; received 'AU1=strong'"),
+        ("express AU1=strong", "names with numbers are needed, such as AU1=0.7+AU4; received 'AU1=strong'"),
         ("express AU1=1.5", "AU1 must lie in [0, 1], received 1.5"),
         ("express AU1 --intensity nan", "intensity must lie in [0, 1]"),
         ("express AU1 --frames 0", "the number of frames must lie in [1, 1e+09], received 0"),

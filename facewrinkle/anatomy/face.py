@@ -77,7 +77,8 @@ class Face:
     Attributes
     ----------
     mesh : pyvista.PolyData
-        The skin at rest, n vertices, m triangles, with the point data of the input.
+        The skin at rest, n vertices, m triangles, with the point data of the input: what PyVista's functions take, as
+        ``plotter.add_mesh(face.mesh)``.
     landmarks : dict of str to ndarray, shape (3,)
     muscles : dict of str to Muscle
     eyes : list of Eyeball

@@ -61,7 +61,7 @@ def tear(
         A point where tears start on a mesh that is not a face, such as 10,0,45, in mesh units; repeat it for the other
         eye. Without --units, the mesh is taken to be as large as a head.
     expression
-        An expression, action unit or muscle, or a mixture such as AU1=0.7,AU4. Default: one that suits the tears.
+        An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. Default: one that suits the tears.
     intensity
         How strong the expression is, 0 to 1.
     speed
