@@ -93,7 +93,7 @@ def test_a_take_of_mediapipe_is_opened_as_one(studio):
 
 
 def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio):
-    status, text = sent(studio, {"take.csv": b"a,b\n1,2\n"})
+    status, text = sent(studio, {"take.csv": b"hair,nose\n1,2\n"})
     assert (status, "no column of a shape" in json.loads(text)["error"]) == (400, True)
     assert studio.document["face"] == ""
 
