@@ -136,7 +136,8 @@ class SupportSurface:
         if not isinstance(on, pv.PolyData):
             raise MeshError(f"a frame must be a PolyData, such as a simulation gives, received {type(on).__name__}.")
         points, triangles = np.asarray(on.points, dtype=np.float64), np.asarray(on.regular_faces, dtype=np.int32)
-        rest = rest_of(on) if is_frame(on) else None
+        itself = np.array_equal(points, self.points)  # also a frame that the surface was made from
+        rest = rest_of(on) if is_frame(on) and not itself else None
         if rest is None and len(points) != len(self.points):
             raise MeshError(
                 f"the frame must have the {len(self.points)} points of the surface at rest, or an array 'rest', "

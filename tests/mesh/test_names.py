@@ -143,6 +143,13 @@ def test_a_face_made_from_a_frame_is_that_of_its_shape(face, frame, tmp_path, wa
         assert set(fw.Simulation(own).step().field_data) >= {"unit"}
 
 
+def test_tears_run_down_a_frame_as_down_its_shape(frame, face):
+    start = face.landmarks_on(frame)["malar_l"]
+    tear, expected = (fw.SheddingTear(mesh, start=start).surface(1.0, on=mesh) for mesh in (frame, bare(frame)))
+    np.testing.assert_allclose(tear.bounds, expected.bounds, atol=0.5)
+    assert tear.n_cells
+
+
 def coloured(frame):
     mesh = bare(frame)
     for name in ("Colors", "Texture Coordinates"):
