@@ -66,7 +66,7 @@ def test_express_reports_what_it_did(tmp_path, run):
     assert "4517 → " in out
     assert "mm" in out
     for path in tmp_path.iterdir():
-        assert path.name in out
+        assert path.name in out or path.name == ".AU4.files"
     assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
 
 
@@ -78,7 +78,7 @@ def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
 
 def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
     seen: list[tuple[Performance, OutputOptions]] = []
-    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append((given[0], given[-1])))
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given, bake: seen.append((given[0], given[-1])))
     options = ["--intensity=0.5", "--frames=7", "--max-level=3", "--gamma-c=0.1", "--samples=3", "--depth=2"]
     options += ["--folds=paper", "--size=64x48", "--view=nose"]
     assert main(["express", "AU4", *options, "--fps=10", "--out", str(tmp_path)]) == 0
@@ -93,7 +93,7 @@ def test_express_options_reach_the_simulation(tmp_path, monkeypatch):
 
 def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
     seen: list[Performance] = []
-    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given: seen.append(given[0]))
+    monkeypatch.setattr("facewrinkle.commands.express.record", lambda *given, bake: seen.append(given[0]))
     assert main(["express", "AU4", "--seed=5", "--age=0.5", "--depth=2", "--out", str(tmp_path)]) == 0
     formula, creases, waves = seen[0].layers
     assert (formula.waves, formula.depth, creases.depth) == (False, 2.0, 2.0)
