@@ -32,6 +32,9 @@ TORCH = os.environ.get("FACEWRINKLE_TORCH", "")
 READERS = ("webdataset", "pandas", "datasets")
 """What reads data sets: with these the page about them shows how."""
 
+SOME = ("atlas", "express", "fit", "rig", "studio", "dataset")
+"""Commands that the newest Python runs."""
+
 LOG = 40
 """Lines that are shown of a step that failed."""
 
@@ -149,7 +152,7 @@ def package() -> Iterator[Step]:
         there = Environment(pythons[newest], newest)
         yield from there.bare(wheel)
         yield there.script("every name", "every_name.py")
-        yield there.script("some commands", "every_command.py", "bare", "express", "fit", "rig", "studio", "dataset")
+        yield there.script("some commands", "every_command.py", "bare", *SOME)
         yield there.script("README", "pages.py", "README")
 
 
