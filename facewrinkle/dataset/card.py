@@ -45,7 +45,7 @@ BIASES = """\
 
 def write_card(folder: Path, spec: Spec, count: int) -> None:
     """Write README.md, and the mean picture that it shows."""
-    table = read_table(folder, ("index", "attempt", "person", "monk", "expression", "tears", *IDENTITY))
+    table = read_table(folder, ("index", "attempt", "person", "scan", "monk", "expression", "tears", *IDENTITY))
     sums = sums_in(folder)
     if sums:
         means = mean_and_deviation(sums["pictures"], sums["small"], sums["small_squares"])
@@ -55,13 +55,13 @@ def write_card(folder: Path, spec: Spec, count: int) -> None:
 
 def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
     """Return what a set contains, as Markdown: shares of its pictures, and means over their pixels."""
-    drawn = [json.loads(expression) for expression in table["expression"]]
-    kinds = Counter(_kind(expression) for expression in drawn)
+    drawn = table["expression"]
+    kinds = Counter(map(_kind, drawn))
     groups = {
         "Expressions": {name: number / len(drawn) for name, number in kinds.most_common()},
         "Tears": {"crying": np.mean(table["tears"])},
     }
-    own = [k for k, tone in enumerate(table["monk"]) if tone is not None]
+    own = [k for k, scan in enumerate(table["scan"]) if not scan]
     if own:
         monk, sex, age, child, iris, length = (np.array([table[name][k] for k in own]) for name in ("monk", *IDENTITY))
         adult = child <= 0.0
@@ -96,10 +96,10 @@ def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
     return "\n".join(lines)
 
 
-def _kind(expression: dict[str, float]) -> str:
+def _kind(expression: str) -> str:
     """What the card calls an expression: its name, action units, or neutral."""
-    named = [name for name in expression if not name.startswith("AU")]
-    return named[0] if named else "action units" if expression else "neutral"
+    first = expression.split("=")[0]
+    return "neutral" if not first else "action units" if first.startswith("AU") else first
 
 
 def _numbers(values: Array) -> str:
@@ -122,6 +122,9 @@ def _text(spec: Spec, count: int, table: dict[str, list[Any]], sums: Sums) -> st
     pictures = "a picture each" if spec.clip.frames == 1 else f"clips of {spec.clip.frames} pictures"
     return f"""\
 ---
+configs:
+- config_name: default
+  data_files: shard-*.tar
 task_categories: [image-segmentation, depth-estimation, keypoint-detection]
 tags: [synthetic, faces, wrinkles, webdataset]
 ---
@@ -154,7 +157,9 @@ the frame. The persons of a shard take turns. A picture has
   or `mesh.glb`: skin, eyes, mouth and tears with their colours, for other programs;
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
   (FACS; in a clip those of this picture), identity, tone of the skin (`monk`), camera matrices (OpenCV's convention),
-  lamps, background, names of the pictures and environments of one's own (`files`), furrows.
+  lamps, background, names of the scan, the picture and the environment of one's own (`files`), and `furrows`, of which
+  the first stands for the label 0, none. All have the same names and types in every picture: what one does not have is
+  0 or "" (the identity of a scan), or -1 (seconds of tears, pixels of landmarks).
 
 A sample depends on the specification and its number alone. `facewrinkle dataset check` compares all files with
 their sums, and makes some samples again.

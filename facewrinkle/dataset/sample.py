@@ -38,6 +38,7 @@ from ..tears.presets import preset, surfaces
 from .furrows import FurrowTracker
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS, labels_of
 from .plan import Person, Plan, person_of, plan_of
+from .records import record_of
 from .spec import TIME_STEP, Spec
 from .surroundings import files_of, place
 from .visible import Camera
@@ -79,8 +80,8 @@ class Sample:
     Examples
     --------
     >>> sample = Sample(12, np.zeros((4, 4, 3), np.uint8), {"depth": np.zeros((4, 4), np.uint16)}, {})
-    >>> sample.key, sorted(sample.files())
-    ('000000012', ['json', 'npz', 'png'])
+    >>> sample.key, sorted(sample.labels)
+    ('000000012', ['depth'])
     """
 
     index: int
@@ -101,7 +102,7 @@ class Sample:
 
         picture = io.BytesIO()
         Pillow.fromarray(self.image).save(picture, format="PNG", compress_level=LEVEL)
-        text = json.dumps(self.facts, sort_keys=True, separators=(",", ":"))
+        text = json.dumps(record_of(self.facts), sort_keys=True, separators=(",", ":"))
         files = {"png": picture.getvalue(), "npz": compressed(self.labels), "json": text.encode()}
         return files | self.mesh
 
@@ -211,7 +212,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
                 "steps": {"depth": DEPTH_STEP, "height": HEIGHT_STEP, "place": PLACE_STEP},
                 "parts": list(PARTS),
                 "regions": list(REGIONS),
-                "files": files_of(plan, self.spec),
+                "files": files_of(plan, person, self.spec),
                 "spec": self.spec.digest,
                 "version": __version__,
             }

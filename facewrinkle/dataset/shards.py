@@ -24,7 +24,8 @@ from msgspec import Meta, Struct
 from ..errors import OutputError, ParameterError, check_whole, optional_imports
 from ..files import write_whole, written
 from .plan import person_at
-from .sample import Sample, SampleMaker, compressed, key_of
+from .records import row_of
+from .sample import Sample, SampleMaker, compressed
 from .spec import Spec, code_digest
 from .statistics import Sums, added, sums_of
 
@@ -117,7 +118,7 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                 for sample in _tried(maker, index, failures):
                     files = sample.files().items()
                     sums = added(sums, sums_of(sample))
-                    rows.append(row_of(sample.facts) | {"shard": archive.name})
+                    rows.append(row_of(sample.facts, sample.key) | {"shard": archive.name})
                     for ending, content in files:
                         members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
                         store.write(content)
@@ -148,49 +149,28 @@ def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> li
     return []
 
 
-def row_of(facts: dict[str, Any]) -> dict[str, Any]:
-    """Return what the table tells of a picture: numbers to search and to plot by."""
-    plan, person, frame = facts["plan"], facts["person"], facts.get("frame")
-    row = {
-        "index": plan["index"],
-        "key": key_of(plan["index"], frame),
-        "person": person["number"],
-        "frame": frame or 0,
-        "scan": -1 if person["scan"] is None else person["scan"],
-        "monk": person["monk"],
-        "expression": json.dumps(plan["expression"], sort_keys=True),
-        "action_units": json.dumps(facts["action_units"], sort_keys=True),
-        "tears": plan["tears"] is not None,
-        "attempt": plan["attempt"],
-        "furrows": len(facts["furrows"]),
-        "deepest": max((furrow["depth"] for furrow in facts["furrows"]), default=0.0),
-        "visible_landmarks": sum(landmark["visible"] for landmark in facts["landmarks"].values()),
-    }
-    row |= {f"{what}_file": name for what, name in facts["files"].items()}
-    drawn = {"identity": person["identity"], "gaze": plan["gaze"], "camera": plan["camera"], "light": plan["lights"]}
-    return row | {f"{group}_{name}": value for group, values in drawn.items() for name, value in values.items()}
-
-
 def write_table(rows: list[dict[str, Any]], path: Path) -> None:
     """Write rows as Parquet."""
     pyarrow, parquet = arrow()
-    columns = sorted({name for row in rows for name in row}, key=lambda name: (name != "index", name))
-    table = pyarrow.table({name: [row.get(name) for row in rows] for name in columns})
+    table = pyarrow.Table.from_pylist(rows)
     with written(path) as partial:
         parquet.write_table(table, partial)
 
 
 def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
-    """Return columns of the tables of all shards of a set, in order of the samples; None where a row lacks one."""
-    rows: list[dict[str, Any]] = []
+    """Return columns of the tables of all shards of a set, in order of the samples."""
+    pyarrow, parquet = arrow()
+    found: dict[str, list[Any]] = {name: [] for name in columns}
     for path in sorted((folder / "index").glob("shard-*.parquet")):
         try:
-            rows += arrow()[1].read_table(path, columns=list(columns)).to_pylist()
-        except (OSError, ValueError):
+            table = parquet.read_table(path)
+        except (OSError, pyarrow.ArrowException):
             raise OutputError(
                 f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
             ) from None
-    return {name: [row.get(name) for row in rows] for name in columns}
+        for name, values in found.items() if len(table) else ():
+            values += table[name].to_pylist()
+    return found
 
 
 def arrow() -> tuple[Any, Any]:

@@ -13,7 +13,7 @@ from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..plotting.scene import Scene
 from ..plotting.views import LIGHTS, Lamp, View, add_lamps, placed
-from .plan import Plan
+from .plan import Person, Plan
 from .spec import InputFile, Spec, input_file
 from .visible import Camera
 
@@ -67,9 +67,11 @@ def view_of(camera: dict[str, float]) -> View:
     return View(direction, offset=offset, height=camera["height"])
 
 
-def files_of(plan: Plan, spec: Spec) -> dict[str, str]:
-    """Return the names of the user's files that a plan shows, by what they are."""
+def files_of(plan: Plan, person: Person, spec: Spec) -> dict[str, str]:
+    """Return the names of the user's files that a picture shows, by what they are."""
     found = {}
+    if person.scan is not None:
+        found["scan"] = Path(spec.faces.scans[person.scan].path).name
     if "environment" in plan.lights:
         found["environment"] = Path(spec.environments[int(plan.lights["environment"])].path).name
     if "picture" in plan.background:

@@ -26,7 +26,7 @@ class Grey(SampleMaker):
     def pictures(self, index):
         plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
         facts = {"plan": asdict(plan), "person": asdict(person_of(self.spec, plan.person)), "landmarks": {}}
-        facts |= {"furrows": [], "action_units": {}, "files": {}}
+        facts |= {"furrows": [], "action_units": {}, "contractions": {}, "files": {}, "refused": []}
         facts |= {"size": list(self.spec.size), "spec": self.spec.digest}
         shape = self.spec.size[::-1]
         labels = {"depth": np.zeros(shape, np.uint16), "part": np.zeros(shape, np.uint8)}

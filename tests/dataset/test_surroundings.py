@@ -167,7 +167,7 @@ def test_the_environment_is_seen_behind(tmp_path):
     ("written", "message"),
     [
         ({"background": {"pictures": "none/*.jpg"}}, r"pictures: no file is like '.*none.\*\.jpg'. .* relative to"),
-        ({"background": {"pictures": 3}}, "pictures: expected `str`"),
+        ({"background": {"pictures": 3}}, "pictures must be a text"),
         ({"lights": {"environment": "*.hdr"}}, "no file is like"),
     ],
 )

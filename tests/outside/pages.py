@@ -14,6 +14,7 @@ import textwrap
 import time
 import warnings
 from contextlib import ExitStack, chdir
+from importlib.util import find_spec
 from pathlib import Path
 from unittest import mock
 
@@ -52,6 +53,8 @@ def main() -> None:
     pv.global_theme.jupyter_backend = "static"
     for page in [README, *PAGES]:
         blocks = [block for block in code_of(page) if not ELSEWHERE.search(block)]
+        if find_spec("torch") is None:
+            blocks = [block for block in blocks if "torch" not in block]
         if not blocks or (sys.argv[1:] and page.stem not in sys.argv[1:]):
             continue
         began = time.monotonic()
