@@ -109,8 +109,8 @@ def main() -> int:
         return (step for step in steps if not words or any(word in step.name for word in words))
 
     with ThreadPoolExecutor(2) as two:
-        for steps in (analysis(), package(), site()):
-            two.submit(outside.run, chosen(steps))
+        for chain in CHAINS:
+            two.submit(outside.run, chosen(chain()))
     for problem in outside.failed:
         print(f"\n{problem}", file=sys.stderr)
     print(f"\n{sum(outside.times.values()):.0f} s of {len(outside.times)} steps, in {time.monotonic() - began:.0f} s.")
@@ -236,6 +236,9 @@ def interpreters(wheel: Path) -> dict[tuple[int, ...], str]:
                 break
     return found or {tuple(sys.version_info[:2]): sys.executable}
 
+
+CHAINS = (package, site)
+"""What runs side by side. `analysis`, which takes longest, belongs before them as soon as it runs through."""
 
 if __name__ == "__main__":
     sys.exit(main())

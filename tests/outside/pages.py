@@ -31,7 +31,7 @@ PAGES = sorted(page for folder in (DOCS, DOCS / "howto", DOCS / "theory") for pa
 
 FEWER = {
     r"sim\.run\(\d+\)": "sim.run(3)",
-    r"for i in range\(100\)": "for i in range(3)",
+    r"for i in range\(\d+\)": "for i in range(3)",
     r"for seed in range\(100\)": "for seed in range(1)",
     r"fw\.rig\((face|fw\.fit_face\([^)]*\))": r'fw.rig(\1, "browInnerUp+jawOpen"',
     r'"browInnerUp\+jawOpen", "[^"]*"': '"browInnerUp+jawOpen"',
