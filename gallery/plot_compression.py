@@ -33,7 +33,7 @@ middle = int(np.argmin(np.linalg.norm(points, axis=1)))
 by_edges, by_gradient = [], []
 for turn in turns:
     along = np.tile([np.cos(turn), np.sin(turn), 0.0], (len(points), 1))
-    by_edges.append(EdgeWeights(points, rings, np.arange(len(points)), along).epsilon(squeezed)[middle])
+    by_edges.append(EdgeWeights(points, rings, np.array([middle])).epsilon(squeezed, along[:1])[0])
     by_gradient.append(compression_along(field.strain(squeezed), field.metric, normals, along)[middle])
 exact = 1.0 - np.hypot(0.8 * np.cos(turns), np.sin(turns))
 

@@ -91,8 +91,7 @@ def express(
             **given(max_level=max_level, gamma_c=gamma_c, samples=samples),
             coarsen=output.save_animation is None,
         ),
-        layers=folds.layers(face, frames),
-        folds=folds,
+        layers=folds.layers(face),
         size=output.pixels,
         view=output.view,
         clay=output.clay,
@@ -128,8 +127,6 @@ class Performance:
     refinement : Refinement
     layers : sequence of Layer, optional
         Default: those of a :class:`facewrinkle.Simulation`.
-    folds : FoldOptions
-        What was asked of the folds.
     size : tuple of int
         Of a picture, pixels.
     view : str, optional
@@ -143,7 +140,6 @@ class Performance:
     frames: int = 100
     refinement: Refinement = field(default_factory=Refinement)
     layers: Sequence[Layer] | None = None
-    folds: FoldOptions = field(default_factory=FoldOptions)
     size: tuple[int, int] = (800, 800)
     view: str | None = None
     clay: bool = False
@@ -174,8 +170,7 @@ class Performance:
         """Return the expression there and back."""
 
         def frames() -> Iterator[pv.PolyData]:
-            # The loop of the paper adds as much in each step: while muscles still contract, that is too little.
-            yield from simulation.run(self.frames, ramp=0.1 if self.folds.folds == "printed" else 0.6)
+            yield from simulation.run(self.frames)
             simulation.relax()
             yield from simulation.run(self.steps - self.frames, ramp=0.8)
 
@@ -307,8 +302,7 @@ def perform(
         face.atlas.contractions(expression),
         FRAMES,
         refinement_for(options.folds),
-        options.layers(face, FRAMES),
-        options,
+        options.layers(face),
         (SIZE, SIZE),
     )
     output = OutputOptions(movie=movie)

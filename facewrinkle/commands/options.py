@@ -23,7 +23,6 @@ from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit
 from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
-from ..layers.printed_wrinkles import ITERATIONS, PrintedWrinkles
 from ..plotting.views import Style
 from ..progress import bar
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
@@ -286,7 +285,7 @@ class FoldOptions:
     ----------
     folds
         wave: folds grow where the skin is compressed. paper: the wrinkle formula of Zhang, Sim and Tan with its
-        failures fixed, and anatomical creases. printed: their 23 muscles and wrinkles exactly as printed.
+        failures fixed, and anatomical creases. printed: their 23 muscles, and wrinkles by the formula as printed.
     depth
         Depth factor for all folds; depth is limited by the length of the skin.
     density
@@ -313,18 +312,13 @@ class FoldOptions:
         """Return the face that has these folds: one with other muscles for those as printed."""
         return with_printed_muscles(face) if self.folds == "printed" else face
 
-    def layers(self, face: Face, iterations: int = ITERATIONS) -> list[Layer]:
-        """Return the layers of folds of a face; an error for options that do not go together.
-
-        `iterations` are those in which wrinkles as printed are made.
-        """
+    def layers(self, face: Face) -> list[Layer]:
+        """Return the layers of folds of a face; an error for options that do not go together."""
         waves = given(density=self.density, length=self.length, seed=self.seed, age=self.age)
         if self.folds != "wave":
             refuse("belongs to folds that are waves: add --folds wave, or leave it out.", **waves)
-        if self.folds == "printed":
-            if self.depth != 1.0 or self.no_limit:
-                raise ParameterError("printed wrinkles have no --depth and no limit: leave these options out.")
-            return [PrintedWrinkles(iterations)]
+        if self.folds == "printed" and (self.depth != 1.0 or self.no_limit):
+            raise ParameterError("printed wrinkles have no --depth and no limit: leave these options out.")
         return fold_layers(face, self.folds, depth=self.depth, inextensible=not self.no_limit, **waves)
 
 

@@ -215,9 +215,9 @@ def bulge_height(k0: float | Array, alpha: float) -> float | Array:
 class EdgeWeights:
     """Compression along a direction, from the shortening of the edges around some vertices of a mesh (Eqs. 8-9).
 
-    ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``. The
-    absolute value is not printed in the paper but needed: with the signed cosine the denominator vanishes on every
-    symmetric ring.
+    ``tau_ij = (L_ij - |x_i - x_j|) / L_ij``, ``epsilon_i = sum tau_ij |cos theta_ij| / sum |cos theta_ij|``, where
+    theta_ij is the angle of an edge in the deformed mesh. The absolute value is not printed in the paper but needed:
+    with the signed cosine the denominator vanishes on every symmetric ring.
 
     Parameters
     ----------
@@ -226,8 +226,6 @@ class EdgeWeights:
         Neighbours of each vertex, as (indptr, indices).
     vertices : ndarray of int, shape (p,)
         Those at which compression is measured; one may come several times.
-    directions : ndarray, shape (p, 3)
-        Unit directions at rest.
 
     Examples
     --------
@@ -236,33 +234,35 @@ class EdgeWeights:
     >>> from facewrinkle.geometry.topology import vertex_rings
     >>> sheet = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     >>> directions = np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), np.array([0, 1, 1]), directions)
-    >>> weights.epsilon(sheet * [0.8, 1, 1]).round(3)
-    array([0.2  , 0.156, 0.094])
+    >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), np.array([0, 1, 1]))
+    >>> weights.epsilon(sheet * [0.8, 1, 1], directions).round(3)
+    array([0.2  , 0.151, 0.094])
     """
 
-    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray, directions: Array) -> None:
+    def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray) -> None:
         offsets, neighbours = rings
         counts = np.diff(offsets)[vertices]
         self._owner = np.repeat(np.arange(len(vertices)), counts)
         place = np.arange(len(self._owner)) - np.repeat(np.cumsum(counts) - counts, counts)
         self._i = vertices[self._owner]
         self._j = neighbours[offsets[self._i] + place]
-        edge = rest[self._j] - rest[self._i]
-        self._length = np.linalg.norm(edge, axis=1)
-        cosine = np.abs((edge * directions[self._owner]).sum(axis=1)) / self._length
-        total = np.bincount(self._owner, cosine, len(vertices))
-        self._weight = cosine / np.where(total > 0.0, total, 1.0)[self._owner]
+        self._length = np.linalg.norm(rest[self._j] - rest[self._i], axis=1)
         self._n = len(vertices)
 
-    def epsilon(self, deformed: Array) -> Array:
-        """Return the compression (p,) in the deformed mesh (n, 3).
+    def epsilon(self, deformed: Array, directions: Array) -> Array:
+        """Return the compression (p,) in the deformed mesh (n, 3) along unit directions (p, 3) there.
 
         1 where all edges have shrunk to nothing, below 0 where the skin is stretched. Exactly c under a uniform scaling
-        by 1 - c; about 2c/3 under a uniaxial compression by c in an isotropic ring.
+        by 1 - c; about 2c/3 under a slight uniaxial compression by c in an isotropic ring.
         """
-        shrinkage = 1.0 - np.linalg.norm(deformed[self._j] - deformed[self._i], axis=1) / self._length
-        return np.asarray(np.bincount(self._owner, self._weight * shrinkage, self._n), np.float64)
+        edge = deformed[self._j] - deformed[self._i]
+        length = np.linalg.norm(edge, axis=1)
+        along = np.abs((edge * directions[self._owner]).sum(axis=1))
+        weight = along / np.where(length > 0.0, length, 1.0)
+        total, weighted = (
+            np.bincount(self._owner, values, self._n) for values in (weight, weight * (1.0 - length / self._length))
+        )
+        return np.asarray(weighted / np.where(total > 0.0, total, 1.0), np.float64)
 
 
 def anisotropy(epsilon: npt.ArrayLike) -> Array:

@@ -210,9 +210,6 @@ class Layer(ABC):
 
     Attributes
     ----------
-    iterations : int
-        Time steps in which the layer makes its heights, if it adds them up: a face that settles takes as many, and its
-        triangles stay where they are. Default: 0.
     age_shown : float, optional
         The age, in [0, 1], of lines that the layer draws, which pictures show in the relief of the skin, too.
 
@@ -237,8 +234,6 @@ class Layer(ABC):
     >>> float(frame["pores"].min()), float(frame["W"].min())
     (-0.05, -0.05)
     """
-
-    iterations: int = 0
 
     def __repr__(self) -> str:
         plain = {name: value for name, value in vars(self).items() if isinstance(value, int | float | str)}

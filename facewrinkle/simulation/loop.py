@@ -451,10 +451,10 @@ class Simulation:
     def settle(self, within: float = 0.01, most: int = 300) -> pv.PolyData:
         """Go straight to the face that has come to rest with the muscles as asked for: all that a still picture needs.
 
-        Its triangles and their numbers do not depend on what came before, unless layers keep heights or vertices their
-        numbers (``Refinement(coarsen=False)``), or triangles are split by Eq. 19. Its skin may hang elsewhere after
-        another pose, by less than `within`; ``sim.motion.reset()`` lets it begin at rest. Wrinkles as printed
-        (:class:`facewrinkle.PrintedWrinkles`) take all their iterations.
+        Its triangles and their numbers do not depend on what came before, unless vertices keep their numbers
+        (``Refinement(coarsen=False)``). Where Eq. 19 splits triangles, a motion of many steps ends with a few percent
+        more of them, as those that were once split stay. Its skin may hang elsewhere after another pose, by less than
+        `within`; ``sim.motion.reset()`` lets it begin at rest.
 
         Parameters
         ----------
@@ -485,11 +485,6 @@ class Simulation:
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
         start, target = self.motion.rates.copy(), self._asked
-        iterations = max((layer.iterations for layer in self.layers), default=0)
-        for number in range(iterations):
-            frame = self._stepped(_ramped(start, target, (number + 1) / RAMP))
-        if iterations:
-            return frame
         base = np.full_like(self.face.points, np.nan)
         for number in range(most):
             before, base = base, self._moved(_ramped(start, target, (number + 1) / RAMP)).copy()
@@ -500,6 +495,10 @@ class Simulation:
             warn(
                 f"the face still moves after {most} steps. Allow more of them with most=, or more motion with within=."
             )
+        if self.refinement.gamma_c is not None and self.refinement.coarsen:  # what Eq. 19 split stays else
+            for _ in range(self._level):
+                self._wanted = np.zeros(len(self.forest.nodes), bool)
+                self._refine()
         shape = self._shape(base)
         for _ in range(2 * self._level):  # each takes triangles a level closer to those that are wanted
             if not self._refine():

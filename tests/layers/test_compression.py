@@ -40,7 +40,7 @@ def gradient_compression(points, triangles, deformed, directions):
 
 def edges_compression(points, triangles, deformed, directions):
     rings = vertex_rings(triangles, len(points))
-    return EdgeWeights(points, rings, np.arange(len(points)), directions).epsilon(deformed)
+    return EdgeWeights(points, rings, np.arange(len(points))).epsilon(deformed, directions)
 
 
 METHODS = {"gradient": gradient_compression, "edges": edges_compression}
