@@ -20,7 +20,6 @@ from facewrinkle.simulation.fold_layers import with_printed_muscles
 PAPER = {"surprise": 8245, "frowning": 5847, "closing_eye": 5395, "stretching_mouth": 6328, "fear": 7453}
 """Triangles of each expression in Table 1; the mesh at rest has 4517."""
 
-STEPS = 30
 FRONT = ("front",) * 5
 NEAR = ("forehead", "glabella", "left_eye", "right_mouth", "forehead")
 face = fw.default_face()
@@ -33,8 +32,7 @@ def held(simulation):
     for expression in PAPER:
         sim = simulation()
         sim.express(expression)
-        *_, frame = sim.run(STEPS, ramp=0.1)  # contracted early, as each step adds to the wrinkle
-        frames.append(frame)
+        frames.append(sim.settle())
     return frames
 
 
@@ -46,12 +44,10 @@ def drawn(frames, views):
 
 # %%
 # Fig. 13, without and with wrinkles, as printed (``folds="printed"``): the 23 muscles of the paper with their own
-# wrinkling regions, and Eqs. 1 to 18 as they stand, accumulated over the iterations. (Table 1 has 250 of
-# them, this page 30, and muscles contract within the first three.) Furrows begin and end in a step, and are as deep as
-# their parameters say.
+# wrinkling regions, and Eqs. 1 to 18. Furrows begin and end in a step, and are as deep as their parameters say.
 
 bare = held(lambda: fw.Simulation(paper_face, fw.Refinement(max_level=0), layers=[]))
-printed = held(lambda: fw.Simulation(paper_face, PRINTED, layers=[fw.PrintedWrinkles(STEPS)]))
+printed = held(lambda: fw.Simulation(paper_face, folds="printed"))
 figure(stacked([drawn(frames, views) for views in (FRONT, NEAR) for frames in (bare, printed)]))
 
 # %%
@@ -70,7 +66,7 @@ figure(stacked([drawn(waves, views) for views in (FRONT, NEAR)]))
 
 # %%
 # Triangles of the printed folds, beside Table 1. The paper's model and ours start from 4,517; how many are added
-# depends on the expression. (``python -m analysis.performance`` measures the table itself, with its 250 iterations.)
+# depends on the expression. (``python -m analysis.performance`` measures the table itself, over 250 time steps.)
 
 ours = [frame.n_cells for frame in printed]
 theirs = list(PAPER.values())

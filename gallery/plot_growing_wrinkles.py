@@ -12,18 +12,17 @@ import numpy as np
 
 import facewrinkle as fw
 from facewrinkle.plotting import Style, figure, picture, side_by_side, stacked
-from facewrinkle.simulation import PRINTED
 from facewrinkle.simulation.fold_layers import with_printed_muscles
 
 STEPS = 30
 face = with_printed_muscles(fw.default_face())
 
 
-def played(expression, intensity=1.0, ramp=0.6):
-    """All frames of an expression with wrinkles as printed, made in fewer iterations than the paper's."""
-    sim = fw.Simulation(face, PRINTED, layers=[fw.PrintedWrinkles(STEPS)])
+def played(expression, intensity=1.0):
+    """All frames of an expression with wrinkles as printed."""
+    sim = fw.Simulation(face, folds="printed")
     sim.express(expression, intensity)
-    return [frame.copy() for frame in sim.run(STEPS, ramp=ramp)]
+    return [frame.copy() for frame in sim.run(STEPS)]
 
 
 def drawn(frames, view, wireframe=False):
@@ -37,7 +36,7 @@ def drawn(frames, view, wireframe=False):
 # in proportion to the rate, and compression grows with the rate as well.
 
 rates = (0.4, 0.6, 0.8, 1.0)
-held = {rate: played("surprise", rate, ramp=0.1)[-1] for rate in rates}
+held = {rate: played("surprise", rate)[-1] for rate in rates}
 figure(drawn(held.values(), "forehead"))
 depths = [-float(held[rate]["W"].min()) for rate in rates]
 print("deepest furrow: " + ", ".join(f"{depth:.2f} mm at {rate:g}" for rate, depth in zip(rates, depths, strict=True)))

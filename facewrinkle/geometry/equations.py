@@ -236,7 +236,7 @@ class EdgeWeights:
     >>> directions = np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     >>> weights = EdgeWeights(sheet, vertex_rings([[0, 1, 2]]), np.array([0, 1, 1]))
     >>> weights.epsilon(sheet * [0.8, 1, 1], directions).round(3)
-    array([0.2  , 0.151, 0.094])
+    array([0.2  , 0.159, 0.094])
     """
 
     def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray) -> None:
@@ -258,7 +258,7 @@ class EdgeWeights:
         edge = deformed[self._j] - deformed[self._i]
         length = np.linalg.norm(edge, axis=1)
         along = np.abs((edge * directions[self._owner]).sum(axis=1))
-        weight = along / np.where(length > 0.0, length, 1.0)
+        weight = np.divide(along, length, out=np.ones_like(length), where=length > 0.0)  # a point has no direction
         total, weighted = (
             np.bincount(self._owner, values, self._n) for values in (weight, weight * (1.0 - length / self._length))
         )

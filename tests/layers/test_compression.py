@@ -107,8 +107,9 @@ def test_edges_are_eq_9_written_out():
         weighted = total = 0.0
         for j in ring:
             length = np.linalg.norm(points[j] - points[i])
-            tau = (length - np.linalg.norm(deformed[j] - deformed[i])) / length
-            cosine = abs((points[j] - points[i]) @ tangents[i]) / length
+            now = np.linalg.norm(deformed[j] - deformed[i])
+            tau = (length - now) / length
+            cosine = abs((deformed[j] - deformed[i]) @ tangents[i]) / now
             weighted, total = weighted + tau * cosine, total + cosine
         expected.append(weighted / total)
     np.testing.assert_allclose(edges_compression(points, triangles, deformed, tangents), expected, rtol=0, atol=1e-12)

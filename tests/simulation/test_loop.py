@@ -236,14 +236,6 @@ def test_settling_of_skin_that_begins_at_rest_is_settling_after_a_reset(face):
         assert all(np.array_equal(frame.field_data[name], again.field_data[name]) for name in frame.field_data)
 
 
-def test_settling_keeps_heights_that_have_added_up(face):
-    sim = fw.Simulation(face, layers=[fw.PrintedWrinkles(16)])
-    before, rest = after(sim, "surprise", 20), sim.settle()
-    n = len(face.points)
-    np.testing.assert_array_equal(rest["W"][:n], before["W"][:n])
-    assert np.abs(before["W"][:n]).max() > 0.05
-
-
 def test_a_pose_that_is_held_ends_at_the_triangles_of_a_face_that_settled(face):
     """Whatever came before, but for the numbers of the vertices; without coarsening these stay."""
     fresh = fw.Simulation(face)
