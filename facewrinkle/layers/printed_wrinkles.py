@@ -25,8 +25,8 @@ class PrintedWrinkles(Layer):
     -----
     Two sentences of the paper contradict each other. Section 4.3 saves H At "averaged by the number of iterations", and
     each of these applies it times A: heights add up, and stay when the muscle lets go. Section 3.2.2 has that "wrinkles
-    disappear unless the skin surface is compressed". Here, each time step applies H At times the change of k0 A since the
-    last one. All steps together make Eq. 3, whatever their number, and what relaxes is smooth again.
+    disappear unless the skin surface is compressed". Here, each time step applies H At times the change of k0 A
+    since the last one. All steps together make Eq. 3, whatever their number, and what relaxes is smooth again.
 
     The paper weights edges by ``cos(theta)`` (Eq. 9), whose sum over the edges around a vertex is 0 where they are
     symmetric; here it is ``|cos(theta)|``. All else is as printed, if the muscles have ``ends="paper"``,
@@ -63,7 +63,8 @@ class PrintedWrinkles(Layer):
         folds, n = self._folds, len(state.bare)
         self._epsilon = self._compression(state)
         k0 = self._depth * state.rates  # in proportion to the contraction rate (Section 5)
-        self._height = np.bincount(folds.vertices, k0[folds.muscle] * folds.height * anisotropy(self._epsilon), n)
+        grown = k0[folds.muscle] * folds.height * anisotropy(self._epsilon)
+        self._height = np.asarray(np.bincount(folds.vertices, grown, n), np.float64)
         active = np.zeros(n, bool)
         active[folds.vertices[state.rates[folds.muscle] > 0.0]] = True
         return Displacement(self._height, np.full(n, np.inf), np.zeros((n, 3)), active, undeformed=True)

@@ -38,7 +38,7 @@ def printed(face):
     return face.with_atlas(printed_atlas())
 
 
-@pytest.mark.parametrize(("name", "value"), [("depth", 4.0), ("alpha", 0.5), ("count", 8), ("start", 0.4)])
+@pytest.mark.parametrize(("name", "value"), [("depth", 2.0), ("alpha", 0.5), ("count", 8), ("start", 0.4)])
 def test_the_papers_numbers_are_seen_as_printed(printed, name, value):
     """Each of k0, alpha, n_w and lambda_w, by the folds of the paper and no others."""
     usual = heights(printed, folds="printed")
