@@ -20,7 +20,7 @@ from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import Change
 from .activation import Activation
-from .base import Displacement, Layer, SurfacePoints, SurfaceState
+from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import StrainField, per_length, tangents_of
 from .entries import LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
@@ -75,6 +75,10 @@ class MuscleWrinkles(Layer):
         """Tell whether this layer draws the folds of a muscle, given by its fold pattern."""
         return not isinstance(pattern, Crease) and (self.waves or not pattern.wrinkles.waves)
 
+    def locates(self, pattern: Muscle) -> bool:
+        """Tell whether this layer only tells where the region of a muscle is, as its lines are waves of no muscle."""
+        return pattern.wrinkles.waves and not self.waves and not isinstance(pattern, Crease)
+
     def patterns(self, face: Face) -> tuple[list[Muscle], BoolArray]:
         """Return the fold patterns of the muscles of a face, and the base triangles (k, m0) that each may touch."""
         return [muscle.fold_pattern for muscle in face.muscles.values()], face.zones
@@ -88,14 +92,18 @@ class MuscleWrinkles(Layer):
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
+        self._located = np.array([self.locates(muscle) for muscle in self._muscles], bool)
         self._kept = np.zeros(len(self._muscles))
         self._outer = outer_skin(face)
-        self._zones = touched & self._drawn[:, None] & self._outer[face.triangles].any(axis=1)
+        outside = self._outer[face.triangles].any(axis=1)
+        self._zones = touched & self._drawn[:, None] & outside
+        self._located_zones = touched & self._located[:, None] & outside
         self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
-        self._folds = Folds.none(0)
+        self._folds, self._places = Folds.none(0), Located.none(0)
+        self._state: SurfaceState | None = None
         self._missed = np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
         self._epsilon, self._relief = np.empty(0), Relief.flat(0)
@@ -106,6 +114,9 @@ class MuscleWrinkles(Layer):
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
+        located = Located.regions(created, self._muscles, self._located_zones)
+        self._places, self._state = self._places.followed(change.kept, located), None
+        self._leading: tuple[bytes, dict[str, np.ndarray], tuple[BoolArray, IntArray]] | None = None
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._relief = Relief.flat(len(self._folds.starts) - 1)
         met = np.zeros(len(self._zones), bool)
@@ -114,7 +125,7 @@ class MuscleWrinkles(Layer):
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
-        folds, relief = self._folds, self._relief
+        folds, relief, self._state = self._folds, self._relief, state
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
@@ -147,26 +158,30 @@ class MuscleWrinkles(Layer):
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
-        return {**self._folds.leading(self._epsilon), "W": self._relief.height.copy()}
+        contracting = (self.rates > 0.0).tobytes()
+        if self._leading is None or self._leading[0] != contracting:  # else all but the compression is as it was
+            found = self._folds.leading(self._epsilon, self.rates)
+            if len(self._places.muscle):
+                found = over(self._places.leading(np.zeros(len(self._places.muscle)), self.rates), found)
+            self._leading = contracting, found, self._folds.lead(self.rates)
+        _, found, (where, lead) = self._leading
+        return {**found, "epsilon": scattered(where, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
-        another layer draws its folds.
+        its folds are those of another layer. Where its lines are waves, W is 0.
         """
+        if self._located[muscle]:
+            places, epsilon = self._places, np.zeros(len(self._places.muscle))
+            if (state := self._state) is not None:
+                directions = self._muscles[muscle].fold_direction(state.vertices.points)
+                epsilon = state.compression(directions)[places.vertices]
+            return places.of(muscle, epsilon, np.zeros(len(epsilon)))
         if not self._drawn[muscle]:
             return None
-        folds = self._folds
-        entries = np.flatnonzero(folds.muscle == muscle)
-        where, n = folds.vertices[entries], len(self._relief.height)
-        share, height = anisotropy(self._epsilon[entries]) * self._relief.share[where], folds.height[entries]
-        columns = {
-            "lambda": folds.coordinates[entries, 0],
-            "gamma": folds.coordinates[entries, 1],
-            "epsilon": self._epsilon[entries],
-            "W": self._k0[muscle] * self.rates[muscle] * height * share,
-        }
-        region = np.isin(np.arange(n), where)
-        return {**{name: scattered(region, values, 0.0) for name, values in columns.items()}, "region": region}
+        folds, k0 = self._folds, self._k0[muscle] * self.rates[muscle]
+        share = anisotropy(self._epsilon) * self._relief.share[folds.vertices]
+        return folds.of(muscle, self._epsilon, k0 * folds.height * share)
 
     def explained(self, vertex: int) -> list[dict[str, float]]:
         """Return what each muscle adds at a vertex in the last frame, and the numbers of its formula.
@@ -212,14 +227,98 @@ def outer_skin(face: Face) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Folds(Entries):
+class Located(Entries):
+    """The wrinkling regions of muscles, with one entry per vertex and muscle whose region it lies in.
+
+    Those of a vertex fall by the distance from the central fibre, gamma (sphincter: psi): the last is the nearest.
+
+    Attributes
+    ----------
+    muscle : ndarray of int32, shape (p,)
+    coordinates : ndarray, shape (p, 2)
+        lambda and gamma (sphincter: r and psi).
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.muscles import LinearMuscle
+    >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
+    >>> points, up = np.array([[0.0, 20, 0], [30, 20, 0]]), np.tile([0.0, 0, 1], (2, 1))
+    >>> vertices = SurfacePoints(points, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
+    >>> places = Located.regions(vertices, [muscle], np.array([[True]]))
+    >>> found = places.leading(epsilon=np.array([0.1]), rates=np.array([0.7]))
+    >>> found["muscle"].tolist(), found["lambda"].tolist()
+    ([0, -1], [0.5, 0.0])
+    """
+
+    muscle: IntArray
+    coordinates: Array
+
+    @classmethod
+    def regions(cls, vertices: SurfacePoints, muscles: list[Muscle], zones: BoolArray) -> Located:
+        """Locate vertices in the regions of muscles, each within the base triangles (k, m0) that it may touch."""
+        rows = np.flatnonzero(zones.any(axis=1))
+        touched, near = np.nonzero(zones[rows][:, vertices.host])
+        where, muscle, coordinates = [np.empty(0, int)], [np.empty(0, np.int32)], [np.empty((0, 2))]
+        for row in np.unique(touched).tolist():
+            k, own = rows[row], near[touched == row]
+            own = own[muscles[k].wrinkling_region(vertices.points[own])]
+            where.append(own)
+            muscle.append(np.full(len(own), k, np.int32))
+            coordinates.append(np.stack(muscles[k].coordinates(vertices.points[own]), axis=1))
+        columns = [np.concatenate(each) for each in (where, muscle, coordinates)]
+        falling = np.argsort(-np.abs(columns[2][:, 1]), kind="stable")
+        return Located(*sorted_by_vertex(*(each[falling] for each in columns), n=len(vertices.points)))
+
+    @classmethod
+    def none(cls, n: int) -> Self:
+        """Return no entries for n vertices."""
+        return cls(np.zeros(n + 1, np.int32), np.empty(0, np.int32), np.empty((0, 2)))
+
+    def leading(self, epsilon: Array, rates: Array) -> dict[str, np.ndarray]:
+        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index:
+        of the muscles that contract, by the rates (k,), the last entry, the one with the largest abs(H At).
+
+        They are 0, and the index -1, where none contracts.
+        """
+        where, lead = self.lead(rates)
+        columns = {
+            "lambda": (self.coordinates[lead, 0], 0.0),
+            "gamma": (self.coordinates[lead, 1], 0.0),
+            "epsilon": (epsilon[lead], 0.0),
+            "muscle": (self.muscle[lead], -1),
+        }
+        return {name: scattered(where, *column) for name, column in columns.items()}
+
+    def lead(self, rates: Array) -> tuple[BoolArray, IntArray]:
+        """Return where a muscle contracts (n,), by the rates (k,), and the last entry of such a muscle there."""
+        lead = np.full(len(self.starts) - 1, -1)
+        some = np.flatnonzero(rates[self.muscle] > 0.0)
+        lead[self.vertices[some]] = some  # of several, the last
+        return lead >= 0, lead[lead >= 0]
+
+    def of(self, muscle: int, epsilon: Array, height: Array) -> dict[str, np.ndarray]:
+        """Return lambda, gamma, and epsilon and W of the entries (p,), of one muscle, 0 outside of its region; and that
+        region.
+        """
+        entries = np.flatnonzero(self.muscle == muscle)
+        region = np.isin(np.arange(len(self.starts) - 1), self.vertices[entries])
+        columns = {
+            "lambda": self.coordinates[:, 0],
+            "gamma": self.coordinates[:, 1],
+            "epsilon": epsilon,
+            "W": height,
+        }
+        return {**{name: scattered(region, each[entries], 0.0) for name, each in columns.items()}, "region": region}
+
+
+@dataclass(frozen=True, eq=False)
+class Folds(Located):
     """Folds of all muscles, with one entry per vertex and muscle whose wrinkling region it lies in.
 
     The last one of a vertex is that of the dominant muscle: the entries rise by abs(H At), and where H is 0 by `swing`.
 
     Attributes
     ----------
-    muscle : ndarray of int32, shape (p,)
     height : ndarray, shape (p,)
         H At at k0 = 1.
     blunt : ndarray, shape (p,)
@@ -230,8 +329,6 @@ class Folds(Entries):
         `swing` relative to the deepest fold of this wavelength that skin of fixed length allows at epsilon = 1, 1/mm.
     cycle : ndarray, shape (p,)
         Half cycle u as a length.
-    coordinates : ndarray, shape (p, 2)
-        lambda and gamma (sphincter: r and psi).
     direction : ndarray, shape (p, 3)
         Unit tangent across the folds.
     products : ndarray, shape (p, 6)
@@ -251,13 +348,11 @@ class Folds(Entries):
     ([0, 1, 1], [[0.5, 0.0]], [5.33])
     """
 
-    muscle: IntArray
     height: Array
     blunt: Array
     swing: Array
     steep: Array
     cycle: Array
-    coordinates: Array
     direction: Array
     products: Array
 
@@ -302,32 +397,17 @@ class Folds(Entries):
         direction = tangents_of(direction, vertices.normals[where])
         squares = per_length(interpolated(metric, *at), direction)
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
-        columns = muscle_of.astype(np.int32), height, blunt, swing, steep, cycle, coordinates, direction, squares
+        columns = muscle_of.astype(np.int32), coordinates, height, blunt, swing, steep, cycle, direction, squares
         rising = np.lexsort((swing, np.abs(height)))
         of_vertices = sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points))
         return cls(*of_vertices)
-
-    def leading(self, epsilon: Array) -> dict[str, np.ndarray]:
-        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index.
-
-        They are 0, and the index -1, where there is none.
-        """
-        some = np.diff(self.starts) > 0
-        lead = self.starts[1:][some] - 1
-        columns = {
-            "lambda": (self.coordinates[lead, 0], 0.0),
-            "gamma": (self.coordinates[lead, 1], 0.0),
-            "epsilon": (epsilon[lead], 0.0),
-            "muscle": (self.muscle[lead], -1),
-        }
-        return {name: scattered(some, *column) for name, column in columns.items()}
 
     @classmethod
     def none(cls, n: int) -> Self:
         """Return no entries for n vertices."""
         e, i = np.empty(0), np.empty(0, np.int32)
         coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
-        return cls(np.zeros(n + 1, np.int32), i, e, e, e, e, e, coordinates, direction, squares)
+        return cls(np.zeros(n + 1, np.int32), i, coordinates, e, e, e, e, e, direction, squares)
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:
@@ -372,7 +452,7 @@ def amplitudes(folds, epsilon, k0, kept, relief):
     to furrow an entry is k0 A steep / sqrt(epsilon) times as deep as skin of fixed length allows. Where the entries
     together ask for more than that, each gets the `share` for which the skin suffices.
     """
-    starts, muscle, unit, blunt, swing, steep, cycle, _, direction, _ = folds
+    starts, muscle, _, unit, blunt, swing, steep, cycle, direction, _ = folds
     height, shown, spacing, across, active, share = relief
     for i in range(len(starts) - 1):
         total, mild, asked, finest, lead, on = 0.0, 0.0, 0.0, np.inf, -1, False

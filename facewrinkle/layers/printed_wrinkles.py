@@ -50,21 +50,23 @@ class PrintedWrinkles(Layer):
         self._depth = np.array([muscle.wrinkles.depth for muscle in self._muscles])
         self._metric, self._folds = StrainField.of(face).metric, Folds.none(0)
         self._edges: EdgeWeights | None = None
+        self._rates = np.zeros(len(self._muscles))
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.Layer`. H At is computed once, where a new vertex rests."""
         new = Folds.at(created, self._muscles, self._zones, self._metric, self._unit)
         self._folds = self._folds.followed(change.kept, new)
         self._edges = None
-        self._epsilon, self._height = np.zeros(len(self._folds.muscle)), np.zeros(len(self._folds.starts) - 1)
+        self._epsilon, self._heights = np.zeros((2, len(self._folds.muscle)))
+        self._height = np.zeros(len(self._folds.starts) - 1)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
         folds, n = self._folds, len(state.bare)
         self._epsilon = self._compression(state)
         k0 = self._depth * state.rates  # in proportion to the contraction rate (Section 5)
-        grown = k0[folds.muscle] * folds.height * anisotropy(self._epsilon)
-        self._height = np.asarray(np.bincount(folds.vertices, grown, n), np.float64)
+        self._rates, self._heights = state.rates, k0[folds.muscle] * folds.height * anisotropy(self._epsilon)
+        self._height = np.asarray(np.bincount(folds.vertices, self._heights, n), np.float64)
         active = np.zeros(n, bool)
         active[folds.vertices[state.rates[folds.muscle] > 0.0]] = True
         return Displacement(self._height, np.full(n, np.inf), np.zeros((n, 3)), active, undeformed=True)
@@ -84,5 +86,9 @@ class PrintedWrinkles(Layer):
         return self._edges.epsilon(state.bare, directions)
 
     def fields(self) -> dict[str, np.ndarray]:
-        """Return lambda, gamma and epsilon of the muscle with the largest H At at each vertex, its index, and W."""
-        return {**self._folds.leading(self._epsilon), "W": self._height.copy()}
+        """Return lambda, gamma and epsilon of the dominant muscle at each vertex, its index, and W."""
+        return {**self._folds.leading(self._epsilon, self._rates), "W": self._height.copy()}
+
+    def fields_of(self, muscle: int) -> dict[str, np.ndarray]:
+        """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere."""
+        return self._folds.of(muscle, self._epsilon, self._heights)

@@ -18,14 +18,14 @@ from ..geometry.topology import split_vertices
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
-        "lambda": "position along the dominant muscle",
-        "gamma": "position across the dominant muscle",
-        "epsilon": "compression along the dominant muscle",
+        "lambda": "position along the muscle",
+        "gamma": "position across the muscle",
+        "epsilon": "compression across the deepest folds",
         "theta": "phase of the waves of folds, 0 on a bulge and pi in a furrow",
         "family": "number of the family of waves, -1 for none",
         "W": "height of the wrinkles (mm)",
         "split_gamma": "largest split criterion over the vertex's edges",
-        "muscle": "index of the dominant muscle, -1 for none",
+        "muscle": "index of the muscle whose contraction folds this place, -1 for none",
         "level": "level of refinement",
         "rest": "position at rest, in the unit of the mesh",
     }

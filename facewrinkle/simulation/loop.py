@@ -571,7 +571,9 @@ class Simulation:
         return self._last
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
-        """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh.
+        """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh, also of one at rest.
+
+        They are 0 outside of the region. W is what its own folds add; where its lines are waves, that is 0.
 
         Raises
         ------
@@ -585,8 +587,8 @@ class Simulation:
             if (found := layer.fields_of(index)) is not None:
                 return found
         raise ParameterError(
-            f"no layer of this simulation draws the folds over {muscle}, unless as waves, which belong to no muscle. "
-            "Make it with folds='paper', or add a MuscleWrinkles() to its layers."
+            f"no layer of this simulation knows the folds over {muscle}. Add MuscleWrinkles() to its layers, or "
+            "Creases() for a muscle whose folds are a Crease, or leave layers out."
         )
 
     @contextmanager

@@ -151,9 +151,13 @@ def test_w_is_exactly_zero_after_release(played, name):
 def test_the_dominant_muscle_is_that_of_the_largest_amplitude(papers, played):
     play = played("fear")
     x, names = play.top["rest"], list(papers.muscles)
+    contracting = [name for name in names if play.held.rates[name] > 0.0]
+    assert 0 < len(contracting) < len(names)
     units = np.abs([papers.muscles[n].fold_pattern.unit_amplitude(x) for n in names])
     inside = np.array([papers.muscles[n].fold_pattern.envelope(x) > 0.0 for n in names])
     muscle = play.top["muscle"]
+    idle = [name not in contracting for name in names]
+    units[idle], inside[idle] = 0.0, False
     seen = seen_share(papers, play.held) > 0.0
     assert np.array_equal((muscle == -1)[seen], ~inside.any(axis=0)[seen])
     some = np.flatnonzero((muscle >= 0) & seen)

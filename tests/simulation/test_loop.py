@@ -116,7 +116,7 @@ def test_a_simulation_without_layers_is_bare_skin(face):
     np.testing.assert_allclose(frame.points, sim.skin.points + sim.skin.displacement, atol=1e-12)
     assert not frame["W"].any()
     assert (frame["muscle"] == -1).all()
-    with pytest.raises(ParameterError, match="no layer of this simulation draws the folds over"):
+    with pytest.raises(ParameterError, match="no layer of this simulation knows the folds over"):
         sim.fields("corrugator_l")
 
 
