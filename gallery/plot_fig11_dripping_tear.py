@@ -16,9 +16,9 @@ from facewrinkle.plotting import Style, TearScene, View, figure, side_by_side, s
 VIEW = View((0.25, 0.02, 1.0), "nose_tip", (0.0, -0.25, -0.4), 2.0)
 
 # %%
-# A sad face, and a tear from each eye; the right one comes a quarter of a second later.
+# The sad face of a child, as in the paper, and a tear from each eye; the right one comes a quarter of a second later.
 
-face = fw.default_face()
+face = fw.default_face(fw.Identity(child=1.0, age=-1.0))
 sim = fw.Simulation(face)
 sim.express("sadness")
 *_, frame = sim.run(25)

@@ -218,7 +218,8 @@ def rough_film(
     length, half : float
         The grid spans [0, length] and [-half, half].
     roughness : float
-        Share of the places that are raised, 0 to 1: rough skin holds more water back.
+        0 to 1: rough skin holds more water back. Half as large a share of the places is raised, so that even the
+        roughest trail is no even belt.
     degree : int
         Degree of the moving least squares. Above 0 they dip below 0 and are cut off: the tear must not enter the skin.
 
@@ -243,14 +244,14 @@ def rough_film(
     apart = 2.5 * spacing
     s, w = np.meshgrid(np.arange(0.0, length + apart, apart), apart * np.arange(-2, 3), indexing="ij")
     places = np.stack([s.ravel(), w.ravel()], axis=1) + random.uniform(-0.35, 0.35, (s.size, 2)) * apart
-    raised = random.random(s.size) < roughness
+    raised = random.random(s.size) < 0.5 * roughness
     values = np.where(raised, random.uniform(0.3, 1.0, s.size), 0.0)
     noise = np.empty((len(grid_s), len(grid_w)))
     for first in range(0, len(grid_s), ROWS):  # far away points hardly count
         part = grid_s[first : first + ROWS]
         near = (places[:, 0] > part[0] - 6.0 * apart) & (places[:, 0] < part[-1] + 6.0 * apart)
         x = np.stack(np.meshgrid(part, grid_w, indexing="ij"), axis=-1).reshape(-1, 2)
-        fitted = moving_least_squares(x, places[near], values[near], degree, 0.4 * apart)
+        fitted = moving_least_squares(x, places[near], values[near], degree, 0.2 * apart)
         noise[first : first + ROWS] = fitted.reshape(len(part), -1)
     return np.maximum(noise, 0.0), spacing
 

@@ -117,7 +117,7 @@ def drawn_places(length, half, roughness, seed):
     rows = math.ceil((length + apart) / apart - 1e-9)
     grid = np.array([(i * apart, k * apart) for i in range(rows) for k in (-2, -1, 0, 1, 2)])
     places = grid + 0.35 * apart * (2.0 * random.random(grid.shape) - 1.0)
-    raised = np.array([random.random() < roughness for _ in grid])
+    raised = np.array([random.random() < 0.5 * roughness for _ in grid])
     return places, np.where(raised, 0.3 + 0.7 * random.random(len(grid)), 0.0), apart
 
 
@@ -134,7 +134,7 @@ def test_noise_is_the_least_squares_surface_of_its_bumps(length, half, roughness
     s = spacing * np.arange(len(noise))
     assert s[-2] < length <= s[-1]
     x = np.array([(a, b) for a in s for b in np.linspace(-half, half, 9)])
-    expected = moving_least_squares(x, places, values, degree, 0.4 * apart).reshape(-1, 9)
+    expected = moving_least_squares(x, places, values, degree, 0.2 * apart).reshape(-1, 9)
     np.testing.assert_allclose(noise, np.maximum(expected, 0.0), rtol=0, atol=1e-9)
     assert noise.max() > 0.1
 
@@ -144,10 +144,23 @@ def test_on_a_long_film_far_away_bumps_hardly_count():
     places, values, apart = drawn_places(70.0, 1.5, 0.4, 6)
     assert len(noise) > 5 * 32
     x = np.array([(a, b) for a in spacing * np.arange(len(noise)) for b in np.linspace(-1.5, 1.5, 9)])
-    expected = moving_least_squares(x, places, values, 1, 0.4 * apart).reshape(-1, 9)
+    expected = moving_least_squares(x, places, values, 1, 0.2 * apart).reshape(-1, 9)
     difference = np.abs(noise - np.maximum(expected, 0.0))
     assert difference.max() < 0.06
     assert difference.mean() < 0.01
+
+
+def test_rougher_skin_makes_the_trail_less_even():
+    """Some places are thick and some thin: more, and more of them, the rougher the skin is."""
+    films = [np.concatenate([film(25.0, 1.0, r, 0, seed)[0] for seed in range(6)]) for r in (0.0, 0.1, 0.25, 0.5, 1.0)]
+    mean, contrast = ([float(f(noise)) for noise in films] for f in (np.mean, np.std))
+    assert mean == sorted(mean)
+    assert contrast == sorted(contrast)
+    assert contrast[-1] > 1.4 * contrast[2]
+    raised = [float((noise > 0.15).mean()) for noise in films]  # by half of the least bump
+    assert raised[1] < 0.1
+    assert raised[2] < 0.25  # an eighth of the places is raised, and what is between them and others
+    assert raised[-1] < 0.95
 
 
 @pytest.mark.parametrize("unit", [0.01, 25.4])
