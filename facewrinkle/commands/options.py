@@ -24,7 +24,7 @@ from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..plotting.views import Style
-from ..progress import bar
+from ..progress import bar_or_lines
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
 MOST_NAMES = 8
@@ -57,8 +57,8 @@ class Report:
         return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
 
     def progress(self, items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
-        """Return the items, with a bar on a terminal."""
-        return items if self.quiet else bar(items, what, total)
+        """Return the items, with a bar on a terminal, and lines now and then in a log."""
+        return items if self.quiet else bar_or_lines(items, what, total)
 
 
 def face_facts(face: Face) -> dict[str, str]:
