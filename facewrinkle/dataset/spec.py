@@ -345,7 +345,12 @@ class Spec(Struct, frozen=True, eq=False):
 @cache
 def code_digest() -> str:
     """Return a hash of the code and the data of the package that make the samples: no comments, no docstrings."""
-    package, found = Path(__file__).parents[1], hashlib.sha256()
+    return digest_of(Path(__file__).parents[1])
+
+
+def digest_of(package: Path) -> str:
+    """Return that hash of the package in a folder."""
+    found = hashlib.sha256()
     for path in sorted(package.rglob("*.*")):
         inner = path.relative_to(package)
         if path.suffix in (".py", ".toml", ".json", ".npz") and len(inner.parts) > 1 and inner.parts[0] not in AFTER:

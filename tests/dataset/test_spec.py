@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from facewrinkle.dataset.spec import DEFAULT, NUMBERS, Spec
+import facewrinkle
+from facewrinkle.dataset.spec import DEFAULT, NUMBERS, Spec, digest_of
 from facewrinkle.errors import ParameterError, UnknownNameError
 
 
@@ -105,3 +108,23 @@ def test_a_scan_is_known_by_its_content(tmp_path):
     assert first.faces.scans[0].licence == "mine"
     scan.write_bytes(b"two")
     assert Spec.of(written, tmp_path).digest != first.digest
+
+
+@pytest.mark.parametrize(
+    ("name", "added", "counts"),
+    [
+        ("motion/skin.py", "# a word more", False),
+        ("motion/skin.py", '"""A docstring."""', False),
+        ("motion/skin.py", "LIMIT = 3", True),
+        ("commands/play.py", "LIMIT = 3", False),
+        ("live/document.py", "LIMIT = 3", False),
+        ("dataset/data/default.toml", "# a word more", True),
+    ],
+)
+def test_the_digest_is_of_what_can_change_a_pixel(name, added, counts, tmp_path):
+    package = Path(facewrinkle.__file__).parent
+    copy = shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "page"))
+    before = digest_of(copy)
+    with (copy / name).open("a", encoding="utf-8") as file:
+        file.write(f"\n{added}\n")
+    assert (digest_of(copy) != before) == counts
