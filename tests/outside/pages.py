@@ -35,6 +35,7 @@ FEWER = {
     r"for seed in range\(100\)": "for seed in range(1)",
     r"fw\.rig\((face|fw\.fit_face\([^)]*\))": r'fw.rig(\1, "browInnerUp+jawOpen"',
     r'"browInnerUp\+jawOpen", "[^"]*"': '"browInnerUp+jawOpen"',
+    r"set_active_time_value\(0\.5\)": "set_active_time_value(0.02)",
     "size=2048": "size=256",
     r"000000\.\.000009": "000000..000000",
     "window.wait()": "",
