@@ -47,7 +47,6 @@ LINES = {
     f"rig scan.obj --same-mesh --wrinkles maps --map-size 64 {TWO}/same": "",
     f"rig scan.face --format usd {TWO}/usd": "export",
     "dataset spec": "dataset",
-    "dataset small.toml --preview --quiet --out set": "dataset",
     "dataset small.toml --count 2 --quiet --out set": "dataset",
     "dataset check set": "dataset",
     "studio scan.face --no-browser": "studio",

@@ -51,7 +51,6 @@ def main() -> None:
     """Run the pages in turn; the first that does not do what it says ends it."""
     assert fw.__file__.startswith(sys.prefix), f"{fw.__file__} is not that of {sys.prefix}"
     pv.OFF_SCREEN = True
-    pv.global_theme.jupyter_backend = "static"
     for page in [README, *PAGES]:
         blocks = [block for block in code_of(page) if not ELSEWHERE.search(block)]
         if find_spec("torch") is None:
@@ -87,9 +86,12 @@ def run(page: Path, code: str) -> None:
         warnings.simplefilter("error")
         for kind in (DeprecationWarning, ResourceWarning):  # of other packages
             warnings.simplefilter("ignore", kind)
-        studio = fw.studio
-        opened = mock.patch.object(fw, "studio", lambda face, **_: windows.enter_context(studio(face, browser=False)))
-        windows.enter_context(opened)
+        if "fw.studio" in code:  # it needs an extra
+            studio = fw.studio
+            quiet = mock.patch.object(
+                fw, "studio", lambda face, **_: windows.enter_context(studio(face, browser=False))
+            )
+            windows.enter_context(quiet)
         exec(compile(code, str(page), "exec"), space)
     look(page.stem, space)
 
