@@ -156,7 +156,7 @@ def measured(face: fw.Face, frame: pv.PolyData, name: str) -> tuple[float, float
 
 def report(quick: bool = False) -> Report:
     """Report depths and spacings on the built-in head and a captured face, means over several drawings of the lines."""
-    faces, seeds = [name for name in ("head-0", "ict-0") if name in subjects.names()], range(5)
+    faces, seeds = [name for name in ("head-0", "ict-0") if name in subjects.names()], range(2)
     if quick:
         faces, seeds = faces[:1], range(1)
     rows: list[tuple[str | float, ...]] = []

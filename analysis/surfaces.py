@@ -27,6 +27,9 @@ IntArray = npt.NDArray[np.int32]
 EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 """Those of Zhang, Sim, Tan, Table 1."""
 
+KINDS = ("printed", "paper", "wave")
+"""Kinds of folds: as printed, mended, and waves."""
+
 
 @dataclass(frozen=True, eq=False)
 class WrinkledSurface:

@@ -229,7 +229,8 @@ def _possible(
             possible[name] = shape
     if not possible:
         reasons = "; ".join(dict.fromkeys(left_out.values()))
-        raise ParameterError(f"this face can make none of the shapes asked for: {reasons}. Fit a face with muscles.")
+        asked = "+".join({**wanted, **left_out})
+        raise ParameterError(f"this face can make none of the shapes of {asked!r}: {reasons}. Fit a face with muscles.")
     return possible, left_out
 
 

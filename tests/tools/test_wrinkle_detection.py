@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from facewrinkle.dataset.labels import PARTS
-from facewrinkle.dataset.sample import Sample
+from facewrinkle.dataset.sample import compressed, key_of
 from tools.trials import wrinkle_detection
 from tools.trials.wrinkle_detection import FURROW, MARKS, OTHER, SKIN, photograph, read, report
 
@@ -31,9 +31,12 @@ def dark_lines(tmp_path):
             image[row : row + 2] -= 40.0
             rows.append(row)
             labels = {"part": np.full((SIZE, SIZE), PARTS.index("skin"), np.uint8), "furrow": furrow}
-            sample = Sample(person, image.astype(np.uint8), labels, {"person": {"number": person}})
-            for ending, content in sample.files().items():
-                member = tarfile.TarInfo(f"{sample.key}.{ending}")
+            picture = io.BytesIO()
+            Image.fromarray(image.astype(np.uint8)).save(picture, format="PNG")
+            facts = json.dumps({"person": {"number": person}}).encode()
+            files = {"png": picture.getvalue(), "npz": compressed(labels), "json": facts}
+            for ending, content in files.items():
+                member = tarfile.TarInfo(f"{key_of(person)}.{ending}")
                 member.size = len(content)
                 tar.addfile(member, io.BytesIO(content))
     return tmp_path, rows
