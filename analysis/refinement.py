@@ -244,8 +244,10 @@ def report(quick: bool = False) -> Report:
         top = by_level[len(by_level) // 2 - 1]
         row = paper[name]
         others = (len(sims[name].forest.triangles), len(settled(face, name, frames, folds="wave").forest.triangles))
-        triangles.append((name, row.before, row.after, int(top.sum()), *map(int, top), int(by_level[-1].sum()),
-                          *others, *cost.values(), sum(cost.values())))  # fmt: skip
+        printed = fw.Simulation(face, folds="printed")
+        printed.express(name)
+        triangles.append((name, row.before, row.after, printed.settle().n_cells, *map(int, top),
+                          int(by_level[-1].sum()), *others, *cost.values(), sum(cost.values())))  # fmt: skip
     for name, pair in gaps.items():
         own = pair["adaptive"][cap]
         same, needed = at_equal_count(pair, own)

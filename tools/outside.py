@@ -239,8 +239,8 @@ def interpreters(wheel: Path) -> dict[tuple[int, ...], str]:
     return found or {tuple(sys.version_info[:2]): sys.executable}
 
 
-CHAINS = (package, site)
-"""What runs side by side. `analysis`, which takes longest, belongs before them as soon as it runs through."""
+CHAINS = (analysis, package, site)
+"""What runs side by side, two at a time; what takes longest begins."""
 
 if __name__ == "__main__":
     sys.exit(main())
