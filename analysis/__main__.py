@@ -16,7 +16,7 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
     out
         Folder for the tables as JSON, the plots and index.html.
     quick
-        Coarser meshes, fewer expressions and repetitions.
+        Coarser meshes and fewer repetitions.
     """
     for module in (profiles, folds, volume, realism, refinement, performance):
         publish(module.report(quick), out)

@@ -270,7 +270,7 @@ def report(quick: bool = False) -> Report:
         "Performance",
         "Seconds of 250 iterations of the paper's five expressions, beside the paper's (a Pentium 4 of 2.8 GHz with "
         "its graphics card), ms per frame of surprise on the head with 4 thousand to 1 million triangles, and memory "
-        "and time of the refinement forest with 4 thousand to 2 million.",
+        "and time of the refinement forest with 4 to 289 thousand.",
         f"Skin, refinement and wrinkles take {min(faster):.1f} to {max(faster):.1f} times less than in the paper, and "
         f"frames come {min(fps):.1f} to {max(fps):.1f} times as fast, drawn in software (load {load:.1f} on "
         f"{os.cpu_count()} cores). With the number of triangles, refinement, wrinkles and the frame together "

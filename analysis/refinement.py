@@ -220,7 +220,7 @@ def rows(ratio: float, phase: float, u: float = 5.0) -> fw.Face:
 
 
 def report(quick: bool = False) -> Report:
-    """Return the report on everything, or on fewer expressions and levels."""
+    """Return the report on everything, or on fewer levels and frames."""
     face = fw.default_face()
     names = EXPRESSIONS
     paper = {row.expression: row for row in PAPER}
@@ -258,7 +258,7 @@ def report(quick: bool = False) -> Report:
         Table(
             "Triangles at full strength, and ms per frame: the paper's, ours as printed (Eq. 19), and with mended and "
             "wave folds, whose rule is vertices per cycle",
-            ("expression", "before", "after, paper", "after, printed", *(f"level {k}" for k in range(printed_levels)),
+            ("expression", "before", "after, paper", "after, printed", *(f"level {k} in motion" for k in range(printed_levels)),
              "released", "after, mended", "after, waves", *STAGES, "all"),
             triangles,
         ),

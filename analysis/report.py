@@ -132,7 +132,7 @@ def run_report(report: Callable[[bool], Report]) -> None:
         out
             Folder for the tables as JSON, the plots and the index page.
         quick
-            Coarser meshes, fewer expressions and repetitions.
+            Coarser meshes and fewer repetitions.
         """
         publish(report(quick), out)
 

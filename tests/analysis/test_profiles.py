@@ -84,7 +84,7 @@ def test_heights_converge_to_the_closed_form(report):
 def test_heights_on_the_head_converge_too(report):
     for row in report("profiles").numbers["head"].values():
         assert row["order"] > 1.0  # where folds begin and end, H has a step, as printed; elsewhere it would be 2
-        assert row["share"] < 0.03  # of the amplitude
+        assert row["share"] < 0.03  # of the amplitude; .007 to .028 were measured
 
 
 def test_the_plate_is_compressed_as_it_should_be():
