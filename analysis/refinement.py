@@ -258,7 +258,8 @@ def report(quick: bool = False) -> Report:
         Table(
             "Triangles at full strength, and ms per frame: the paper's, ours as printed (Eq. 19), and with mended and "
             "wave folds, whose rule is vertices per cycle",
-            ("expression", "before", "after, paper", "after, printed", *(f"level {k} in motion" for k in range(printed_levels)),
+            ("expression", "before", "after, paper", "after, printed",
+             *(f"level {k} in motion" for k in range(printed_levels)),
              "released", "after, mended", "after, waves", *STAGES, "all"),
             triangles,
         ),
