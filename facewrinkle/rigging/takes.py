@@ -313,12 +313,10 @@ class _Reader:
         most = np.nanmax(np.nan_to_num(values), axis=0, initial=0.0)
         intensities = [i for i in columns if is_intensity(self.names[i])]
         units = [i for i in columns if i not in intensities and shapes_of_column(self.names[i])[0].startswith("AU")]
+        shapes = [i for i in columns if i not in intensities + units]
         scale = np.ones(len(self.names))
-        for group, scales in ((intensities, (5.0, 100.0)), (units, (1.0, 5.0, 100.0)), (columns, (1.0, 100.0))):
-            left = [i for i in group if i in intensities + units] if group is not columns else [
-                i for i in columns if i not in intensities + units
-            ]  # fmt: skip
-            scale[left] = full or self._full(most[left], scales)
+        for group, scales in ((intensities, (5.0, 100.0)), (units, (1.0, 5.0, 100.0)), (shapes, (1.0, 100.0))):
+            scale[group] = full or self._full(most[group], scales)
         found: dict[str, Array] = {}
         for i in columns:
             for shape in shapes_of_column(self.names[i]):
