@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import sys
 import warnings
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
+import pyvista as pv
 from rich.table import Table
 
 from ..anatomy.atlas import DEFAULT_ATLAS, Atlas, load_atlas
 from ..anatomy.face_file import SUFFIX, read_face
+from ..anatomy.landmarks import NOT_ON_SKIN, REFUSED
 from ..animation.gltf import shapes_of_gltf
 from ..array_types import Array, IntArray
-from ..errors import FaceWrinkleWarning, unknown_name
+from ..errors import FaceWrinkleWarning, LandmarkError, unknown_name
 from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
-from ..mesh import merged_texture, outside_images, prepare, read_surface
+from ..mesh import CleanSurface, merged_texture, outside_images, prepare, read_surface
+from ..mesh.arrays import NAME, labels_of
 from ..mesh.formats.reading import GLTF
 from .options import Report, face_facts
 
@@ -69,12 +73,15 @@ def _of_face(path: Path) -> dict[str, str]:
 
 
 def _of_mesh(path: Path) -> dict[str, str]:
-    """Return the rows of a table about a mesh and its faults; landmarks are not looked for."""
+    """Return the rows of a table about a mesh and its faults."""
     source = read_surface(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)  # it is in the table
-        clean = prepare(source)
+        clean = _head_of(source)
     rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
+    meshes = Counter(name.split("/")[0] for name in labels_of(source, NAME).tolist())
+    if len(meshes) > 1:
+        rows[f"meshes ({len(meshes)})"] = ", ".join(f"{name or '(unnamed)'} ({n})" for name, n in meshes.items())
     texture = merged_texture(clean.mesh)
     rows["texture coordinates"] = "no" if source.active_texture_coordinates is None else "yes"
     if path.suffix.lower() in GLTF:
@@ -85,6 +92,21 @@ def _of_mesh(path: Path) -> dict[str, str]:
         rows["animations"] = ", ".join(animations) or "none"
     report = outside_images(source, path) + clean.report
     return rows | _surface(clean.points, clean.triangles, texture is not None, report)
+
+
+def _head_of(source: pv.PolyData) -> CleanSurface:
+    """Return the part of a mesh that is a face, as ``facewrinkle fit`` takes it; without one, the largest."""
+    clean = prepare(source)
+    if clean.others is None:
+        return clean
+    from ..anatomy.finding import find_landmarks  # slow to load
+
+    try:
+        found = find_landmarks(source)
+    except LandmarkError:
+        return clean
+    near = np.array([place for name, place in found.landmarks.items() if name not in NOT_ON_SKIN])
+    return prepare(source, near=near, forward=found.pose.axes[2]) if found.confidence >= REFUSED else clean
 
 
 def _surface(points: Array, triangles: IntArray, textured: bool, report: tuple[str, ...]) -> dict[str, str]:

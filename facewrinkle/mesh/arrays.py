@@ -427,11 +427,20 @@ def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
         mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
 
 
+def _in_bytes(mesh: pv.PolyData) -> np.ndarray | None:
+    """The colours of a mesh as bytes, whatever it calls colours that are none as it is."""
+    own = mesh.point_data.get(COLORS)
+    if own is None or own.dtype == np.uint8 or not has_colours(mesh):
+        return own
+    return np.asarray(np.rint(255.0 * own), dtype=np.uint8)
+
+
 def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping[str, float]) -> pv.PolyData:
     """Return several meshes of triangles as one, their points and triangles one after the other.
 
     Of the point data, it has the arrays of the given names, in the widest form that one of the meshes has; those that
-    lack it get the number in `missing`, or else 0. Colours without transparency are opaque beside others.
+    lack it get the number in `missing`, or else 0. Colours without transparency are opaque beside others, and
+    those from 0 to 1 become bytes.
 
     Examples
     --------
@@ -442,10 +451,11 @@ def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
     data = {}
     for name in names:
-        widest = max((mesh.point_data[name] for mesh in meshes if name in mesh.point_data), key=lambda a: a.shape[1:])
+        owns = [_in_bytes(mesh) if name == COLORS else mesh.point_data.get(name) for mesh in meshes]
+        widest = max((own for own in owns if own is not None), key=lambda own: own.shape[1:])
         rows = [np.full((mesh.n_points, *widest.shape[1:]), missing.get(name, 0), widest.dtype) for mesh in meshes]
-        for mesh, row in zip(meshes, rows, strict=True):
-            if (own := mesh.point_data.get(name)) is not None:
+        for own, row in zip(owns, rows, strict=True):
+            if own is not None:
                 row.reshape(len(row), -1)[:, : own[:1].size] = own.reshape(len(own), -1)
         data[name] = np.concatenate(rows)
     triangles = [mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 import pyvista as pv
+from glb_files import GltfFile
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas, read_atlas
@@ -34,6 +36,7 @@ def test_names_of_files_are_printed_as_they_are(tmp_path, run):
     assert run("info", str(path)).out.startswith(path.name)
 
 
+@pytest.mark.slow
 def test_info_tells_what_a_file_holds(tmp_path, run):
     face = fw.default_face()
     ball = pv.Sphere(center=face.landmarks["nose_tip"], radius=8.0)
@@ -52,6 +55,29 @@ def test_info_tells_what_a_file_holds(tmp_path, run):
         ("no.face", "there is no file 'no.face'. Check the path"),
     ):
         assert message in run("info", name, code=1).err
+
+
+@pytest.mark.slow
+def test_info_of_an_avatar_describes_its_head(tmp_path, run):
+    """Where a shirt is larger than the head; its bones hold the head half a meter higher."""
+    head, made = fw.default_face().mesh, GltfFile()
+    shirt = pv.Cylinder(center=(0, -1, 0), direction=(0, 1, 0), radius=0.3, height=0.8, resolution=80).triangulate()
+    parts = {"Head": (head.points / 1000.0, head.regular_faces), "Shirt": (shirt.points, shirt.regular_faces)}
+    for name, (points, triangles) in parts.items():
+        made.node(name=name, mesh=made.mesh(points, triangles, name=name))
+    content, n = made.content, head.n_points
+    content["meshes"][0]["primitives"][0]["attributes"] |= {
+        "JOINTS_0": made.array(np.zeros((n, 4)), "u1"), "WEIGHTS_0": made.array([[1.0, 0, 0, 0]] * n)}  # fmt: skip
+    content["nodes"][0]["skin"], content["skins"] = 0, [{"joints": [made.node(translation=[0, 0.5, 0])]}]
+    content["scenes"][0]["nodes"] = [0, 1, 2]
+    told = " ".join(run("info", str(made.glb(tmp_path / "avatar.glb"))).out.split())
+    assert f"meshes (2) Head ({head.n_cells}), Shirt ({shirt.n_cells})" in told
+    assert f"triangles {head.n_cells} size" in told
+    assert "landmarks, with" in told
+    made.content["scenes"][0]["nodes"] = [1]
+    told = " ".join(run("info", str(made.glb(tmp_path / "shirt.glb"))).out.split())
+    assert "meshes (" not in told
+    assert f"triangles {shirt.n_cells} size" in told
 
 
 def test_the_atlas_is_printed_and_can_be_given_back(tmp_path, run):

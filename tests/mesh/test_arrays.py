@@ -9,6 +9,7 @@ from small_meshes import cap
 
 from facewrinkle.errors import MeshError
 from facewrinkle.mesh import ARRAYS, prepare, refine, to_polydata
+from facewrinkle.mesh.arrays import joined
 
 
 def test_to_polydata_round_trip():
@@ -74,3 +75,17 @@ def test_refine_splits_one_triangle_and_closes_around_it() -> None:
 
 def _is_inner(surface: pv.PolyData, edge: np.ndarray) -> bool:
     return int(np.isin(surface.regular_faces, edge).sum(axis=1).tolist().count(2)) == 2
+
+
+def test_colors_in_bytes_and_in_shares_are_the_same_side_by_side():
+    shades = np.random.default_rng(2).integers(0, 256, (3, 3), dtype=np.uint8)
+    sheets = [pv.Triangle() for _ in range(3)]
+    sheets[0].point_data["Colors"] = shades / 255.0
+    sheets[1].point_data["Colors"] = shades
+    for order in ([0, 1, 2], [2, 1, 0]):
+        found = joined([sheets[i] for i in order], ["Colors"], {"Colors": 255}).point_data["Colors"]
+        expected = [shades if i < 2 else np.full((3, 3), 255) for i in order]
+        np.testing.assert_array_equal(found, np.concatenate(expected))
+        assert found.dtype == np.uint8
+    white = joined([sheets[2], sheets[0]], ["Colors"], {"Colors": 255})
+    np.testing.assert_array_equal(white.point_data["Colors"], np.concatenate([np.full((3, 3), 255), shades]))

@@ -24,14 +24,16 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
-from ...errors import MeshError, optional_imports, warn
+from ...errors import MeshError, optional_imports
 from ...files import bytes_of, sibling_file
+from .gltf_materials import Materials, moved_texture
 from .merging import srgb
-from .polygons import Primitive, image_place
+from .polygons import Primitive
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-TRIANGLES = 4
+TRIANGLES, STRIP, FAN = 4, 5, 6
+"""Modes of primitives."""
 
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
 """Default properties of a node; rotations are quaternions (x, y, z, w)."""
@@ -206,6 +208,11 @@ class Document:
     # --- the scene ---------------------------------------------------------------------------------
 
     @cached_property
+    def materials(self) -> Materials:
+        """The materials of the file."""
+        return Materials(self.path, self.file, self._at)
+
+    @cached_property
     def nodes(self) -> list[dict[str, Any]]:
         """All nodes of the file, also those of no scene."""
         return self.file.get("nodes") or []
@@ -274,22 +281,16 @@ class Document:
         if self.nodes[node].get("skin") is not None:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
-        solid = [part for part in mesh["primitives"] if part.get("material") not in self.transparent]
+        solid = [part for part in mesh["primitives"] if part.get("material") not in self.materials.transparent]
         found = [self._primitive(part, world[node], bones) for part in solid]
         names = f"{self.nodes[node].get('name', '')}/{mesh.get('name', '')}"
         return [replace(part, mesh=node, name=f"{names}/{part.name}".strip("/")) for part in found if part is not None]
 
-    @cached_property
-    def transparent(self) -> set[int]:
-        """Materials that are transparent, such as those of corneas; empty if all are."""
-        used = {part.get("material") for mesh in self.file.get("meshes") or [] for part in mesh["primitives"]}
-        found = {i for i, material in enumerate(self.file.get("materials") or []) if _is_transparent(material)}
-        return found if used - found else set()
-
     def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None) -> Primitive | None:
-        """One primitive in the coordinates of the scene; None for what is no list of triangles."""
+        """One primitive in the coordinates of the scene; None for points and lines."""
         attributes = primitive["attributes"]
-        if primitive.get("mode", TRIANGLES) != TRIANGLES or "POSITION" not in attributes:
+        mode = primitive.get("mode", TRIANGLES)
+        if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
             return None
         self._undo_draco(primitive)
         points = self._vectors(attributes["POSITION"], 3)
@@ -299,7 +300,7 @@ class Document:
             order = self.numbers(primitive["indices"])[:, 0]
             if order.dtype.kind not in "iu" or order.max() >= n:
                 raise self.broken(f"its faces use points up to {order.max()}, and it has {n}")
-        triangles = order[: len(order) - len(order) % 3].astype(np.int64).reshape(-1, 3)
+        triangles = _of_mode(mode, order.astype(np.int64))
         targets = [target.get("POSITION") for target in primitive.get("targets") or []]
         shapes = np.array([np.zeros((n, 3)) if t is None else self._vectors(t, 3) for t in targets]).reshape(-1, n, 3)
         weights = None if bones is None else self._weights(attributes, n, len(bones))
@@ -310,20 +311,26 @@ class Document:
         shapes = np.einsum("nij,knj->kni", turn[:, :3, :3], shapes)
         if n and np.median(np.linalg.det(turn[:, :3, :3])) < 0.0:
             triangles = triangles[:, ::-1]
-        image, light, placement = self._colour(primitive)
+        image, color, placement = self.materials.look(primitive)
         moved = (placement.get("extensions") or {}).get("KHR_texture_transform") or {}
         name_of_uv = f"TEXCOORD_{moved.get('texCoord', placement.get('texCoord', 0))}"
         texture = self._vectors(attributes[name_of_uv], 2) if name_of_uv in attributes else None
         if texture is not None:
-            texture = _transformed(texture, moved)
-        light = self.numbers(attributes["COLOR_0"]) if "COLOR_0" in attributes else light
-        colors = None if light is None else np.array(np.broadcast_to(srgb(light), (max(n, len(light)), 3)))
+            texture = moved_texture(texture, moved)
+        colors = self._colors(attributes, n, color)
         for values in (texture, colors):
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
-        name = self._name_of_material(primitive)
+        name = self.materials.name(primitive)
         return Primitive(points, triangles, at_corners, colors, shapes, image, weights, name=name)
+
+    def _colors(self, attributes: dict[str, Any], n: int, color: Array | None) -> npt.NDArray[np.uint8] | None:
+        """Colors (n, 3) of points: their own times that of the material, None if they have neither."""
+        if "COLOR_0" not in attributes:
+            return None if color is None else srgb(np.repeat(color, n, axis=0))
+        own = self.numbers(attributes["COLOR_0"])[:, :3]
+        return srgb(own if color is None else own * color[:, :3])
 
     def _weights(self, attributes: dict[str, Any], n: int, count: int) -> csr_array | None:
         """Weights (n, count) of the bones at each point, from all sets of four that the file has."""
@@ -340,54 +347,6 @@ class Document:
         weights /= weights.sum(axis=1, keepdims=True)
         rows, slots = np.nonzero(weights)
         return csr_array((weights[rows, slots], (rows, joints[rows, slots].astype(np.int64))), shape=(n, count))
-
-    def _colour(self, primitive: dict[str, Any]) -> tuple[str, Array | None, dict[str, Any]]:
-        """The image on a primitive, "" for none, else the colour (1, 4) of its material; and the image's placement."""
-        try:
-            if (texture := self._texture(primitive)) is not None:
-                number, how = texture
-                return self._image_place(number), None, how
-            factor = self._surface(primitive).get("baseColorFactor")
-            return "", None if factor is None else np.array(factor, dtype=np.float64).reshape(1, 4), {}
-        except (MeshError, KeyError, TypeError, ValueError, AttributeError) as problem:
-            warn(f"the texture is left out: a material makes no sense ({type(problem).__name__}: {problem}).")
-            return "", None, {}
-
-    def _name_of_material(self, primitive: dict[str, Any]) -> str:
-        """The name of the material of a primitive, "" if it has none."""
-        try:
-            return str(self._at("materials", primitive["material"])["name"])
-        except (MeshError, LookupError, TypeError):  # a mesh is read even if a material makes no sense
-            return ""
-
-    def _image_place(self, number: int) -> str:
-        """The file of an image, or the name of one within this file."""
-        uri = self._at("images", number).get("uri")
-        if uri is None or uri.startswith("data:"):
-            return f"{self.path.absolute()}#{number}"
-        return image_place(self.path.parent, unquote(uri))
-
-    def _surface(self, primitive: dict[str, Any]) -> dict[str, Any]:
-        """Colour properties of the material of a primitive; emitted light is the colour of a material that is black."""
-        if primitive.get("material") is None:
-            return {}
-        material = self._at("materials", primitive["material"])
-        usual = dict(material.get("pbrMetallicRoughness") or {})
-        older = (material.get("extensions") or {}).get("KHR_materials_pbrSpecularGlossiness") or {}
-        given = {"baseColorTexture": older.get("diffuseTexture"), "baseColorFactor": older.get("diffuseFactor")}
-        if not any(usual.get("baseColorFactor", [1.0])[:3]):
-            given["baseColorTexture"] = given["baseColorTexture"] or material.get("emissiveTexture")
-        return {name: value for name, value in given.items() if value is not None} | usual
-
-    def _texture(self, primitive: dict[str, Any]) -> tuple[int, dict[str, Any]] | None:
-        """The number of the image that colours a primitive, and its placement on it."""
-        how = self._surface(primitive).get("baseColorTexture")
-        if how is None:
-            return None
-        chosen = self._at("textures", how["index"])
-        for extension in (chosen.get("extensions") or {}).values():  # such as WebP; Pillow reports what it cannot read
-            chosen = {"source": extension.get("source", chosen.get("source"))}
-        return int(chosen["source"]), how
 
     # --- images ------------------------------------------------------------------------------------
 
@@ -406,23 +365,14 @@ class Document:
         return values
 
 
-def _is_transparent(material: Mapping[str, Any]) -> bool:
-    """Return True if a surface of this material shows more of what lies behind it than of itself."""
-    try:
-        surface = material.get("pbrMetallicRoughness") or {}
-        glass = (material.get("extensions") or {}).get("KHR_materials_transmission") or {}
-        through = 0.0 if "baseColorTexture" in surface else glass.get("transmissionFactor", 0.0)
-        opacity = surface.get("baseColorFactor", [1.0])[-1] if material.get("alphaMode") == "BLEND" else 1.0
-        return bool(through > 0.5 or opacity < 0.5)
-    except (TypeError, AttributeError, LookupError):  # a mesh is read even without its colours
-        return False
-
-
-def _transformed(texture: Array, moved: Mapping[str, Any]) -> Array:
-    """Texture coordinates (n, 2), v downwards, scaled, turned and shifted (KHR_texture_transform)."""
-    cosine, sine = np.cos(moved.get("rotation", 0.0)), np.sin(moved.get("rotation", 0.0))
-    scaled = texture * moved.get("scale", (1.0, 1.0)) @ np.array([[cosine, -sine], [sine, cosine]])
-    return np.asarray(scaled + moved.get("offset", (0.0, 0.0)))
+def _of_mode(mode: int, order: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+    """Triangles (m, 3) of the points of a list of triangles, a strip or a fan."""
+    if mode == TRIANGLES:
+        return order[: len(order) - len(order) % 3].reshape(-1, 3)
+    i = np.arange(max(len(order) - 2, 0))
+    corners = [i, i + 1 + i % 2, i + 2 - i % 2] if mode == STRIP else [i + 1, i + 2, 0 * i]
+    found = order[np.stack(corners, axis=1)]
+    return found[(found != np.roll(found, 1, axis=1)).all(axis=1)]  # strips are joined by triangles without area
 
 
 def rotations(quaternions: Array) -> Rotation:

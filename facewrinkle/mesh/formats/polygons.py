@@ -7,7 +7,7 @@ files no longer fit; VTK has no OFF reader, and damaged files crash that of STL.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -23,6 +23,9 @@ LIBRARIES = 64
 """The most material libraries of one line that are looked for."""
 
 _COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
+_POLYPAINT = re.compile(r"#MRGB (?:[\da-f]{8})+\s*$", re.IGNORECASE)
+"""A comment of ZBrush with the mask and the color of points, eight digits each."""
+
 _OPTION = re.compile(
     r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
 )
@@ -44,6 +47,7 @@ class Primitive:
         Displacements of the morph targets.
     image : str or ndarray of str, shape (m,)
         The image on the mesh, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
+        See :func:`tinted` for images that are multiplied by a color.
     weights : csr_array, shape (n, b), or None
         Weights of the bones of its skin at each point; they add up to 1.
     mesh : int or ndarray of int, shape (m,)
@@ -107,7 +111,7 @@ def _lines(path: Path) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the words of each line that has any, without comments, with continued lines put together."""
     words: list[str] = []
     for number, line in enumerate(StringIO(text_of(path), newline=None), start=1):
-        content = uncommented(line).rstrip()
+        content = line[1:] if _POLYPAINT.match(line) else uncommented(line).rstrip()
         continued = content.endswith("\\")
         words += content.rstrip("\\").split()
         if words and not continued:
@@ -138,6 +142,7 @@ def read_obj(path: Path) -> Primitive:
     """
     points: list[list[float]] = []
     colors: list[list[float]] = []
+    painted = bytearray()  # mask and color of every point
     texture: list[list[float]] = []
     counts: list[int] = []
     vertices: list[int] = []
@@ -153,6 +158,8 @@ def read_obj(path: Path) -> Primitive:
                     points.append([float(words[1]), float(words[2]), float(words[3])])
                     if len(words) >= 7:
                         colors.append([float(words[4]), float(words[5]), float(words[6])])
+                case "MRGB":
+                    painted += bytes.fromhex(words[1])
                 case "vt":
                     texture.append([float(words[1]), float(words[2]) if len(words) > 2 else 0.0])
                 case "f":
@@ -178,19 +185,39 @@ def read_obj(path: Path) -> Primitive:
     images = np.array("")
     if of_corners is not None:
         known = images_of_materials(path.parent, libraries)
+        if not any(name for *_, name in pieces):  # it uses no material, so the only image is meant
+            known = _only_image(path, known)
         places = {name: image_place(path.parent, known.get(name, "")) for name in sorted({name for *_, name in pieces})}
         images = np.array([places[name] for *_, name in pieces])[piece]
     return Primitive(
         _array(points, 3),
         order[triangles],
         None if of_corners is None else of_corners[triangles],
-        _array(colors, 3) if 0 < len(colors) == len(points) else None,
+        _colors(colors, painted, len(points)),
         image=images,
         mesh=np.unique([f"{thing}\n{group}" for thing, group, _ in pieces], return_inverse=True)[1][piece],
         name=np.array([f"{group}/{thing}/{material}".strip("/") for thing, group, material in pieces], dtype=str)[
             piece
         ],
     )
+
+
+def _colors(colors: list[list[float]], painted: bytearray, count: int) -> np.ndarray | None:
+    """Colors (n, 3) of the points of an OBJ file, beside their coordinates or painted in ZBrush; None without."""
+    if 0 < len(painted) == 4 * count:
+        return np.frombuffer(painted, np.uint8).reshape(-1, 4)[:, 1:]
+    return _array(colors, 3) if 0 < len(colors) == count else None
+
+
+def _only_image(path: Path, known: dict[str, str]) -> dict[str, str]:
+    """The image on faces without a material, of those of the materials that a file has and does not use."""
+    names = sorted(set(known.values()))
+    if len(names) > 1:
+        warn(
+            f"{path.name} has the materials of {len(names)} images and uses none of them (it has no usemtl): the "
+            f"texture is left out. Give one as texture: {', '.join(names[:8])}."
+        )
+    return {"": names[0]} if len(names) == 1 else {}
 
 
 def _obj_face(words: list[str], n_points: int, n_texture: int) -> tuple[list[int], list[int]]:
@@ -353,6 +380,18 @@ def image_place(folder: Path, name: str) -> str:
     except MeshError as problem:
         warn(f"the texture is left out: {problem}")
         return ""
+
+
+def tinted(place: str, color: Sequence[float] | np.ndarray) -> str:
+    """Return the place of an image whose light is multiplied by a color, as `a.glb#3*1,0.5,0.5`.
+
+    Examples
+    --------
+    >>> tinted("skin.png", (1.0, 0.5, 0.25)), tinted("skin.png", (1.0, 1.0, 1.0))
+    ('skin.png*1,0.5,0.25', 'skin.png')
+    """
+    plain = not place or all(share == 1.0 for share in color)
+    return place if plain else f"{place}*{','.join(f'{share:g}' for share in color)}"
 
 
 def _library_files(folder: Path, library: str) -> list[Path | None]:

@@ -27,6 +27,13 @@ USD = (".usd", ".usda", ".usdc", ".usdz")
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtm, .vtkhdf), USD"
 
 
+class HasMeshes(Protocol):
+    """Several meshes of another library, such as a trimesh.Scene."""
+
+    def to_geometry(self) -> Any:
+        """Return all of them as one."""
+
+
 class HasFaces(Protocol):
     """A mesh of another library, such as a trimesh.Trimesh."""
 
@@ -39,7 +46,7 @@ class HasFaces(Protocol):
         """Triangles (m, 3)."""
 
 
-MeshLike = pv.DataSet | pv.MultiBlock | vtkDataObject | HasFaces | str | Path
+MeshLike = pv.DataSet | pv.MultiBlock | vtkDataObject | HasFaces | HasMeshes | str | Path
 """All that :func:`read_surface` takes; every function that takes a mesh takes these."""
 
 
@@ -55,7 +62,7 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     ----------
     source : path, PolyData or multi-block of PyVista or VTK, or trimesh-like object
         OBJ, OFF, PLY, STL, glTF, USD or a VTK format; a PolyData, or a multi-block of several; an object with
-        `vertices` (n, 3) and `faces` (m, 3).
+        `vertices` (n, 3) and `faces` (m, 3), or a trimesh.Scene of such.
 
     Returns
     -------
@@ -80,12 +87,29 @@ def read_surface(source: MeshLike) -> pv.PolyData:
             return _read_by_ending(path)
     if isinstance(source, vtkDataObject):
         return from_dataset(source if isinstance(source, pv.DataObject) else pv.wrap(source), "the mesh")
+    source = one_mesh(source)
     if hasattr(source, "vertices") and hasattr(source, "faces"):
         return _from_trimesh(source)
     raise MeshError(
         "a mesh must be a path, a PyVista or VTK data set, or an object with vertices and faces such as a "
         f"trimesh.Trimesh, received {type(source).__name__}."
     )
+
+
+def one_mesh(source: Any) -> Any:
+    """Return a scene of trimesh, as it reads from most files, as one mesh; anything else as it is.
+
+    Raises
+    ------
+    MeshError
+        For a scene without meshes.
+    """
+    if not hasattr(source, "to_geometry"):
+        return source
+    mesh = source.to_geometry()
+    if not len(getattr(mesh, "faces", ())):
+        raise MeshError("the scene has no mesh: it is empty, or holds only lines or points. Load another file.")
+    return mesh
 
 
 def triangle_mesh(mesh: MeshLike) -> pv.PolyData:

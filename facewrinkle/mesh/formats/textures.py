@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -17,8 +18,8 @@ from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, reading
 from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colours, listed_labels
 from .gltf import Document
-from .merging import set_texture
-from .reading import GLTF, MeshLike, read_surface
+from .merging import linear_light, set_texture, srgb
+from .reading import GLTF, MeshLike, one_mesh, read_surface
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
@@ -28,6 +29,9 @@ BORDER = 4
 
 SPILL = 0.02
 """Texture coordinates may go beyond an image by this much without a warning."""
+
+
+_TINTED = re.compile(r"(.+)\*([-+.\de]+,[-+.\de]+,[-+.\de]+)", re.DOTALL)
 
 
 def as_texture(image: object) -> Image:
@@ -165,7 +169,14 @@ def merged_texture(mesh: pv.PolyData) -> Image | None:
 
 
 def _opened(source: str) -> Image:
-    """Read an image: a file, `a.glb#3` for one in a glTF file, or `a.usdz[b.png]` for one in a USD package."""
+    """Read an image: a file, `a.glb#3` for one in a glTF file, or `a.usdz[b.png]` for one in a USD package; each may be
+    tinted, see :func:`facewrinkle.mesh.formats.polygons.tinted`.
+    """
+    if found := _TINTED.fullmatch(source):
+        image = _opened(found[1])
+        light = linear_light(image[..., :3].reshape(-1, 3)) * [float(share) for share in found[2].split(",")]
+        image[..., :3] = srgb(light).reshape(image.shape[0], -1, 3)
+        return image
     file, _, number = source.rpartition("#")
     if number.isdigit() and Path(file).suffix.lower() in GLTF:
         with reading(Path(file)):
@@ -192,8 +203,8 @@ def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
 
 
 def _short(source: str) -> str:
-    """The name of an image without its folder."""
-    return Path(source).name
+    """The name of an image without its folder and its tint."""
+    return Path(_TINTED.sub(r"\1", source)).name
 
 
 def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
@@ -294,6 +305,6 @@ def _in_eight_bits(image: Any) -> Any:
 
 
 def _of_object(source: Any) -> Image | None:
-    material = getattr(getattr(source, "visual", None), "material", None)
+    material = getattr(getattr(one_mesh(source), "visual", None), "material", None)
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
     return None if image is None else as_texture(image)

@@ -280,11 +280,43 @@ def test_other_versions_and_files_without_triangles(tmp_path):
     file["asset"]["version"] = "1.0"
     with pytest.raises(MeshError, match=r"is glTF 1\.0; 2\.0 is needed"):
         read_surface(made.glb(tmp_path / "a.glb"))
-    for points_strip_and_fan in (0, 5, 6):
+    for points_and_lines in (0, 1, 3):
         made, file = document()
-        file["meshes"][0]["primitives"][0]["mode"] = points_strip_and_fan
+        file["meshes"][0]["primitives"][0]["mode"] = points_and_lines
         with pytest.raises(MeshError, match="holds no triangles"):
             read_surface(made.glb(tmp_path / "a.glb"))
+
+
+STRIP = [0, 1, 2, 3, 3, 4, 4, 0, 1], [[0, 1, 2], [1, 3, 2], [4, 0, 1]]  # two strips, joined by triangles without area
+FAN = [4, 0, 1, 2, 3], [[0, 1, 4], [1, 2, 4], [2, 3, 4]]
+
+
+@pytest.mark.parametrize(("mode", "order", "triangles"), [(5, *STRIP), (6, *FAN)])
+def test_strips_and_fans_are_triangles(tmp_path, mode, order, triangles):
+    made, file = document(triangles=order)
+    file["meshes"][0]["primitives"][0]["mode"] = mode
+    np.testing.assert_array_equal(read_surface(made.glb(tmp_path / "a.glb")).regular_faces, triangles)
+    file["accessors"][1]["count"] = 2
+    with pytest.raises(MeshError, match="no faces"):
+        read_surface(made.glb(tmp_path / "b.glb"))
+
+
+def seen(light):
+    """What light from 0 to 1 looks like (sRGB, IEC 61966-2-1), as bytes."""
+    light = np.asarray(light)
+    return np.rint(255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055))
+
+
+def test_colors_of_points_and_of_the_material_multiply(tmp_path):
+    made, file = document()
+    light = np.linspace(0.0, 1.0, 15).reshape(5, 3)
+    primitive = file["meshes"][0]["primitives"][0]
+    primitive["material"] = 0
+    file["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.5, 0.25, 1.0]}}]
+    np.testing.assert_array_equal(read_surface(made.glb(tmp_path / "a.glb"))["Colors"], [seen([1.0, 0.5, 0.25])] * 5)
+    primitive["attributes"]["COLOR_0"] = made.array(light, "f4")
+    found = read_surface(made.glb(tmp_path / "b.glb"))["Colors"]
+    np.testing.assert_array_equal(found, seen(light * [1.0, 0.5, 0.25]))
 
 
 # --- USD ------------------------------------------------------------------------------------------------

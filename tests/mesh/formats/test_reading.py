@@ -9,12 +9,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
+from PIL import Image
 from real_faces import FACES, needs_faces
 from small_meshes import cap, same_triangles, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError
 from facewrinkle.geometry import topology
-from facewrinkle.mesh import prepare, read_surface
+from facewrinkle.mesh import prepare, read_surface, read_texture
 from facewrinkle.mesh.arrays import IMAGE, MESH, NAME
 
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
@@ -121,6 +122,20 @@ def test_colours_of_any_range(tmp_path):
         found = np.asarray(read_surface(tmp_path / "a.ply")["Colors"])
         shown = found if found.dtype == np.uint8 else np.rint(255 * found)
         np.testing.assert_array_equal(shown, np.dstack([grey] * 3)[0], kind)
+
+
+def test_polypaint_of_zbrush(tmp_path):
+    """Comments with a mask and a color for each point, 64 a line; others are comments."""
+    shades = np.random.default_rng(1).integers(0, 256, (70, 4), dtype=np.uint8)
+    rows = [f"v {i} {i * i} {i**3}" for i in range(70)]
+    digits = shades.tobytes().hex()
+    painted = [f"#MRGB {digits[:512]}", f"#MRGB {digits[512:].upper()} "]
+    faces = [f"f {i} {i + 1} {i + 2}" for i in range(1, 69)]
+    path = tmp_path / "a.obj"
+    path.write_text("\n".join(["#MRGB of each point follow", *rows, *painted, *faces]))
+    np.testing.assert_array_equal(read_surface(path)["Colors"], shades[:, 1:])
+    path.write_text("\n".join([*rows, painted[0], *faces]))
+    assert "Colors" not in read_surface(path).point_data
 
 
 OFF = """OFF
@@ -357,6 +372,25 @@ def test_trimesh():
     np.testing.assert_array_equal(read_surface(box)["Colors"], np.arange(32).reshape(8, 4))
     box.visual = trimesh.visual.TextureVisuals(uv=box.vertices[:, :2])
     np.testing.assert_array_equal(read_surface(box).active_texture_coordinates, box.vertices[:, :2])
+
+
+def test_scenes_of_trimesh(tmp_path):
+    """As trimesh.load gives for most files: all meshes, where the scene places them."""
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.icosphere().export(tmp_path / "ball.glb")
+    scene = trimesh.load(tmp_path / "ball.glb")
+    assert isinstance(scene, trimesh.Scene)
+    both = read_surface(scene), read_surface(tmp_path / "ball.glb")
+    assert both[0].volume == pytest.approx(both[1].volume, rel=1e-12)
+    scene.add_geometry(trimesh.creation.box(), transform=trimesh.transformations.translation_matrix([5, 0, 0]))
+    assert read_surface(scene).bounds[1] == 5.5
+    with pytest.raises(MeshError, match="the scene has no mesh"):
+        read_surface(trimesh.Scene())
+    photo = np.arange(48, dtype=np.uint8).reshape(4, 4, 3)
+    sheet = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    image = Image.fromarray(photo)
+    sheet.visual = trimesh.visual.TextureVisuals(uv=sheet.vertices[:, :2], image=image)
+    np.testing.assert_array_equal(read_texture(trimesh.Scene(sheet)), photo)
 
 
 def test_other_objects():

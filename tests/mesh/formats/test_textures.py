@@ -240,6 +240,30 @@ def test_older_and_unlit_materials_of_a_gltf(tmp_path):
     assert read_texture(made.glb(tmp_path / "a.glb")) is None
 
 
+@pytest.mark.parametrize("embedded", [True, False])
+def test_the_color_of_a_material_multiplies_its_photo(tmp_path, embedded):
+    """In light, of which bytes are the 2.2nd root, roughly; a black one is ignored, as nobody paints photos black."""
+    made = gltf()
+    content, tint = made.content, [1.0, 0.5, 0.1, 1.0]
+    if not embedded:
+        content["images"] = [{"uri": "photo.png"}] * 2
+        (tmp_path / "photo.png").write_bytes(png(PHOTO))
+    surface = content["materials"][1]["pbrMetallicRoughness"]
+    surface["baseColorFactor"] = tint
+    found = read_texture(made.glb(tmp_path / "a.glb"))
+    share = PHOTO / 255.0
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4) * tint[:3]
+    expected = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    np.testing.assert_array_equal(found, np.rint(255 * expected))
+    (tmp_path / "photo.png").unlink(missing_ok=True)
+    surface["baseColorFactor"] = [0.0, 0.0, 0.0, 1.0]
+    if embedded:
+        np.testing.assert_array_equal(read_texture(made.glb(tmp_path / "b.glb")), PHOTO)
+    else:
+        with pytest.warns(FaceWrinkleWarning, match="the image 'photo.png' is not there"):
+            assert read_texture(tmp_path / "a.glb") is None
+
+
 def test_a_gltf_without_images_and_one_without_anything(tmp_path):
     made = gltf()
     for part in made.content["meshes"]:
@@ -248,6 +272,18 @@ def test_a_gltf_without_images_and_one_without_anything(tmp_path):
     (tmp_path / "b.glb").write_bytes(b"glTF")
     with pytest.warns(FaceWrinkleWarning, match="b.glb"):
         assert read_texture(tmp_path / "b.glb") is None
+
+
+@pytest.mark.parametrize("head", ["mtllib my materials.mtl\n", "mtllib my\\ materials.mtl\nmtllib my materials.mtl\n"])
+def test_an_obj_that_uses_no_material_has_the_only_image_of_its_library(tmp_path, head):
+    (tmp_path / "photo.png").write_bytes(png(PHOTO))
+    materials = "newmtl skin\nmap_Kd photo.png\nnewmtl bare\nKd 1 1 1\n"
+    path = obj(tmp_path, materials, "f 1/1 2/2 3/3 4/4\n", head)
+    np.testing.assert_array_equal(read_texture(path), PHOTO)
+    obj(tmp_path, materials + "newmtl eye\nmap_Kd eye.png\n", "f 1/1 2/2 3/3 4/4\n")
+    with pytest.warns(FaceWrinkleWarning, match=r"2 images and uses none .* Give one as texture: eye\.png, photo\.png"):
+        assert read_texture(path) is None
+    assert read_texture(obj(tmp_path, materials, "f 1/1 2/2 3/3\nusemtl bare\nf 1/1 3/3 4/4\n")) is None
 
 
 # --- images that users give ---------------------------------------------------------------------
