@@ -9,10 +9,11 @@ from __future__ import annotations
 import csv
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
+import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -93,6 +94,9 @@ NAMED, VALUED = ("name", "categoryname", "key", "shape", "blendshape", "id"), ("
 MATRICES = "facialtransformationmatrixes"
 """Plain name under which MediaPipe keeps the turns of heads."""
 
+Kind = Literal["shape", "unit", "intensity", "evidence", "presence", ""]
+"""What a column of a take tells."""
+
 _SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}
 _SIDED = {name for shapes in SETS.values() for name, shape in shapes.items() if shape.side}
 _UNIT = re.compile(r"au0*(\d+)(l|r|left|right)?(intensity|intensities|evidence)?")
@@ -133,39 +137,19 @@ def _unit(column: str) -> re.Match[str] | None:
     return _UNIT.fullmatch(plain[:-1] + "intensity") if found and column.endswith("_r") else found
 
 
-def is_intensity(column: str) -> bool:
-    """Tell whether a column is the intensity of an action unit from 0 to 5, as OpenFace writes it.
+@cache
+def kind_of_column(column: str) -> Kind:
+    """Return what a column tells: the weight of a shape or of a unit; the intensity of a unit, from 0 to 5, as OpenFace
+    writes it; the evidence for one, as FACET does: the decimal logarithm of odds; its presence, beside one of these.
 
     Examples
     --------
-    >>> is_intensity("AU12_r"), is_intensity("AU12")
-    (True, False)
+    >>> [kind_of_column(name) for name in ("jawOpen", "AU12", "AU12_r", "AU12 Evidence", "AU12_c", "hair")]
+    ['shape', 'unit', 'intensity', 'evidence', 'presence', '']
     """
-    found = _unit(column)
-    return bool(found and found[3] and found[3] != "evidence")
-
-
-def is_evidence(column: str) -> bool:
-    """Tell whether a column has the evidence for an action unit, as FACET writes it: the decimal logarithm of odds.
-
-    Examples
-    --------
-    >>> is_evidence("AU12 Evidence"), is_evidence("AU12")
-    (True, False)
-    """
-    found = _unit(column)
-    return bool(found and found[3] == "evidence")
-
-
-def is_presence(column: str) -> bool:
-    """Tell whether a column only says that an action unit is there, beside one with its intensity.
-
-    Examples
-    --------
-    >>> is_presence("AU12_c"), is_presence("AU12_r")
-    (True, False)
-    """
-    return bool(_PRESENCE.fullmatch(plain_name(column)))
+    if unit := _unit(column):
+        return "unit" if not unit[3] else "evidence" if unit[3] == "evidence" else "intensity"
+    return "presence" if _PRESENCE.fullmatch(plain_name(column)) else "shape" if shapes_of_column(column) else ""
 
 
 class Table(NamedTuple):
@@ -211,9 +195,9 @@ def table_of(file: str, text: str) -> Table:
     if not lines:
         raise ParameterError(f"{file} is empty. A table needs a row with the names of its columns.")
     if re.match(r"\w+[-&]-?[\d.]+\|", lines[0]):
-        return _of_pairs(lines)
+        return _of_pairs(file, lines)
     if any(line.startswith("bs,") for line in lines[:10]):
-        return _of_face_cap(lines)
+        return _of_face_cap(file, lines)
     if all(re.fullmatch(r"[\d.]+\s+[A-HX]", line.strip()) for line in lines):
         starts, cues = zip(*(line.split() for line in lines), strict=True)
         return _of_cues([float(start) for start in starts], cues)
@@ -233,15 +217,22 @@ def _of_rows(file: str, lines: list[str]) -> Table:
                 f"{file}: row {number} has more columns than the row of their names. Export it again, with another "
                 "separator if its numbers have decimal commas."
             )
-    columns = list(zip(*([*row[: len(names)], *[""] * (len(names) - len(row))] for row in rows), strict=True))
-    clock = _clock(names)
-    values = [np.full(len(rows), np.nan) if name == clock else _numbers(columns[i], file, name)
-              for i, name in enumerate(names)]  # fmt: skip
     kept = [i for i, name in enumerate(names) if name]
+    columns = [[row[i] if i < len(row) else "" for row in rows] for i in kept]
     rate = re.search(r"(?i)\bfps\W{1,3}(\d+(?:\.\d+)?)", "\n".join(lines[:head]))
-    times = columns[names.index(clock)] if clock else None
-    table = np.stack([values[i] for i in kept], axis=1)
-    return Table([names[i] for i in kept], table, times, clock, float(rate[1]) if rate else None)
+    return _tabled(file, [names[i] for i in kept], columns, float(rate[1]) if rate else None)
+
+
+def _tabled(file: str, names: list[str], columns: Sequence[Sequence[Any]], fps: float | None = None) -> Table:
+    """Return the table of columns of cells, None where there is none; the times are in one that has all."""
+    timed = (i for i, name in enumerate(names) if plain_name(name) in TIMES | THOUSANDTHS and None not in columns[i])
+    clock = next(timed, None)
+    values = [
+        np.full(len(cells), np.nan) if i == clock else _numbers(cells, file, names[i])
+        for i, cells in enumerate(columns)
+    ]
+    times = None if clock is None else [str(cell) for cell in columns[clock]]
+    return Table(names, np.stack(values, axis=1), times, "" if clock is None else names[clock], fps)
 
 
 def _header(lines: list[str]) -> tuple[int, str]:
@@ -253,17 +244,12 @@ def _header(lines: list[str]) -> tuple[int, str]:
     return 0, max(",;\t|", key=lines[0].count)
 
 
-def _clock(names: Sequence[str]) -> str:
-    """Return the name of the column with the times; the empty string if there is none."""
-    return next((name for name in names if plain_name(name) in TIMES | THOUSANDTHS), "")
-
-
-def _numbers(cells: Sequence[str], file: str, column: str) -> Array:
+def _numbers(cells: Sequence[Any], file: str, column: str) -> Array:
     """Return the numbers in cells; NaN for empty ones, and for words in columns that are not needed."""
     try:
         return np.array(cells, float)
-    except ValueError:
-        return np.array([_number(cell.strip(), file, column) for cell in cells])
+    except (ValueError, TypeError):
+        return np.array([_number(str(cell).strip(), file, column) for cell in cells])
 
 
 def _number(cell: str, file: str, column: str) -> float:
@@ -277,212 +263,171 @@ def _number(cell: str, file: str, column: str) -> float:
         return np.nan
 
 
-def _of_pairs(lines: list[str]) -> Table:
+def _of_pairs(file: str, lines: list[str]) -> Table:
     """Return the table of lines of iFacialMocap: ``jawOpen-12|...|=head#...``, 60 a second, weights from 0 to 100."""
     rows = [dict(re.findall(r"(\w+)[-&](-?[\d.]+)\|", line)) for line in lines]
     names = list(dict.fromkeys(name for row in rows for name in row))
-    values = np.array([[float(row.get(name, "nan")) for name in names] for row in rows])
-    return Table(names, values / 100.0, fps=60.0)
+    table = _tabled(file, names, [[row.get(name) for row in rows] for name in names], 60.0)
+    return table._replace(values=table.values / 100.0)
 
 
-def _of_face_cap(lines: list[str]) -> Table:
+def _of_face_cap(file: str, lines: list[str]) -> Table:
     """Return the table of a recording of Face Cap: rows of `bs` with names and `k` with ms, ten angles and weights."""
     names = next(line for line in lines if line.startswith("bs,")).split(",")[1:]
     rows = [line.split(",")[1:] for line in lines if line.startswith("k,")]
-    values = np.array([[float(cell) for cell in row[-len(names) :]] for row in rows]).reshape(len(rows), len(names))
-    return Table(names, values, [row[0] for row in rows], "timestampMs")
+    columns = zip(*([row[0], *row[-len(names) :]] for row in rows), strict=True)
+    return _tabled(file, ["timestampMs", *names], list(columns))
 
 
 def _of_cues(starts: Sequence[float], cues: Sequence[str]) -> Table:
     """Return the table of mouth cues, each of which lasts until the next."""
-    names = sorted(set(filter(None, (CUES.get(cue, "") for cue in cues)))) or ["viseme_sil"]
+    names = sorted({CUES.get(cue, "") for cue in cues} - {""}) or ["viseme_sil"]
     held = np.array([[float(CUES.get(cue, "") == name) for name in names] for cue in cues])
-    times: list[float] = []
-    rows = []
-    for number, start in enumerate(starts):
-        end = starts[number + 1] - BLEND if number + 1 < len(starts) else start
-        for time in (start, max(end, start + 1e-3)) if number + 1 < len(starts) else (start,):
-            times.append(time)
-            rows.append(held[number])
-    return Table(["time", *names], np.column_stack([times, rows]), [str(time) for time in times], "time")
+    start = np.array(starts)
+    end = np.append(np.maximum(start[1:] - BLEND, start[:-1] + 1e-3), np.nan)
+    times = np.stack([start, end], axis=1).ravel()[:-1]
+    return Table(["time", *names], np.column_stack([times, np.repeat(held, 2, axis=0)[:-1]]), times.astype(str), "time")
+
+
+# --- JSON -------------------------------------------------------------------------------------------------------------
 
 
 def _of_json(file: str, text: str) -> Table:
     """Return the table of JSON, or of lines of it."""
     try:
-        content = json.loads(text)
+        content = _parsed(text)
     except ValueError as problem:
         try:
-            content = [json.loads(line) for line in text.splitlines() if line.strip()]
+            content = [_parsed(line) for line in text.splitlines() if line.strip()]
         except ValueError:
             raise ParameterError(f"{file} is not valid JSON: {problem}.") from None
-    if isinstance(content, Mapping) and isinstance(content.get("mouthCues"), list):
+    if isinstance(content, dict) and isinstance(content.get("mouthCues"), list):
         cues = content["mouthCues"]
         ends = [cues[-1]["end"]] if cues else []
         return _of_cues([*(float(cue["start"]) for cue in cues), *ends], [*(str(cue["value"]) for cue in cues), "X"])
-    rows = [row for frame in _frames(content) for row in _faces(frame)]
-    if not any(shapes_of_column(name) for row in rows for name in row):
+    labels = _labels(content)
+    rows = [row for frame in _frames(content, labels) for row in _faces(frame, labels)]
+    matrices = [row.pop(MATRICES, None) for row in rows]
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    shapes = np.array([bool(shapes_of_column(name)) for name in names], bool)
+    if not shapes.any():
         raise ParameterError(
             f"{file} has no frames with weights of shapes. Needed are frames with weights by name, such as jawOpen, in "
             f"a list, by number or by shape; received {_keys(content)}."
         )
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    clock = _clock([name for name in names if all(name in row for row in rows)])
-    shapes = {name for name in names if shapes_of_column(name)}
-    values = np.array([[_value(row, name, name == clock) for name in names] for row in rows])
-    seen = ~np.isnan(values).all(axis=1)
-    named = np.array([name in shapes for name in names])
-    seen &= ~np.isnan(values[:, named]).all(axis=1)
-    values[np.ix_(seen, named)] = np.nan_to_num(values[np.ix_(seen, named)])  # who names some has none of the others
-    return Table(names, values, [str(row[clock]) for row in rows] if clock else None, clock, _rate(content))
+    table = _tabled(file, names, [[row.get(name) for row in rows] for name in names], _rate(content))
+    seen = ~np.isnan(table.values[:, shapes]).all(axis=1)
+    table.values[np.ix_(seen, shapes)] = np.nan_to_num(table.values[np.ix_(seen, shapes)])  # the others are 0
+    if not any(matrix is not None for matrix in matrices):
+        return table
+    turns = yaw_pitch_roll(np.array([np.full((3, 3), np.nan) if each is None else each for each in matrices]))
+    return table._replace(names=[*HEAD, *names], values=np.hstack([turns, table.values]))
 
 
-def _value(row: Mapping[str, Any], name: str, is_time: bool) -> float:
-    """Return a weight; NaN where there is none."""
-    value = row.get(name)
-    if is_time or value is None or (isinstance(value, str) and not shapes_of_column(name)):
-        return np.nan
-    return float(value)
+def _parsed(text: str) -> Any:
+    """Return the content of JSON, which may hold NaN as Python and JavaScript write it."""
+    try:
+        return msgspec.json.decode(text)
+    except msgspec.DecodeError:
+        return json.loads(text)
 
 
 def _rate(content: Any) -> float | None:
     """Return the frames per second that an object tells at its top, or one level below."""
-    if not isinstance(content, Mapping):
-        return None
-    for level in (content, *(value for value in content.values() if isinstance(value, Mapping))):
-        for key, value in level.items():
-            if plain_name(str(key)) in RATES and isinstance(value, int | float) and value > 0:
-                return float(value)
-    return None
+    levels = [content, *content.values()] if isinstance(content, dict) else []
+    rates = (value for level in levels if isinstance(level, dict) for key, value in level.items()
+             if plain_name(key) in RATES and isinstance(value, int | float) and value > 0)  # fmt: skip
+    return next(map(float, rates), None)
 
 
 def _keys(content: Any) -> str:
     """Return what stands at the top of JSON."""
-    if isinstance(content, Mapping):
-        return "an object with " + ", ".join(list(map(str, content))[:8])
-    return (
-        f"a list of {len(content)} {type(content[0]).__name__}" if isinstance(content, list) and content else "nothing"
-    )
+    if isinstance(content, dict):
+        return "an object with " + ", ".join(list(content)[:8])
+    return f"a list of {len(content)} {type(content[0]).__name__}" if content else "nothing"
 
 
-def _frames(content: Any, names: Sequence[str] = ()) -> list[Any]:
+def _labels(content: Any) -> list[str]:
+    """Return the list of names, wherever it stands, that rows of numbers go by; an empty one if there is none."""
+    if isinstance(content, dict):
+        return next(filter(None, map(_labels, content.values())), [])
+    is_names = isinstance(content, list) and all(isinstance(name, str) for name in content)
+    return content if is_names and any(map(shapes_of_column, content)) else []
+
+
+def _frames(content: Any, labels: list[str]) -> list[Any]:
     """Return the frames in JSON: the first list of them, or an object of them by number, or lists by shape."""
-    if isinstance(content, list):
-        return [_labeled(frame, names) for frame in content if isinstance(frame, Mapping | list)]
-    if not isinstance(content, Mapping):
-        return []
-    for value in content.values():
-        if isinstance(value, list) and value and all(isinstance(each, str) for each in value):
-            names = value if any(map(shapes_of_column, value)) else names
+    if not isinstance(content, dict):
+        return content if isinstance(content, list) else []
     lists = {key: value for key, value in content.items() if isinstance(value, list) and value}
-    if any(shapes_of_column(key) and isinstance(lists[key][0], int | float) for key in lists):
-        lengths = {len(value) for key, value in lists.items() if shapes_of_column(key)}
-        same = {key: value for key, value in lists.items() if len(value) in lengths}
+    if lengths := {
+        len(each) for key, each in lists.items() if isinstance(each[0], int | float) and shapes_of_column(key)
+    }:
+        same = {key: each for key, each in lists.items() if len(each) in lengths}
         return [dict(zip(same, row, strict=True)) for row in zip(*same.values(), strict=True)]
-    if content and all(re.fullmatch(r"\d+(\.\d+)?", str(key)) for key in content):
+    if content and all(re.fullmatch(r"\d+(\.\d+)?", key) for key in content):
         clock = "time" if any("." in key for key in content) else "frame"
-        return [
-            {clock: float(key), "": value} for key, value in sorted(content.items(), key=lambda item: float(item[0]))
-        ]
-    if any(shapes_of_column(key) for key, value in content.items() if isinstance(value, int | float)):
-        return [content]
+        return [{clock: key, "": content[key]} for key in sorted(content, key=float)]
     for value in content.values():
-        found = _frames(value, names)
-        if any(shapes_of_column(name) for frame in found[:100] for row in _faces(frame) for name in row):
+        found = _frames(value, labels)
+        if any(shapes_of_column(name) for frame in found[:100] for row in _faces(frame, labels) for name in row):
             clocks = {key: each for key, each in lists.items()
                       if plain_name(key) in TIMES | THOUSANDTHS | FRAMES and len(each) == len(found)}  # fmt: skip
             return [{"": frame, **{key: each[i] for key, each in clocks.items()}} for i, frame in enumerate(found)]
-    return [content] if any(map(shapes_of_column, _flat(content))) else []
+    return [content]
 
 
-def _labeled(frame: Any, names: Sequence[str]) -> Any:
-    """Return a frame whose rows of numbers have the names that stand elsewhere."""
-    if isinstance(frame, list) and names and len(frame) == len(names):
-        return dict(zip(names, frame, strict=True))
-    if isinstance(frame, Mapping) and names:
-        return {key: _labeled(value, names) if isinstance(value, list) else value for key, value in frame.items()}
-    return frame
+def _faces(item: Any, labels: list[str]) -> list[dict[str, Any]]:
+    """Return the weights, times and matrices in an item of JSON, from whatever depth, by name: a row for each face."""
+    if isinstance(item, list):
+        pairs = [
+            (each[keys[0]], each[keys[1]]) for each in item if isinstance(each, dict) and (keys := _pair(tuple(each)))
+        ]
+        if pairs:
+            return [dict(pairs)]
+        if labels and len(item) == len(labels) and isinstance(item[0], int | float):
+            return [dict(zip(labels, item, strict=True))]
+        rows = [row for each in item if isinstance(each, list | dict) for row in _faces(each, labels)]
+        return [row for row in rows if any(map(shapes_of_column, row))]
+    shared, faces, matrices = dict[str, Any](), list[dict[str, Any]](), list[Any]()
+    for key, value in item.items() if isinstance(item, dict) else ():
+        if isinstance(value, int | float) or plain_name(key) in TIMES | FRAMES:
+            shared[key] = value
+        elif plain_name(key) == MATRICES:
+            matrices = [_matrix(each) for each in value or ()]
+        elif len(found := _faces(value, labels)) == 1:
+            shared |= found[0]
+        else:
+            faces = faces or found
+    rows = [shared | {"face_id": number} | face for number, face in enumerate(faces)] or [shared]
+    return [row | {MATRICES: matrix} for row, matrix in zip(rows, matrices, strict=False)] + rows[len(matrices) :]
 
 
-def _pair(item: Any) -> tuple[str, Any] | None:
-    """Return the name and the value of an object that holds just such a pair."""
-    if not isinstance(item, Mapping):
-        return None
-    name = value = None
-    for key, content in item.items():
-        plain = plain_name(key)
-        if plain in NAMED and isinstance(content, str) and content:
-            name = content
-        elif plain in VALUED:
-            value = content
-    return None if name is None or value is None else (name, value)
+@cache
+def _pair(keys: tuple[str, ...]) -> tuple[str, str] | None:
+    """Return which keys of an object are those of a name and of its value."""
+    names, values = ([key for key in keys if plain_name(key) in known] for known in (NAMED, VALUED))
+    return (names[-1], values[0]) if names and values else None
 
 
-def _flat(item: Any) -> dict[str, Any]:
-    """Return the numbers and times of an object by name, from whatever depth, but not those of several faces."""
-    found: dict[str, Any] = {}
-    if isinstance(item, Mapping):
-        for key, value in item.items():
-            if isinstance(value, int | float) or plain_name(str(key)) in TIMES:
-                found[str(key)] = value
-            elif plain_name(str(key)) != MATRICES:
-                found |= _flat(value)
-    elif isinstance(item, list):
-        for each in item:
-            if pair := _pair(each):
-                found[pair[0]] = pair[1]
-    return found
-
-
-def _groups(item: Any) -> Iterator[list[dict[str, Any]]]:
-    """Yield the weights of the faces of a frame, where it lists them: as lists, or as objects that hold pairs."""
-    if isinstance(item, Mapping):
-        for key, value in item.items():
-            if plain_name(str(key)) != MATRICES:
-                yield from _groups(value)
-    elif isinstance(item, list):
-        faces = [_flat(each) for each in item if isinstance(each, list | Mapping) and _pair(each) is None]
-        if any(shapes_of_column(name) for face in faces for name in face):
-            yield faces
-
-
-def _faces(frame: Any) -> list[dict[str, Any]]:
-    """Return the weights in a frame, a row for each face that it shows."""
-    shared, turns = _flat(frame), _turns(frame)
-    rows = [shared | face for face in next(_groups(frame), [{}])]
-    for number, row in enumerate(rows):
-        if len(rows) > 1:
-            row["face_id"] = number
-        if number < len(turns) and not np.isnan(turns[number]).any():
-            row |= dict(zip(HEAD, turns[number].tolist(), strict=True))
-    return rows
-
-
-def _turns(frame: Any) -> list[Array]:
-    """Return yaw, pitch and roll of the matrices of a frame of MediaPipe; NaN for what is no rotation."""
-    if not isinstance(frame, Mapping):
-        return []
-    key = next((key for key in frame if plain_name(str(key)) == MATRICES), None)
-    return [_turn(matrix) for matrix in frame[key] or ()] if key is not None else []
-
-
-def _turn(matrix: Any) -> Array:
-    """Return yaw, pitch and roll of a matrix: 16 numbers by columns in a browser, four rows of four in Python."""
-    by_columns = isinstance(matrix, Mapping)
+def _matrix(matrix: Any) -> Any:
+    """Return the turn (3, 3) of a matrix: 16 numbers by columns in a browser, four rows of four in Python."""
+    by_columns = isinstance(matrix, dict)
     numbers = np.array(matrix["data"] if by_columns else matrix, float).reshape(4, 4)
-    return yaw_pitch_roll(numbers.T[:3, :3] if by_columns else numbers[:3, :3])
+    return (numbers.T if by_columns else numbers)[:3, :3]
 
 
-def yaw_pitch_roll(matrix: Array) -> Array:
-    """Return the turn of a head to its left, upwards and to its right shoulder, radians, of a matrix (3, 3) in axes
-    [left, up, forward]; NaN if it is no rotation.
+def yaw_pitch_roll(matrices: Array) -> Array:
+    """Return the turns (f, 3) of a head to its left, upwards and to its right shoulder, radians, of matrices (f, 3, 3)
+    in axes [left, up, forward]; NaN for what is no rotation.
 
     Examples
     --------
-    >>> yaw_pitch_roll(np.eye(3)).tolist()
-    [0.0, -0.0, 0.0]
+    >>> yaw_pitch_roll(np.eye(3)[None]).tolist()
+    [[0.0, -0.0, 0.0]]
     """
-    if not np.isfinite(matrix).all() or np.linalg.det(matrix) < 1e-9:
-        return np.full(3, np.nan)
-    yaw, down, roll = Rotation.from_matrix(matrix).as_euler("YXZ")
-    return np.array([yaw, -down, roll])
+    turns = np.full((len(matrices), 3), np.nan)
+    real = np.isfinite(matrices).all(axis=(1, 2)) & (np.linalg.det(np.nan_to_num(matrices)) > 1e-9)
+    if real.any():
+        turns[real] = Rotation.from_matrix(matrices[real]).as_euler("YXZ") * [1.0, -1.0, 1.0]
+    return turns

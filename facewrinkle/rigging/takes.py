@@ -25,10 +25,9 @@ from .tables import (
     SURE,
     THOUSANDTHS,
     TIMES,
+    Kind,
     Table,
-    is_evidence,
-    is_intensity,
-    is_presence,
+    kind_of_column,
     shapes_of_column,
     table_of,
     yaw_pitch_roll,
@@ -46,6 +45,14 @@ SILENT = {"blendshapecount", "neutral"} | {
     f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")
 }
 """Plain names of columns that are not needed: eyes turn by eyeLookInLeft and so on."""
+
+SCALES: Mapping[Kind, Sequence[float]] = {
+    "intensity": (5.0, 100.0),
+    "unit": (1.0, 5.0, 100.0),
+    "shape": (1.0, 100.0),
+    "evidence": (1.0,),
+}
+"""Numbers that may stand for a weight of 1, by kind of column; the first is usual."""
 
 TURNED = 2.0
 """Radians by which no head turns: larger angles are degrees."""
@@ -259,25 +266,22 @@ class _Reader:
 
     def _columns(self) -> list[int]:
         """Return the numbers of the columns with weights; tell of those that are nothing."""
-        known = [i for i, name in enumerate(self.names) if shapes_of_column(name)]
+        kinds = [kind_of_column(name) for name in self.names]
+        known = [i for i, kind in enumerate(kinds) if kind not in ("", "presence")]
         other = {*SILENT, *TIMES, *THOUSANDTHS, *FRAMES, *PEOPLE, *HEAD, *CAMERA, *SURE}
-        unknown = [
-            name
-            for name, plain in zip(self.names, self.plain, strict=True)
-            if not shapes_of_column(name) and plain not in other and not is_presence(name)
-        ]
+        unknown = [self.names[i] for i, kind in enumerate(kinds) if not kind and self.plain[i] not in other]
         if not known:
             raise ParameterError(
                 f"{self.file} has no column of a shape: ARKit's names are needed, such as jawOpen, or action units, "
                 f"such as AU12; received {_listed(self.names)}."
             )
-        units = [i for i in known if shapes_of_column(self.names[i])[0].startswith("AU")]
-        if units and len(units) < len(known):
-            known = [i for i in known if i not in units]
+        shapes = [i for i in known if kinds[i] == "shape"]
+        if shapes and len(shapes) < len(known):
             self.tell(
-                f"it has both {len(known)} shapes and {len(units)} action units: the shapes are used. Delete their "
-                "columns to use the units."
+                f"it has both {len(shapes)} shapes and {len(known) - len(shapes)} action units: the shapes are used. "
+                "Delete their columns to use the units."
             )
+            known = shapes
         if unknown:
             self.tell(f"{len(unknown)} columns are not shapes and are ignored: {_listed(unknown, 40)}.")
         return known
@@ -306,17 +310,14 @@ class _Reader:
     def _weights(self, columns: list[int], rows: IntArray, full: float | None) -> tuple[list[str], Array]:
         """Return the names of shapes and their weights (f, k)."""
         values = self.table.values[rows]
-        evidence = [i for i in columns if is_evidence(self.names[i])]
-        if evidence:
+        of_kind = {kind: [i for i in columns if kind_of_column(self.names[i]) == kind] for kind in SCALES}
+        if evidence := of_kind["evidence"]:
             values[:, evidence] = 1.0 / (1.0 + 10.0 ** -values[:, evidence])
             self.tell("its evidence (the logarithm of odds) is read as a probability, and that as a weight.")
         most = np.nanmax(np.nan_to_num(values), axis=0, initial=0.0)
-        intensities = [i for i in columns if is_intensity(self.names[i])]
-        units = [i for i in columns if i not in intensities and shapes_of_column(self.names[i])[0].startswith("AU")]
-        shapes = [i for i in columns if i not in intensities + units]
         scale = np.ones(len(self.names))
-        for group, scales in ((intensities, (5.0, 100.0)), (units, (1.0, 5.0, 100.0)), (shapes, (1.0, 100.0))):
-            scale[group] = full or self._full(most[group], scales)
+        for kind, scales in SCALES.items():
+            scale[of_kind[kind]] = full or self._full(most[of_kind[kind]], scales)
         found: dict[str, Array] = {}
         for i in columns:
             for shape in shapes_of_column(self.names[i]):
@@ -350,11 +351,9 @@ class _Reader:
         angles = np.radians(angles) if degrees else angles
         if names is HEAD:
             return angles
-        known = np.asarray(
-            ~np.isnan(angles).any(axis=1)
-        )  # of the camera: right, down and away; ours: left, up and forward
-        turns = Rotation.from_euler("XYZ", np.nan_to_num(angles) * [1.0, -1.0, -1.0]).as_matrix()
-        return np.array([yaw_pitch_roll(turn) if ok else [np.nan] * 3 for turn, ok in zip(turns, known, strict=True)])
+        ours = angles * [1.0, -1.0, -1.0]  # of the camera: right, down and away; ours: left, up and forward
+        turns = yaw_pitch_roll(Rotation.from_euler("XYZ", np.nan_to_num(ours)).as_matrix())
+        return np.where(np.isnan(angles).any(axis=1, keepdims=True), np.nan, turns)
 
     def _times(self, rows: IntArray, fps: float | None) -> Array:
         """Return the seconds (f,) of rows."""
