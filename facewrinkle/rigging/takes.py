@@ -253,16 +253,8 @@ class _Reader:
         if not whole.all():
             self.tell(f"{int((~whole).sum())} of {len(seen)} frames lack values or a face; their neighbors are used.")
         fresh = seen & np.concatenate([[True], np.diff(np.maximum.accumulate(times)) > 0.0])
-        for weight, sure in zip(weights.T, known.T, strict=True):
-            weight[fresh] = np.interp(times[fresh], times[fresh & sure], weight[fresh & sure])
-        head = self._head(rows, degrees)
-        if head is not None:
-            known = fresh & ~np.isnan(head).any(axis=1)
-            turns = np.unwrap(head[known], axis=0)
-            head = None if not known.any() else np.stack(
-                [np.interp(times[fresh], times[known], angle) for angle in turns.T], axis=1
-            )  # fmt: skip
-        return Take(tuple(names), times[fresh] - times[fresh][0], weights[fresh], head)
+        times, rows = times[fresh], rows[fresh]
+        return Take(tuple(names), times - times[0], _filled(times, weights[fresh]), self._head(times, rows, degrees))
 
     def _columns(self) -> list[int]:
         """Return the numbers of the columns with weights; tell of those that are nothing."""
@@ -301,11 +293,11 @@ class _Reader:
 
     def _lost(self, rows: IntArray) -> BoolArray:
         """Tell which rows (f,) show no face, by what the tracker says of itself."""
-        for name, least in SURE.items():
-            column = self.column({name})
-            if column is not None and not np.isnan(column).all():
-                return np.asarray(column[rows] < least)
-        return np.zeros(len(rows), bool)
+        told = ((self.column({name}), least) for name, least in SURE.items())
+        column, least = next(
+            (each for each in told if each[0] is not None and not np.isnan(each[0]).all()), (None, 0.0)
+        )
+        return np.zeros(len(rows), bool) if column is None else np.asarray(column[rows] < least)
 
     def _weights(self, columns: list[int], rows: IntArray, full: float | None) -> tuple[list[str], Array]:
         """Return the names of shapes and their weights (f, k)."""
@@ -339,8 +331,8 @@ class _Reader:
             self.tell(f"its numbers go up to {moved.max():.3g} and are read as 0 to {scale:g}. Give full otherwise.")
         return scale
 
-    def _head(self, rows: IntArray, degrees: bool | None) -> Array | None:
-        """Return yaw, pitch and roll (f, 3) of the head, radians."""
+    def _head(self, times: Array, rows: IntArray, degrees: bool | None) -> Array | None:
+        """Return yaw, pitch and roll (f, 3) of the head at the times of rows, radians."""
         names = next((names for names in (HEAD, CAMERA) if set(names) <= set(self.plain)), None)
         if names is None:
             return None
@@ -348,12 +340,12 @@ class _Reader:
         if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > TURNED:
             degrees = True
             self.tell("the turn of the head is read as degrees. Give degrees=False if it is radians.")
-        angles = np.radians(angles) if degrees else angles
-        if names is HEAD:
-            return angles
-        ours = angles * [1.0, -1.0, -1.0]  # of the camera: right, down and away; ours: left, up and forward
-        turns = yaw_pitch_roll(Rotation.from_euler("XYZ", np.nan_to_num(ours)).as_matrix())
-        return np.where(np.isnan(angles).any(axis=1, keepdims=True), np.nan, turns)
+        known = ~np.isnan(angles).any(axis=1)
+        turns = np.radians(angles[known]) if degrees else angles[known]
+        if names is CAMERA and len(turns):  # right, down and away; ours are left, up and forward
+            turns = yaw_pitch_roll(Rotation.from_euler("XYZ", turns * [1.0, -1.0, -1.0]).as_matrix())
+        angles[known], angles[~known] = np.unwrap(turns, axis=0), np.nan
+        return _filled(times, angles) if known.any() else None
 
     def _times(self, rows: IntArray, fps: float | None) -> Array:
         """Return the seconds (f,) of rows."""
@@ -417,6 +409,12 @@ class _Reader:
                 f"{self.file}: times must be seconds, or time codes such as 10:31:02:15.5, received {text[:40]!r}."
             )
         return number
+
+
+def _filled(times: Array, values: Array) -> Array:
+    """Return values (f, k) at times (f,), with those that are NaN interpolated from those before and after."""
+    columns = [(column, ~np.isnan(column)) for column in values.T]
+    return np.stack([np.interp(times, times[known], column[known]) for column, known in columns], axis=1)
 
 
 def _listed(names: Iterable[str], most: int = 8) -> str:
