@@ -286,7 +286,9 @@ def _of_cues(starts: Sequence[float], cues: Sequence[str]) -> Table:
     start = np.array(starts)
     end = np.append(np.maximum(start[1:] - BLEND, start[:-1] + 1e-3), np.nan)
     times = np.stack([start, end], axis=1).ravel()[:-1]
-    return Table(["time", *names], np.column_stack([times, np.repeat(held, 2, axis=0)[:-1]]), times.astype(str), "time")
+    return Table(
+        ["time", *names], np.column_stack([times, np.repeat(held, 2, axis=0)[:-1]]), times.astype(str).tolist(), "time"
+    )
 
 
 # --- JSON -------------------------------------------------------------------------------------------------------------
