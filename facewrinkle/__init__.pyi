@@ -13,6 +13,7 @@ from . import mesh as mesh
 from . import motion as motion
 from . import plotting as plotting
 from . import rigging as rigging
+from . import session as session
 from . import simulation as simulation
 from . import tears as tears
 from .anatomy.atlas import ACTION_UNITS as ACTION_UNITS
@@ -28,7 +29,6 @@ from .anatomy.finding import Found as Found
 from .anatomy.finding import find_landmarks as find_landmarks
 from .anatomy.fitting import default_face as default_face
 from .anatomy.fitting import fit_face as fit_face
-from .anatomy.fitting import refit_face as refit_face
 from .anatomy.fitting import surface as surface
 from .anatomy.identity import Identity as Identity
 from .anatomy.muscles import Crease as Crease
@@ -74,6 +74,7 @@ from .rigging import rig as rig
 from .rigging import write_layers as write_layers
 from .rigging import write_maps as write_maps
 from .rigging import write_rig as write_rig
+from .session import Session as Session
 from .simulation import Refinement as Refinement
 from .simulation import Simulation as Simulation
 from .simulation.fold_layers import fold_layers as fold_layers

@@ -22,7 +22,6 @@ OPTIONAL = {
     "aiohttp": ("aiohttp", "studio"),
     "anywidget": ("anywidget", "studio"),
     "pythonosc": ("python-osc", "studio"),
-    "msgspec": ("msgspec", "studio,dataset"),
     "distributed": ("distributed", "dataset"),
     "pyarrow": ("pyarrow", "dataset"),
     "imageio": ("imageio", "export"),

@@ -12,7 +12,6 @@ import tempfile
 from pathlib import Path
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
 from facewrinkle.plotting import Style, View, figure, picture, side_by_side, stacked
 
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
@@ -65,12 +64,12 @@ style = Style(size=(450, 400), view="forehead")
 figure(side_by_side([picture(frame, face, style) for frame in frames]))
 
 # %%
-# To keep an expression, put it into an atlas, the file that says where muscles lie and what they do together.
+# An expression of your own has a name, and is used as any other. To keep it, write the atlas, the file that says where
+# muscles lie and what they do together; commands take it with ``--atlas``.
 
-atlas = Path(tempfile.mkdtemp()) / "atlas.toml"
-text, line = DEFAULT_ATLAS.read_text(encoding="utf-8"), "scepticism = { AU2L = 1.0, AU14R = 0.5 }"
-atlas.write_text(text.replace("[expressions]", f"[expressions]\n{line}"), encoding="utf-8")
-print(", ".join(fw.read_atlas(atlas).expressions["scepticism"]))
+sceptic = face.with_expressions({"scepticism": {"AU2L": 1.0, "AU14R": 0.5}, "disdain": "scepticism=0.6+AU17"})
+atlas = fw.write_atlas(sceptic.atlas, Path(tempfile.mkdtemp()) / "atlas.toml")
+print(", ".join(fw.read_atlas(atlas).expressions["disdain"]))
 
 # %%
 # Mixtures are exact: half an expression contracts each of its muscles half as much.

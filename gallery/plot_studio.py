@@ -25,7 +25,7 @@ even = window.frame()
 # %%
 # Deeper lines on the subject's left, and the eyes aside: parts of one document, which the page shows and changes too.
 
-window.change(folds={**window.document["folds"], "left": 2.2}, gaze=[18.0, -4.0])
+window.change(folds={"left": 2.2}, gaze=[18.0, -4.0])
 deeper = window.frame()
 style = Style((420, 460))
 _, axes = plt.subplots(figsize=(10, 3.7))
@@ -34,9 +34,16 @@ axes.axis("off")
 plt.tight_layout(pad=0.0)
 
 # %%
-# What would make it without a studio; and one step back.
+# What would make it without a studio: a session, which is a file and a program, too (:ref:`howto_session`).
 
-print(window.as_python())
+session = window.session
+print(session.as_python())
+frame = session.frame()
+assert abs(frame["W"].min() - deeper["W"].min()) < 0.05
+
+# %%
+# One step back.
+
 window.undo()
 assert abs(window.frame()["W"].min() - even["W"].min()) < 0.05
 window.close()

@@ -13,6 +13,8 @@ from urllib.parse import urlsplit
 import aiohttp
 import numpy as np
 
+from facewrinkle.session.parts import point_of
+
 
 def decoded(data):
     """Return the header of a message and the arrays in it, by the names of the parts."""
@@ -183,3 +185,16 @@ def sent(studio, files, key=None, origin=None):
             return answer.status, await answer.text()
 
     return asyncio.run(answered())
+
+
+def document(studio):
+    """All that is set in a studio, as plain data, with coordinates on the face at rest for places on its skin."""
+    session, face = studio.session, studio.face
+    table = {name: value for name, value in session.table().items() if name not in ("time", "look")}
+    for part in ("landmarks", "probes"):
+        table[part] = {name: point_of(place, face) for name, place in getattr(session, part).items()}
+    for name, pattern in session.patterns.items():
+        table["patterns"][name]["center"] = point_of(pattern.center, face)
+    for name, tear in session.tears.items():
+        table["tears"][name]["start"] = point_of(tear.start, face)
+    return table

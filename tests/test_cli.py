@@ -174,7 +174,7 @@ def test_every_command_refuses_bad_input_in_one_line(arguments, message, tmp_pat
     "arguments, message",
     [
         (["expres"], "express"),
-        (["express"], "NAME"),
+        (["play"], "FILE"),
         (["express", "surprise", "--framez", "3"], "--framez"),
         (["express", "surprise", "--frames", "many"], "many"),
         (["tear", "weepin"], "weeping"),

@@ -32,6 +32,7 @@ FLOORS = (
     ("simulation",),
     ("plotting", "export", "accessor"),
     ("dataset", "rigging"),
+    ("session",),
     ("live",),
     ("commands",),
     ("cli",),

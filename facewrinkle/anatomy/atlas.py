@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -112,21 +112,48 @@ class Atlas:
         """
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
         kind = "expression" if isinstance(what, str) else "muscle"
+        total: dict[str, float] = {}
+        for name, weight in self._weights_of(what).items():
+            check_range(f"the weight of {name}", weight, 0.0, 1.0)
+            for muscle, rate in self.resolve(name, kind).items():
+                total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
+        return total
+
+    def with_expressions(self, added: Mapping[str, Mixture]) -> Self:
+        """Return the atlas with further expressions, each a mixture of units, muscles and expressions.
+
+        Raises
+        ------
+        ParameterError
+            For a name that a unit or a muscle has: it would mean two things.
+
+        Examples
+        --------
+        >>> atlas = load_atlas().with_expressions({"smirk": "AU2L+AU14R=0.5", "sulk": {"smirk": 1.0, "AU17": 0.5}})
+        >>> list(atlas.expressions["smirk"])
+        ['frontalis_outer_l', 'frontalis_major_l', 'buccinator_r']
+        """
+        atlas = replace(self, expressions=dict(self.expressions), mixtures=dict(self.mixtures))
+        pairs = {name.removesuffix("_l").removesuffix("_r") for name in self.muscles}
+        for name, mixture in added.items():
+            if name in (*self.action_units, *self.muscles, *pairs):
+                raise ParameterError(f"{name!r} is an action unit or a muscle. Give the expression another name.")
+            weights = atlas._weights_of(mixture)
+            atlas.expressions[name], atlas.mixtures[name] = atlas.contractions(weights), weights
+        return atlas
+
+    def _weights_of(self, what: Mixture) -> dict[str, float]:
+        """The weights by name of a mixture in any of its forms."""
         if isinstance(what, str):
-            what = {what: 1.0} if what in self.expressions else parse_weights(what)
-        elif isinstance(what, list | tuple) and all(isinstance(name, str) for name in what):
-            what = dict.fromkeys(what, 1.0)
+            return {what: 1.0} if what in self.expressions else parse_weights(what)
+        if isinstance(what, list | tuple) and all(isinstance(name, str) for name in what):
+            return dict.fromkeys(what, 1.0)
         if not isinstance(what, Mapping):
             raise ParameterError(
                 "an expression is a name, a text such as 'AU1=0.7+AU4', a list of names, or a dictionary of names and "
                 f"weights, received {what!r}."
             )
-        total: dict[str, float] = {}
-        for name, weight in what.items():
-            check_range(f"the weight of {name}", weight, 0.0, 1.0)
-            for muscle, rate in self.resolve(name, kind).items():
-                total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
-        return total
+        return dict(what)
 
     def units_of(self, what: Mapping[str, float]) -> dict[str, float]:
         """Weights of the action units in a mixture of expressions and action units, as the Facial Action Coding System

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, BoolArray
-from ..errors import LandmarkError, MeshError
+from ..errors import LandmarkError, MeshError, unknown_name
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
@@ -29,7 +29,8 @@ from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyebal
 from .eyelids import LidWeights, lid_share, lid_weights
 from .head import BrowHairs
 from .identity import fold_depth
-from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, frame_of, lips_middle
+from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, frame_of, lips_middle
+from .mixtures import Mixture
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
 from .parts import Part, eyes_of
 from .skull import Mandible, Tissue, jaw_weights, tissue_of
@@ -72,7 +73,8 @@ class Face:
 
     :func:`facewrinkle.default_face` and :func:`facewrinkle.fit_face` make one; :func:`facewrinkle.surface` makes one
     without anatomy of any surface. A face does not change: its skins, simulations and scenes share what they found from
-    it. Make another one with :meth:`with_muscles` or ``dataclasses.replace``.
+    it. Make another one with :meth:`with_muscles`,
+    :meth:`with_landmarks`, :meth:`with_expressions` or ``dataclasses.replace``.
 
     Attributes
     ----------
@@ -534,6 +536,60 @@ class Face:
         3.0
         """
         return dataclasses.replace(self, muscles={**self.muscles, **changes})
+
+    def with_landmarks(self, moved: Mapping[str, npt.ArrayLike]) -> Self:
+        """Return the face with landmarks at other places: skull, eyes and muscles anew, on the same mesh.
+
+        Parameters
+        ----------
+        moved : dict of str to array_like, shape (3,)
+            The new places, in the coordinates of the mesh. The other landmarks stay where they are.
+
+        Raises
+        ------
+        LandmarkError
+            If landmarks lie off the mesh, or do not make a face.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> higher = face.with_landmarks({"mouth_l": face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]})
+        >>> change = higher.muscles["zygomaticus_major_l"].insertion - face.muscles["zygomaticus_major_l"].insertion
+        >>> bool(change[1] > 2.0)
+        True
+        """
+        for name in moved:
+            if name not in self.landmarks:
+                raise unknown_name("landmark", name, self.landmarks)
+        changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
+        landmarks = {**self.landmarks, **changed}
+        check_on_surface(changed, self.mesh, frame_of(landmarks).pupil_distance)
+        kept = ("texture", "brows", "source_points", "report", "likeness", "age", "iris", "template")
+        return self.from_landmarks(
+            self.mesh,
+            landmarks,
+            self.unit,
+            self.atlas,
+            tuple(name for name in self.estimated if name not in moved),
+            self.parts,
+            confidences={**self.confidences, **dict.fromkeys(moved, 1.0)},
+            **{name: getattr(self, name) for name in kept},
+        )
+
+    def with_expressions(self, added: Mapping[str, Mixture]) -> Self:
+        """Return the face with expressions of one's own; see :meth:`facewrinkle.anatomy.atlas.Atlas.with_expressions`.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face().with_expressions({"smirk": {"AU2L": 1.0, "AU14R": 0.5}})
+        >>> sim = fw.Simulation(face)
+        >>> sim.express("smirk")
+        """
+        atlas = self.atlas.with_expressions(added)
+        template = self.template and dataclasses.replace(self.template, atlas=atlas)
+        return dataclasses.replace(self, atlas=atlas, template=template)
 
     def with_atlas(self, atlas: Atlas) -> Self:
         """Return the face with the muscles, action units and expressions of another atlas; the tissue stays.

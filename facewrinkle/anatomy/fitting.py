@@ -26,7 +26,6 @@ from ..mesh import (
     read_texture,
     to_polydata,
 )
-from ..mesh.clean_surface import CONNECT
 from .atlas import Atlas
 from .face import Face
 from .head import load_head
@@ -39,6 +38,7 @@ from .landmarks import (
     NOT_ON_SKIN,
     REFUSED,
     REQUIRED,
+    check_on_surface,
     complete,
     frame_of,
     mirrored,
@@ -64,9 +64,6 @@ unit is off by a factor of ten or more.
 
 
 # --- Landmarks that are refused; lengths in distances between the pupils -------------------------------------
-
-OFF_MESH = 0.2
-"""A landmark may lie this far from the mesh."""
 
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
@@ -214,7 +211,7 @@ def fit_face(
     _check_both_sides(frame.local(used))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
-    _check_on_mesh(given, clean.mesh, frame.pupil_distance, clean.others)
+    check_on_surface(given, clean.mesh, frame.pupil_distance, clean.others)
     image = _image(mesh, texture, clean.mesh)
     if search is not None:
         from .finding import rise_of_dark_bands
@@ -242,48 +239,6 @@ def fit_face(
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))
     return face
-
-
-def refit_face(face: Face, moved: Mapping[str, npt.ArrayLike]) -> Face:
-    """Return a face with landmarks at other places: skull, eyes and muscles anew, on the same mesh.
-
-    Parameters
-    ----------
-    face : Face
-    moved : dict of str to array_like, shape (3,)
-        The new places, in the coordinates of the mesh. The other landmarks stay where they are.
-
-    Raises
-    ------
-    LandmarkError
-        If landmarks lie off the mesh, or do not make a face.
-
-    Examples
-    --------
-    >>> face = default_face()
-    >>> higher = refit_face(face, {"mouth_l": face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]})
-    >>> change = higher.muscles["zygomaticus_major_l"].insertion - face.muscles["zygomaticus_major_l"].insertion
-    >>> bool(change[1] > 2.0)
-    True
-    """
-    for name in moved:
-        if name not in face.landmarks:
-            raise unknown_name("landmark", name, face.landmarks)
-    changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
-    landmarks = {**face.landmarks, **changed}
-    _check_on_mesh(changed, face.mesh, frame_of(landmarks).pupil_distance)
-    estimated = tuple(name for name in face.estimated if name not in moved)
-    kept = ("texture", "brows", "source_points", "report", "likeness", "age", "iris", "template")
-    return Face.from_landmarks(
-        face.mesh,
-        landmarks,
-        face.unit,
-        face.atlas,
-        estimated,
-        face.parts,
-        confidences={**face.confidences, **dict.fromkeys(moved, 1.0)},
-        **{name: getattr(face, name) for name in kept},
-    )
 
 
 def _left_out(face: Face) -> list[str]:
@@ -505,32 +460,3 @@ def _check_both_sides(local: Array) -> None:
                 f"by the landmarks, the mesh has only the subject's {side} side of the face; muscles need both. Mirror "
                 f"it in a modeling program, join the halves, and give the landmarks of both; or check the {other} ones."
             )
-
-
-def _check_on_mesh(
-    given: Mapping[str, Array], surface: pv.PolyData, size: float, others: pv.PolyData | None = None
-) -> None:
-    """Raise a LandmarkError for landmarks that lie too far from a surface, or a MeshError if they lie on the `others`
-    that were set apart from it.
-    """
-    names = [n for n in given if n not in NOT_ON_SKIN]
-    if not names:
-        return
-    places = np.array([given[n] for n in names])
-    distance = np.linalg.norm(places - closest_places(surface, places)[1], axis=1) / size
-    off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
-    apart = places[distance > OFF_MESH]
-    if (
-        off
-        and others is not None
-        and np.linalg.norm(apart - closest_places(others, apart)[1], axis=1).max() < (OFF_MESH * size)
-    ):
-        raise MeshError(
-            f"the surface under the landmarks is in pieces: {', '.join(off)} lie that far from the largest, in "
-            f"distances between the pupils. {CONNECT}"
-        )
-    if off:
-        raise LandmarkError(
-            f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; "
-            f"at most {OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
-        )

@@ -13,11 +13,17 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pyvista as pv
 
 from ..array_types import Array
 from ..checks import vector
-from ..errors import LandmarkError, ParameterError, unknown_name, warn
+from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..files import LARGEST_SETTINGS, bytes_of, written
+from ..mesh import closest_places
+from ..mesh.clean_surface import CONNECT
+
+OFF_MESH = 0.2
+"""A landmark may lie this far from the mesh, in distances between the pupils."""
 
 MIDLINE = [
     "trichion",
@@ -466,3 +472,32 @@ def write_landmarks(
             entries[name]["found"] = entries[name]["xyz"]
     with written(path) as whole:
         whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")
+
+
+def check_on_surface(
+    given: Mapping[str, Array], surface: pv.PolyData, size: float, others: pv.PolyData | None = None
+) -> None:
+    """Raise a LandmarkError for landmarks that lie too far from a surface, or a MeshError if they lie on the `others`
+    that were set apart from it.
+    """
+    names = [n for n in given if n not in NOT_ON_SKIN]
+    if not names:
+        return
+    places = np.array([given[n] for n in names])
+    distance = np.linalg.norm(places - closest_places(surface, places)[1], axis=1) / size
+    off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
+    apart = places[distance > OFF_MESH]
+    if (
+        off
+        and others is not None
+        and np.linalg.norm(apart - closest_places(others, apart)[1], axis=1).max() < (OFF_MESH * size)
+    ):
+        raise MeshError(
+            f"the surface under the landmarks is in pieces: {', '.join(off)} lie that far from the largest, in "
+            f"distances between the pupils. {CONNECT}"
+        )
+    if off:
+        raise LandmarkError(
+            f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; "
+            f"at most {OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
+        )

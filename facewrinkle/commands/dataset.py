@@ -48,7 +48,7 @@ def dataset(
     quiet
         Print nothing.
     """
-    from ..dataset import Spec, generate  # which need packages of the extra "dataset"; --help needs none
+    from ..dataset import Spec, generate  # which take a while to load; --help needs none
     from ..dataset.shards import read_table
     from ..dataset.spec import DEFAULT
 

@@ -14,7 +14,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..array_types import Image
-from ..errors import check_range, check_whole
+from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..layers.base import Layer
 from ..plotting import Scene, closeup, save_picture, side_by_side, stacked
@@ -23,6 +23,7 @@ from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import Folds, refinement_for
 from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture
 from .recorder import Clip, Recorder, Scenes
+from .sessions import session_of, show
 
 EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
 """Those of the paper."""
@@ -41,9 +42,11 @@ FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 
 
 def express(
-    name: str,
+    name: str | None = None,
     /,
     *,
+    session: Path | None = None,
+    write_session: Path | None = None,
     source: FaceOptions | None = None,
     intensity: float = 1.0,
     frames: Whole = 100,
@@ -60,6 +63,10 @@ def express(
     ----------
     name
         An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`.
+    session
+        Show a session instead, all that was set in the studio or in Python (JSON): its picture, movie and mesh.
+    write_session
+        Also write face, folds and expression as a session to this file.
     intensity
         How strong the expression is, 0 to 1.
     frames
@@ -75,10 +82,18 @@ def express(
     maps
         Also bake the wrinkles into maps of this width, in texels, for the unrefined mesh: normals and heights.
     """
-    output, source = output or OutputOptions(), source or FaceOptions()
+    output, source, folds = output or OutputOptions(), source or FaceOptions(), folds or FoldOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
-    folds = folds or FoldOptions()
+    if session is not None:
+        own = name is not None or source != FaceOptions() or folds != FoldOptions()
+        if own or intensity != 1.0 or frames != 100 or write_session is not None or maps is not None:
+            raise ParameterError("--session has a face, folds and an expression: leave others out, or its own.")
+        return show(session, output, report)
+    if name is None:
+        raise ParameterError("what shall the face do? Name an expression, such as surprise, or a --session.")
+    if write_session is not None:
+        session_of(name, intensity, source, folds, output).write(write_session)
     face = folds.face(source.load(report))
     mixture = parse_mixture(name, face.atlas)
     rates = face.atlas.contractions(mixture, intensity)

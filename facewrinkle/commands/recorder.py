@@ -157,9 +157,19 @@ class Recorder:
         try:
             return stack.enter_context(movie_writer(path, fps=self.output.fps))
         except MissingPackageError as missing:
-            warn(f"no movie is written: {missing}")
-            path.unlink(missing_ok=True)  # of an earlier run
+            self._without_movie(missing)
             return None
+
+    def save_movie(self, write: Callable[[Path], Path]) -> None:
+        """Write a movie by a function; without the packages for movies a warning takes its place."""
+        try:
+            self.files.append(write(self._path(".mp4")))
+        except MissingPackageError as missing:
+            self._without_movie(missing)
+
+    def _without_movie(self, missing: MissingPackageError) -> None:
+        warn(f"no movie is written: {missing}")
+        self._path(".mp4").unlink(missing_ok=True)  # of an earlier run
 
     def write_series(self, frames: Iterable[pv.PolyData], times: Iterable[float], suffix: str = "") -> None:
         """Write a time series of frames that are there."""

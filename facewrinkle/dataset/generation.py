@@ -7,11 +7,10 @@ import os
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
+from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
-
-from msgspec import to_builtins
 
 from .. import __version__
 from ..errors import FaceWrinkleError, OutputError, ParameterError, check_whole, optional_imports, warn
@@ -141,8 +140,8 @@ def _begin(folder: Path, spec: Spec, count: int) -> None:
         _check_same(read_state(folder), folder, spec, count)
     elif any(folder.iterdir()):
         raise OutputError(f"{str(folder)!r} holds other files, and no data set. Name a new folder.")
-    state = to_builtins(State(spec.digest, __version__, code_digest(), count, spec.written))
-    write_whole(folder / STATE, json.dumps(state, indent=1))
+    state = State(spec.digest, __version__, code_digest(), count, spec.written)
+    write_whole(folder / STATE, json.dumps(asdict(state), indent=1))
 
 
 def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:

@@ -17,12 +17,11 @@ from pathlib import Path
 from tempfile import TemporaryFile
 from typing import Annotated, Any
 
-import msgspec
 import numpy as np
-from msgspec import Meta, Struct
 
 from ..errors import OutputError, ParameterError, check_whole, optional_imports
 from ..files import write_whole, written
+from ..schemas import Limits, conforming, table_of
 from .plan import person_at
 from .records import row_of
 from .sample import Sample, SampleMaker, compressed
@@ -33,13 +32,14 @@ STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
 
 
-class State(Struct):
+@dataclass
+class State:
     """What the folder of a set says about it: digest, version and code of :class:`Spec`, number of samples."""
 
     digest: str
     version: str
     code: str
-    count: Annotated[int, Meta(ge=1)]
+    count: Annotated[int, Limits(1)]
     spec: dict[str, Any]
 
 
@@ -190,8 +190,9 @@ def arrow() -> tuple[Any, Any]:
 def read_state(folder: Path) -> State:
     """Return what a folder says about the set in it."""
     try:
-        return msgspec.json.decode((folder / STATE).read_bytes(), type=State)
-    except (OSError, msgspec.MsgspecError, UnicodeDecodeError):
+        found: State = conforming(table_of((folder / STATE).read_bytes()), State, "")
+        return found
+    except (OSError, ValueError):
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
 
 
@@ -225,6 +226,7 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
     [('dataset.json', []), ('shard-000000.tar', []), ('samples made again', [])]
     """
     folder, remade = Path(folder).expanduser(), check_whole("remade", remade, 0, 1e6)
+    arrow()  # before anything is read
     state = read_state(folder)
     spec = Spec.of(state.spec, folder)
     shards = shards_of(state.count, spec.shard)

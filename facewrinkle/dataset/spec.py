@@ -7,32 +7,30 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from glob import escape, glob
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from msgspec import Meta, Struct, to_builtins
-from msgspec.structs import replace
 
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of
-from ..schemas import Share, conforming
+from ..schemas import Limits, Share, conforming, plain
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
-AFTER = ("rigging", "live", "commands")
+AFTER = ("rigging", "session", "live", "commands")
 """Rooms of the package that no sample depends on."""
 
 TIME_STEP = 0.02
 """Seconds of a step in clips."""
 
 NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
-    "identity": {field.name: (-1.0, 1.0) for field in fields(Identity)},
+    "identity": {each.name: (-1.0, 1.0) for each in fields(Identity)},
     "gaze": {"yaw": (-40.0, 40.0), "pitch": (-40.0, 40.0)},
     "folds": {"seed": (0.0, 2.0**31), "depth": (0.0, 3.0), "density": (0.25, 4.0), "irregularity": (0.0, 3.0)},
     "tears": {"time": (0.0, 60.0)},
@@ -47,19 +45,20 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
 }  # fmt: skip
 """Numbers that are drawn, by table, and what is allowed of each."""
 
-Finite = Annotated[float, Meta(ge=-1e12, le=1e12)]
-Weight = Annotated[float, Meta(ge=0.0, le=1e9)]
-Count = Annotated[int, Meta(ge=1, le=10**6)]
-Pixels = Annotated[int, Meta(ge=16, le=4096)]
+Finite = Annotated[float, Limits(-1e12, 1e12)]
+Weight = Annotated[float, Limits(0.0, 1e9)]
+Count = Annotated[int, Limits(1, 10**6)]
+Pixels = Annotated[int, Limits(16, 4096)]
 
 
-class Drawn(Struct, forbid_unknown_fields=True):
+@dataclass
+class Drawn:
     """A distribution as it is written."""
 
     uniform: tuple[Finite, Finite] | None = None
     normal: tuple[Finite, Finite] | None = None
     within: tuple[Finite, Finite] | None = None
-    choice: Annotated[list[Any], Meta(min_length=1)] | None = None
+    choice: Annotated[list[Any], Limits(1)] | None = None
     weights: list[Weight] | None = None
 
 
@@ -113,7 +112,7 @@ class Distribution:
         >>> Distribution.of([0.25, 0.75], "age").draw(np.random.default_rng(0))
         0.75
         """
-        return _distribution(written, name, Annotated[float, Meta(ge=low, le=high)], (low, high))
+        return _distribution(written, name, Annotated[float, Limits(low, high)], (low, high))
 
     @classmethod
     def of_words(cls, written: Any, name: str, allowed: Iterable[str]) -> Distribution:
@@ -175,7 +174,8 @@ def _distribution(written: Any, name: str, kind: Any, limits: tuple[float, float
     return Distribution((low, high), "normal", (mean, deviation))
 
 
-class Scan(Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Scan:
     """A face that the user brings."""
 
     path: str
@@ -183,25 +183,28 @@ class Scan(Struct, frozen=True, forbid_unknown_fields=True):
     licence: str = "not stated"
 
 
-class InputFile(Struct, frozen=True):
+@dataclass(frozen=True)
+class InputFile:
     """A file that the user brings, and the SHA-256 of its content."""
 
     path: str
     digest: str
 
 
-class Faces(Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Faces:
     """The table ``[faces]``: the weight of the built-in head among the scans."""
 
     built_in: Weight
     scans: list[Scan]
 
 
-class Clip(Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Clip:
     """The table ``[clip]``: pictures of a sample, and the seconds between them."""
 
-    frames: Annotated[int, Meta(ge=1, le=10**4)]
-    interval: Annotated[float, Meta(ge=TIME_STEP, le=10.0)]
+    frames: Annotated[int, Limits(1, 10**4)]
+    interval: Annotated[float, Limits(TIME_STEP, 10.0)]
 
     @property
     def stride(self) -> int:
@@ -209,7 +212,8 @@ class Clip(Struct, frozen=True, forbid_unknown_fields=True):
         return round(self.interval / TIME_STEP)
 
 
-class Expressions(Struct, frozen=True, forbid_unknown_fields=True):
+@dataclass(frozen=True)
+class Expressions:
     """The table ``[expression]``; what is drawn becomes distributions."""
 
     neutral: Share
@@ -217,14 +221,15 @@ class Expressions(Struct, frozen=True, forbid_unknown_fields=True):
     names: Any
     intensity: Any
     count: Any
-    units: Annotated[list[str], Meta(min_length=1)]
+    units: Annotated[list[str], Limits(1)]
     contraction: Any
     one_sided: Share
     together: list[tuple[str, str, Share]]
     apart: list[tuple[str, str]]
 
 
-class Spec(Struct, frozen=True, eq=False):
+@dataclass(frozen=True, eq=False)
+class Spec:
     """A specification of a data set.
 
     Attributes
@@ -261,7 +266,7 @@ class Spec(Struct, frozen=True, eq=False):
     (7, (0.5,), 10)
     """
 
-    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)]
+    seed: Annotated[int, Limits(0, 2**63 - 1)]
     size: tuple[Pixels, Pixels]
     quick: bool
     mesh: Literal["", "npz", "glb"]
@@ -273,8 +278,8 @@ class Spec(Struct, frozen=True, eq=False):
     crying: Share
     backgrounds: tuple[InputFile, ...] = ()
     environments: tuple[InputFile, ...] = ()
-    numbers: dict[str, dict[str, Distribution]] = {}
-    written: dict[str, Any] = {}
+    numbers: dict[str, dict[str, Distribution]] = field(default_factory=dict)
+    written: dict[str, Any] = field(default_factory=dict)
     digest: str = ""
 
     @classmethod
@@ -306,15 +311,15 @@ class Spec(Struct, frozen=True, eq=False):
         if written is not None and not isinstance(written, Mapping):
             raise ParameterError(f"a specification is a path or a dictionary, received {written!r}.")
         whole = _completed(written or {})
-        plain = {name: whole[name] for name in cls.__struct_fields__ if name in whole}
+        given = {each.name: whole[each.name] for each in fields(cls) if each.name in whole}
         crying = conforming(whole["tears"]["share"], Share, "tears.share")
-        spec = conforming(plain | {"crying": crying}, cls, "")
+        spec = conforming(given | {"crying": crying}, cls, "")
         if abs(spec.clip.interval / TIME_STEP - spec.clip.stride) > 1e-6:
             raise ParameterError(
                 f"clip.interval must be a whole number of steps of {TIME_STEP} s, received {spec.clip.interval}."
             )
         faces = replace(spec.faces, scans=_scans(spec.faces, Path(folder)))
-        whole["faces"] = to_builtins(faces)
+        whole["faces"] = plain(faces)
         backgrounds = _files(whole["background"], "pictures", Path(folder))
         environments = _files(whole["lights"], "environment", Path(folder))
         contents = {

@@ -3,10 +3,10 @@
 The page is plain HTML, CSS and ES modules in `page/`, drawn with WebGL2; nothing is built, and nothing comes from
 elsewhere.
 
-document, protocol | what was set by hand; messages between a page and the studio
+document, protocol | the session that pages change, with undo; messages between a page and the studio
 visible_parts      | what is seen of a frame, as parts
 fields             | fields in colour; what made a fold, with the numbers of its formula
-wishes, stage      | what a document asks of a simulation; the thread that simulates
+stage              | the thread that simulates
 capture            | phones and trackers that drive the face
 server             | pages that are connected; the web server
 answers            | what a page is told first, and what it asks for

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -25,9 +26,14 @@ from ..plotting.views import VIEWS
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
 from ..rigging.tables import shapes_of_column
-from .document import LONGEST, START, Document, Folds, Pattern, Tear, is_session, ranges
+from ..schemas import conforming
+from ..session import Folds, Look, Pattern, Session, Subject, Tear
+from ..session.content import is_session
+from ..session.parts import LONGEST, Anywhere, Camera, point_of, ranges
+from ..session.session import START
+from .document import Document
 from .fields import FIELDS, colours, labels, probe
-from .library import PLACES, Library, opened
+from .library import Library, opened
 from .protocol import (
     FACE_ALONE,
     Change,
@@ -46,10 +52,9 @@ from .protocol import (
     Show,
     Undo,
 )  # fmt: skip
-from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
+from .saving import MOVIE, SLOW, Folder, Kept, Order, SavingProcess, save
 from .server import Client, Server
 from .stage import Stage
-from .wishes import as_python, view_of
 
 ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
 """Places of a muscle's handle along its fibres, from the insertion: the first with room is taken."""
@@ -69,8 +74,6 @@ class Answers:
     folder : Folder or None
     kept : Kept
         The session that was found in the folder.
-    source : str or None
-        The path of the face of the start.
     changed : callable
         Called when stage and pages must look at the document again.
     """
@@ -84,11 +87,10 @@ class Answers:
         stage: Stage,
         folder: Folder | None,
         kept: Kept,
-        source: str | None,
         changed: Callable[[], None],
     ) -> None:
         self._library, self._document, self._stage = library, document, stage
-        self._folder, self._kept, self._source, self._changed = folder, kept, source, changed
+        self._folder, self._kept, self._changed = folder, kept, changed
         self._saving, self.process, self._driver = False, SavingProcess(), ""
         self._meshes = threading.Lock()  # VTK that draws in one thread and reads in another may wait for ever
 
@@ -105,14 +107,19 @@ class Answers:
         }
 
     def _told_document(self) -> dict[str, Any]:
-        return {"data": self._document.data, "history": self._document.history, "handles": self._handles()}
+        data = self._document.session.table()
+        return {"data": data, "history": self._document.history, "handles": self._handles()}
 
     def _handles(self) -> dict[str, Any]:
         """Where patterns and tears are."""
-        data, face = self._document.data, self._stage.face
+        session, face = self._document.session, self._stage.face
+        places: dict[str, dict[str, Anywhere]] = {
+            "patterns": {name: entry.center for name, entry in session.patterns.items()},
+            "tears": {name: entry.start for name, entry in session.tears.items()},
+        }
         return {
-            table: {name: _attached(np.array(entry[PLACES[table]]), face) for name, entry in data[table].items()}
-            for table in ("patterns", "tears")
+            table: {name: _attached(np.array(point_of(place, face)), face) for name, place in named.items()}
+            for table, named in places.items()
         }
 
     def greeting(self) -> dict[str, Any]:
@@ -134,9 +141,14 @@ class Answers:
     def face(self) -> dict[str, Any]:
         """All that a page is told of the face, and of those that are open."""
         face, shown = self._stage.face, self._stage.shown_face
-        built_in = not shown and self._library[""].face.template is None and not self._source
+        source = self._library.source
+        built_in = not shown and self._library[""].face.template is None and not source
         return {
-            "faces": {"names": list(self._library.names), "shown": shown, "first": self._source or "Built-in head"},
+            "faces": {
+                "names": list(self._library.names),
+                "shown": shown,
+                "first": self._library.source or "Built-in head",
+            },
             "identity": built_in and bool(face.landmarks),
             "handles": self._handles(),
             "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},
@@ -202,15 +214,22 @@ class Answers:
                     self._kept.dismiss()
                 self.server.tell_all({"is": "earlier", "when": self._kept.when})
 
-    def as_python(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> str:
-        """Return a program that makes what is shown, and its picture by a camera: from the front, if there is none."""
-        data, face, shown = self._document.data, self._stage.face, self._stage.shown
+    def session(self, camera: list[float] | None = None, shows: Field = FACE_ALONE, **look: Any) -> Session:
+        """Return what is shown, seen by a camera: from the front, if there is none."""
+        shown = self._stage.shown
         assert shown is not None
-        if isinstance(self._library[data["face"]].clip, Take):
-            raise ParameterError(f"a take is played by the command: facewrinkle play {data['face']!r} --face FACE.")
-        clip = self._library[data["face"]].clip is not None
-        view = VIEWS["front"] if camera is None else view_of(camera, face)
-        return as_python(data, face, data["face"] or self._source or "", clip, shown.time, view, shows)
+        seen = Look(
+            view="front" if camera is None else conforming(camera, Camera, "camera"),
+            field=shows.name or "",
+            muscles=shows.muscles,
+            **look,
+        )
+        return self._document.session.changed(self._stage.face.atlas, time=min(shown.time, LONGEST), look=seen)
+
+    def as_python(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> str:
+        """Return a program that makes what is shown, and its picture by a camera."""
+        session = self.session(camera, shows)
+        return self._library.outside(session).as_python(self._library.subject_of(session))
 
     async def _save(self, what: str, camera: list[float], shows: Field) -> dict[str, str]:
         if self._saving:
@@ -219,8 +238,8 @@ class Answers:
         self._tell("Saving", 0.0)
         try:
             if what in SLOW:  # by a process of its own, so that the face goes on meanwhile
-                clip = self._library[stage.shown_face].clip
-                order = Order(what, camera, stage.face, self._document.data, clip)
+                session = self.session(camera, shows, size=MOVIE)
+                order = Order(what, session, Subject(stage.face, self._library[stage.shown_face].clip))
                 name, content = await asyncio.to_thread(self.process.save, order, self._tell)
             else:
                 name, content = await asyncio.wrap_future(stage.ask(lambda: self._saved_by_stage(what, camera, shows)))
@@ -233,7 +252,7 @@ class Answers:
 
     def _saved_by_stage(self, what: str, camera: list[float], shows: Field) -> tuple[str, bytes]:
         with self._meshes:
-            return save(what, camera, self._stage, self._document, shows)
+            return save(what, self.session(camera, shows), self._stage, self._library)
 
     def _tell(self, what: str, share: float) -> None:
         """Tell all pages how far something is."""
@@ -260,31 +279,32 @@ class Answers:
         files = list(folder.iterdir())
         if len(files) == 1 and is_session(files[0].read_bytes()):
             with self._stage.condition:
-                self._document.load(files[0].read_bytes())
+                self._kept.load(files[0].read_bytes())
             self._changed()
             return {"name": "", "said": []}
         try:
             with self._meshes:
-                name, loaded = opened(folder, self._stage.face, self._tell)
+                shown = self._document.session.face
+                name, loaded = opened(folder, self._stage.face, self._tell, shown)
                 name = self._library.add(name, loaded)
         finally:
             self._tell("", 1.0)
         self.show(name, fresh=True)
-        return {"name": name, "said": list(loaded.said), "plays": loaded.clip is not None}
+        return {"name": name, "said": list(loaded.said), "plays": loaded.subject.clip is not None}
 
     def show(self, name: str, fresh: bool = False) -> None:
         """Show a face that is open, a fresh one at rest. Places of the one before mean nothing on it, unless it is the
         same that performs a take; a clip brings its own length.
         """
-        face, clip = self._library[name].face, self._library[name].clip
-        parts = ["identity", "landmarks", "timeline"]
-        if face is not self._stage.face:
-            parts += ["patterns", "tears", "probes", *(["mixture", "gaze"] if fresh else [])]
-        start = {part: START[part] for part in parts}
-        if clip is not None:
-            start["timeline"] = START["timeline"] | {"length": round(min(max(clip.duration, 0.2), LONGEST), 2)}
+        subject, now = self._library[name], self._library.parts_for(name)
+        parts = ["timeline"]
+        if not now["take"] or now["face"] != self._document.session.face:
+            parts += ["identity", "landmarks", "patterns", "tears", "probes", *(["mixture", "gaze"] if fresh else [])]
+        start: dict[str, Any] = {part: getattr(START, part) for part in parts} | now
+        if subject.clip is not None:
+            start["timeline"] = replace(START.timeline, length=round(min(max(subject.clip.duration, 0.2), LONGEST), 2))
         with self._stage.condition:
-            self._document.change([((part,), value) for part, value in {"face": name, **start}.items()])
+            self._document.change([((part,), value) for part, value in start.items()])
         self._changed()
 
 

@@ -3,37 +3,24 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..anatomy.face import Face
-from ..anatomy.face_file import read_face
-from ..anatomy.fitting import default_face, fit_face, refit_face
+from ..anatomy.fitting import default_face
 from ..anatomy.head import load_head
 from ..anatomy.identity import Identity, head_of
-from ..animation.reading import read_animation
-from ..animation.recorded import Recorded
-from ..array_types import Array, IntArray
-from ..errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError
+from ..errors import FaceWrinkleWarning, ParameterError
 from ..files import inside_only
-from ..geometry.closest_point import closest
-from ..mesh.formats.reading import GLTF, USD
 from ..progress import Progress
-from ..rigging import Performer, Take, read_take
+from ..rigging import Performer, read_take
 from ..rigging.takes import SUFFIXES as TAKES
-
-ANIMATED = (*GLTF, *USD, ".vtkhdf")
-"""Endings of files that may hold a clip."""
-
-MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", ".face", *ANIMATED)
-"""Endings of files that may hold a face."""
-
-PLACES = {"patterns": "center", "tears": "start", "probes": "", "landmarks": ""}
-"""Parts of a document that hold places on the face, and the keys under which their entries do."""
+from ..session import Place, Session, Subject
+from ..session.content import placed
+from ..session.parts import Point
+from ..session.subject import MESHES, moved, person_of, read_subject
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -41,11 +28,11 @@ Tell = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A face, and what moves it: a recording of its own, or a take that it performs."""
+    """What was opened: a face, and what moves it; for a take, the name of the face that performs it."""
 
-    face: Face
-    clip: Recorded | Take | None = None
+    subject: Subject
     said: tuple[str, ...] = ()
+    performer: str | None = None
 
 
 class Library:
@@ -54,27 +41,30 @@ class Library:
     Parameters
     ----------
     face : Face
+    source : str, optional
+        The file of the face.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> library = Library(fw.default_face())
-    >>> library.add("scan.obj", Loaded(fw.default_face())), list(library.names)
+    >>> library.add("scan.obj", Loaded(Subject(fw.default_face()))), list(library.names)
     ('scan.obj', ['', 'scan.obj'])
     """
 
-    def __init__(self, face: Face) -> None:
-        self._loaded: dict[str, Loaded] = {"": Loaded(face)}
+    def __init__(self, face: Face, source: str | None = None) -> None:
+        self.source = source
+        self._loaded: dict[str, Loaded] = {"": Loaded(Subject(face))}
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all."""
         return tuple(self._loaded)
 
-    def __getitem__(self, name: str) -> Loaded:
+    def __getitem__(self, name: str) -> Subject:
         if name not in self._loaded:
-            raise ParameterError(f"the face {name!r} is not open. Open its file first.")
-        return self._loaded[name]
+            raise ParameterError(f"the face {name[:64]!r} is not open. Open its file first.")
+        return self._loaded[name].subject
 
     def add(self, name: str, loaded: Loaded) -> str:
         """Keep a face, under a name that is not taken, and return that name; in one thread at a time."""
@@ -84,55 +74,46 @@ class Library:
         self._loaded = {**self._loaded, taken: loaded}
         return taken
 
-    def face_of(self, data: Mapping[str, Any]) -> Face:
-        """Return the face that a document asks for: its name, its identity and the landmarks that were moved."""
-        face, person = self[data["face"]].face, _person(data)
-        if person != Identity():
-            face = default_face(person, atlas=face.atlas)
-        return refit_face(face, data["landmarks"]) if data["landmarks"] else face
+    def parts_for(self, name: str) -> dict[str, str]:
+        """Return the parts of a session that shows what was opened under a name."""
+        performer = self._loaded[name].performer if name in self._loaded else None
+        return {"face": name, "take": ""} if performer is None else {"face": performer, "take": name}
 
-    def carried(self, before: Mapping[str, Any], after: Mapping[str, Any], parts: Collection[str]) -> dict[str, Any]:
-        """Return the parts of a document, of those named, whose places are others on the person after a change: each
-        stays at the same numbers of the same triangle, and as far from it as it was.
+    def subject_of(self, session: Session) -> Subject:
+        """Return whom a session shows: by name, with its identity and the landmarks that were moved."""
+        face, person = self[session.face].face, person_of(session)
+        if person:
+            face = default_face(person, atlas=face.atlas)
+        return moved(Subject(face, self[session.take or session.face].clip), session)
+
+    def accepted(self, session: Session) -> Session:
+        """Return a session with its places on triangles, of the face that it shows.
 
         Raises
         ------
         ParameterError
-            If a scan should become another person.
+            If a face is not open, or a scan should become another person.
         """
-        one, other = _person(before), _person(after)
-        if other != Identity() and (self[""].face.triangles.shape != load_head().triangles.shape):
+        face, person = self[session.face].face, person_of(session)
+        self[session.take or session.face]
+        if person and face.triangles.shape != load_head().triangles.shape:
             raise ParameterError(
                 "only the built-in head becomes other people; the studio was opened with another face."
             )
-        parts = [name for name in PLACES if name in parts and after[name]]
-        if before["face"] or after["face"] or one == other or not parts:
-            return {}
-        (here, triangles), there = self._surface(one), self._surface(other)[0]
 
-        def carry(place: Sequence[float]) -> list[float]:
-            triangle, shares, _ = closest(here, triangles, np.array(place, np.float64))
-            corners = triangles[triangle]
-            return (np.array(place) + shares @ (there[corners] - here[corners])).tolist()
+        def attach(point: Point) -> Place:
+            points = head_of(Identity(**person)).points if person else face.points
+            return Place.of(point, points, face.triangles)
 
-        return {part: {name: _at(entry, PLACES[part], carry) for name, entry in after[part].items()} for part in parts}
+        return placed(session, attach, face.atlas)
 
-    def _surface(self, person: Identity) -> tuple[Array, IntArray]:
-        """Points and triangles of the face of the start, or of a person in its place."""
-        face = self[""].face
-        return (face.points, face.triangles) if person == Identity() else (head_of(person).points, face.triangles)
+    def outside(self, session: Session) -> Session:
+        """Return a session as files have it, with the file of the first face in place of its name."""
+        return session if session.face else session.changed(self[""].face.atlas, face=self.source or "")
 
-
-def _person(data: Mapping[str, Any]) -> Identity:
-    """The person that a document asks for; the mean one stands for the face of the start, and for all others."""
-    return (
-        Identity() if data["face"] else Identity(**{name: value for name, value in data["identity"].items() if value})
-    )
-
-
-def _at(entry: Any, key: str, carry: Callable[[Sequence[float]], list[float]]) -> Any:
-    """Return an entry with its place, or the place that it is, moved."""
-    return {**entry, key: carry(entry[key])} if key else carry(entry)
+    def inside(self, session: Session) -> Session:
+        """Return the session of a file, with the name of the first face in place of its file."""
+        return session if session.face != self.source else session.changed(self[""].face.atlas, face="")
 
 
 def telling(tell: Tell, before: str = "") -> Progress:
@@ -156,9 +137,9 @@ def telling(tell: Tell, before: str = "") -> Progress:
     return progress
 
 
-def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
-    """Read the face or the clip among the files of a folder, or a take for the face that is shown; return its name and
-    what was read.
+def opened(folder: Path, shown: Face, tell: Tell, name: str = "") -> tuple[str, Loaded]:
+    """Read the face or the clip among the files of a folder, or a take for the face that is shown, which has a name;
+    return the name of the file and what was read.
 
     Raises
     ------
@@ -177,36 +158,18 @@ def opened(folder: Path, shown: Face, tell: Tell) -> tuple[str, Loaded]:
             f"received {', '.join(file.name for file in files)}."
         )
     file = main[0]
-    landmarks = next(iter(held), None)
     pictures = [each for each in files if each.suffix.lower() in (".png", ".jpg", ".jpeg")]
     named = any(each.suffix.lower() == ".mtl" for each in files) or file.suffix.lower() not in (".obj", ".ply")
     texture = pictures[0] if len(pictures) == 1 and not named else None
     tell(f"Reading {file.name}", 0.0)
+    performer = name if file.suffix.lower() in TAKES else None
     with inside_only(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", FaceWrinkleWarning)
-        if file.suffix.lower() == ".face":
-            loaded = Loaded(read_face(file, shown.atlas))
-        elif file.suffix.lower() in TAKES:
-            take = read_take(file)
-            Performer(take, shown)  # raises if the face can make nothing of it, and warns of what it cannot make
-            loaded = Loaded(shown, take)
+        if performer is None:
+            landmarks = next(iter(held), None)
+            subject = read_subject(file, shown.atlas, landmarks, progress=telling(tell), texture=texture)
         else:
-            clip, mesh = _clip_of(file)
-            search, source = telling(tell), file if mesh is None else mesh
-            face = fit_face(source, landmarks, atlas=shown.atlas, progress=search, texture=texture)
-            if clip is not None:
-                clip.points_of(face)  # raises if it does not fit
-            loaded = Loaded(face, clip)
-    said = tuple(dict.fromkeys(str(each.message) for each in caught))
-    return file.name, Loaded(loaded.face, loaded.clip, said)
-
-
-def _clip_of(file: Path) -> tuple[Recorded | None, Any]:
-    """Return the animation of a file and its mesh at rest, if it has one."""
-    if file.suffix.lower() not in ANIMATED:
-        return None, None
-    try:
-        mesh, clip = read_animation(file)
-    except FaceWrinkleError:
-        return None, None  # a mesh that does not move; what else is wrong with it shows when it is read as one
-    return (clip, mesh) if clip.duration > 0.0 else (None, None)
+            take = read_take(file)
+            subject = Subject(shown, take)
+            Performer(take, shown)  # raises if the face can make nothing of it, and warns of what it cannot
+    return file.name, Loaded(subject, tuple(dict.fromkeys(str(each.message) for each in caught)), performer)

@@ -14,24 +14,22 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
-import msgspec
 import numpy as np
 import numpy.typing as npt
-from msgspec import Meta, Struct
 
 from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
-from ..schemas import Share, conforming
-from .document import LONGEST, Coordinate, Name
+from ..schemas import Limits, Share, conforming, table_of
+from ..session.parts import LONGEST, Coordinate, Name
 
 # --- what a page sends ---------------------------------------------------------------------------
 
 LARGEST_MESSAGE = 64 * 1024
 """Bytes of a message."""
 
-Whole = Annotated[int, Meta(ge=0, lt=2**53)]
-Text = Annotated[str, Meta(max_length=256)]
-Camera = Annotated[list[Coordinate], Meta(min_length=6, max_length=6)]
+Whole = Annotated[int, Limits(0, 2**53 - 1)]
+Text = Annotated[str, Limits(most=256)]
+Camera = Annotated[list[Coordinate], Limits(6, 6)]
 
 
 Kind = Literal["picture", "movie", "glb", "animation", "rig", "face", "atlas", "session"]
@@ -42,41 +40,49 @@ FIBRES = "fibres"
 """The part with the fibres of muscles."""
 
 
-class Message(Struct, forbid_unknown_fields=True, kw_only=True):
+@dataclass(kw_only=True)
+class Message:
     """A message; the answer has its number, and there is none for 0."""
 
     id: Whole = 0
 
 
+@dataclass(kw_only=True)
 class Hello(Message):
     """The first message of a page, with the key that it was given, or of a widget."""
 
-    key: Annotated[str, Meta(max_length=128)] = ""
+    key: Annotated[str, Limits(most=128)] = ""
 
 
+@dataclass(kw_only=True)
 class Shown(Message):
     """The page has drawn a frame."""
 
 
+@dataclass(kw_only=True)
 class Change(Message):
     """Change the document; patches of one gesture are one step of undo."""
 
-    patches: Annotated[list[tuple[Annotated[list[Name], Meta(max_length=4)], Any]], Meta(max_length=512)]
+    patches: Annotated[list[tuple[Annotated[list[Name], Limits(most=4)], Any]], Limits(most=512)]
     gesture: Text
 
 
+@dataclass(kw_only=True)
 class Undo(Message):
     """Take the last step back."""
 
 
+@dataclass(kw_only=True)
 class Redo(Message):
     """Do the last step that was taken back again."""
 
 
+@dataclass(kw_only=True)
 class Reset(Message):
     """Set everything back."""
 
 
+@dataclass(kw_only=True)
 class Field(Message):
     """Show a field in colour, or none, and the fibres of muscles, or not."""
 
@@ -93,6 +99,7 @@ FACE_ALONE = Field(name=None)
 """What a page shows at first."""
 
 
+@dataclass(kw_only=True)
 class Probe(Message):
     """Tell what is known at a place in a triangle of some version of the skin."""
 
@@ -101,36 +108,42 @@ class Probe(Message):
     version: Whole
 
 
+@dataclass(kw_only=True)
 class Show(Message):
     """Show another face that is open."""
 
     name: Text
 
 
+@dataclass(kw_only=True)
 class Pose(Message):
     """Show a time of the timeline, s."""
 
-    time: Annotated[float, Meta(ge=0.0, le=LONGEST)]
+    time: Annotated[float, Limits(0.0, LONGEST)]
 
 
+@dataclass(kw_only=True)
 class Play(Message):
     """Let the timeline run, or stop it."""
 
     on: bool
 
 
+@dataclass(kw_only=True)
 class Live(Message):
     """Show a mixture on top of the document until the next one."""
 
-    weights: Annotated[dict[Text, Share], Meta(max_length=256)]
+    weights: Annotated[dict[Text, Share], Limits(most=256)]
 
 
+@dataclass(kw_only=True)
 class Copy(Message):
     """Tell a program that makes what is shown, and its picture by an upright camera: position and focal point."""
 
     camera: Camera
 
 
+@dataclass(kw_only=True)
 class Save(Message):
     """Save a file; see `Copy` for the camera of pictures."""
 
@@ -138,6 +151,7 @@ class Save(Message):
     camera: Camera
 
 
+@dataclass(kw_only=True)
 class Continue(Message):
     """Go on with the session that was found, or leave it."""
 
@@ -159,11 +173,11 @@ def parse(text: str) -> Message:
     Examples
     --------
     >>> parse('{"do": "field", "name": "W", "id": 3}')
-    Field(name='W', muscles=False, id=3)
+    Field(id=3, name='W', muscles=False)
     """
     try:
-        content = msgspec.json.decode(text, type=dict[str, Any])
-    except (ValueError, RecursionError) as problem:
+        content = table_of(text)
+    except ValueError as problem:
         raise ParameterError(f"a message must be a JSON object: {problem}.") from None
     command = str(content.pop("do", ""))
     if command not in COMMANDS:

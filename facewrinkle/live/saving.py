@@ -13,31 +13,29 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
-
-from PIL import Image
 
 from ..anatomy.atlas import Atlas
 from ..anatomy.atlas_file import atlas_text
 from ..anatomy.face import Face
 from ..anatomy.face_file import write_face
-from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError, OutputError, ParameterError
-from ..export import movie_writer, write_mesh
-from ..export.animation import AnimationWriter
+from ..export import write_mesh
 from ..files import output_folder, write_whole
-from ..plotting import Style, TearScene
-from ..rigging import Take
+from ..plotting import save_picture
+from ..session import Session, Subject
+from ..session.player import Player, mixture_of, pictured, scene_of
 from .document import Document
-from .library import Tell, telling
-from .protocol import FACE_ALONE, Field
+from .library import Library, Tell, telling
 from .stage import Stage
-from .wishes import FPS, PICTURE, Player, mixture_of, view_of
 
 SLOW = ("rig", "movie", "animation")
 """Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
+
+MOVIE = 720, 720
+"""Width and height of a movie, pixels."""
 
 SESSION = "session.json"
 """The file of the session in the folder of a studio."""
@@ -90,6 +88,7 @@ class Kept:
     ----------
     folder : Folder or None
     document : Document
+    library : Library
     complain : callable
         Called, on any thread, with a sentence when the session cannot be saved: once, until it can be again.
 
@@ -99,8 +98,10 @@ class Kept:
         Day and time of the session that was found at the start; "" if there was none, or it was resumed or dismissed.
     """
 
-    def __init__(self, folder: Folder | None, document: Document, complain: Callable[[str], None]) -> None:
-        self._folder, self._document, self._complain = folder, document, complain
+    def __init__(
+        self, folder: Folder | None, document: Document, library: Library, complain: Callable[[str], None]
+    ) -> None:
+        self._folder, self._document, self._library, self._complain = folder, document, library, complain
         self._saved, self._failed = document.version, False
         self._lock = threading.Lock()
         self._timer: threading.Timer | None = None
@@ -118,8 +119,13 @@ class Kept:
             If it is no session, or needs a face that is not open.
         """
         if self.when:
-            self._document.load(self._found)
+            self.load(self._found)
             self.when, self._own = "", self._own or self._found
+
+    def load(self, text: bytes) -> None:
+        """Take over the session of a file, as a step that can be undone."""
+        known = self._library[""].face.atlas
+        self._document.load(self._library.inside(Session.from_json(text, known)))
 
     def dismiss(self) -> None:
         """Leave the session that was found; it is kept under another name."""
@@ -148,7 +154,8 @@ class Kept:
             self._lock.release()
 
     def _write(self, folder: Folder, version: int) -> None:
-        path, text = folder.path / SESSION, self._document.text().encode()
+        path = folder.path / SESSION
+        text = self._library.outside(self._document.session).to_json().encode()
         if path.is_file() and path.read_bytes() != self._own:
             path.replace(folder.free(SESSION))
         write_whole(path, text)
@@ -160,46 +167,45 @@ class Order:
     """A file that takes long: what is asked for, and all that it is made of."""
 
     what: str
-    camera: list[float]
-    face: Face
-    data: Mapping[str, Any]
-    clip: Recorded | Take | None = None
+    session: Session
+    subject: Subject
 
 
-def save(
-    what: str, camera: list[float], stage: Stage, document: Document, shows: Field = FACE_ALONE
-) -> tuple[str, bytes]:
+def save(what: str, session: Session, stage: Stage, library: Library) -> tuple[str, bytes]:
     """Return the name and the content of a file; on the thread of the stage.
+
+    A face at rest is saved as the session makes it from the beginning, so that everybody who has the session, or its
+    program, gets the same bytes.
 
     Parameters
     ----------
     what : str
         One of the kinds of `Save`, but none of `SLOW`.
-    camera : list of float
-        Position and focal point, for pictures.
+    session : Session
     stage : Stage
-    document : Document
-    shows : Field
-        What a picture shows besides the face.
+    library : Library
     """
-    assert stage.shown is not None
+    shown, face = stage.shown, stage.face
+    assert shown is not None
     if what == "session":
-        return "session.json", document.text().encode()
+        return "session.json", library.outside(session).to_json().encode()
     if what == "atlas":
-        return "atlas.toml", atlas_with(stage.face, document.data).encode()
+        return "atlas.toml", atlas_with(face, session).encode()
     with tempfile.TemporaryDirectory() as folder:
+        if what == "face":
+            path = write_face(face, Path(folder) / "scan.face")
+            return path.name, path.read_bytes()
+        frame, tears, rates = shown.frame, shown.tears, shown.rates
+        if stage.settled and not stage.driven:
+            player = Player(session, library.subject_of(session))
+            frame, rates = player.settled(), player.contractions
+            tears = player.arrived_tears(frame)
         if what == "glb":
-            path = Path(folder) / "face.glb"
-            write_mesh(stage.shown.frame, path, stage.face, parts=True, tears=stage.shown.tears)
-        elif what == "face":
-            path = write_face(stage.face, Path(folder) / "scan.face")
+            path = write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears)
         else:
             path = Path(folder) / "picture.png"
-            style = Style(PICTURE, view_of(camera, stage.face), scalars=shows.name)
-            with TearScene(stage.face, style) as scene:
-                if shows.muscles:
-                    scene.show_muscles(stage.shown.frame, stage.shown.rates)
-                Image.fromarray(scene.picture(stage.shown.frame, stage.shown.tears)).save(path)
+            with scene_of(session, face) as scene:
+                save_picture(pictured(scene, session, frame, tears, rates), path)
         return path.name, path.read_bytes()
 
 
@@ -213,12 +219,12 @@ def save_slowly(order: Order, tell: Tell) -> tuple[str, bytes]:
         Told what is done, and the share of it.
     """
     if order.what == "rig":
-        return save_rig(order.face, tell)
-    movie = order.what == "movie"
+        return save_rig(order.subject.face, tell)
     with tempfile.TemporaryDirectory() as folder:
-        player = Player(order.face, order.data, order.clip, coarsen=movie)
-        path = Path(folder) / ("movie.mp4" if movie else "animation.glb")
-        (_movie if movie else _animation)(player, order, path, tell)
+        if order.what == "movie":
+            path = order.session.movie(Path(folder) / "movie.mp4", order.subject, telling(tell))
+        else:
+            path = order.session.animation(Path(folder) / "animation.glb", order.subject, telling(tell))
         return path.name, path.read_bytes()
 
 
@@ -233,38 +239,20 @@ def save_rig(face: Face, tell: Tell) -> tuple[str, bytes]:
         return "rig.glb", write_rig(made, Path(folder) / "rig.glb").read_bytes()
 
 
-def atlas_with(face: Face, data: Mapping[str, Any]) -> str:
+def atlas_with(face: Face, session: Session) -> str:
     """Return the atlas of a face as TOML; saved mixtures, and what the sliders show as "studio", are expressions."""
-    atlas = face.atlas
-    mixture = mixture_of(data)
-    mixtures = [*([("studio", mixture)] if mixture else []), *data["mixtures"].items()]
-    expressions = dict(atlas.expressions)
-    for name, weights in mixtures:
-        rates = {muscle: round(rate, 6) for muscle, rate in atlas.contractions(weights).items()}
-        expressions[_free_name(re.sub(r"\W+", "_", name), atlas, expressions)] = rates
-    return atlas_text(dataclasses.replace(atlas, expressions=expressions) if mixtures else atlas)
+    atlas, mixture = face.atlas, mixture_of(session)
+    for name, weights in [*([("studio", mixture)] if mixture else []), *session.mixtures.items()]:
+        atlas = atlas.with_expressions({_free_name(re.sub(r"\W+", "_", name), atlas): weights})
+    return atlas_text(atlas)
 
 
-def _free_name(name: str, atlas: Atlas, expressions: Collection[str]) -> str:
+def _free_name(name: str, atlas: Atlas) -> str:
     """Return a name, with a number if it means something already: an expression, a unit or a muscle."""
     pairs = {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles}
-    taken = {*expressions, *atlas.action_units, *atlas.muscles, *pairs}
+    taken = {*atlas.expressions, *atlas.action_units, *atlas.muscles, *pairs}
     numbered = (f"{name}_{number}" for number in itertools.count(2))
     return name if name not in taken else next(each for each in numbered if each not in taken)
-
-
-def _movie(player: Player, order: Order, path: Path, tell: Tell) -> None:
-    style = Style((720, 720), view_of(order.camera, order.face))
-    with TearScene(order.face, style) as scene, movie_writer(path, fps=FPS) as append:
-        for moment in telling(tell)(player.moments(order.data), "Movie", len(player.times(order.data))):
-            append(scene.picture(moment.frame, moment.tears))
-
-
-def _animation(player: Player, order: Order, path: Path, tell: Tell) -> None:
-    writer, times = AnimationWriter(order.face, path), player.times(order.data)
-    for moment in telling(tell)(player.moments(order.data), "Animation", len(times)):
-        writer.add(moment.frame)
-    writer.write(times, player.simulation.forest)
 
 
 class SavingProcess:

@@ -21,12 +21,15 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..layers.base import Layer
+from ..session import Session
+from ..session.parts import point_of
+from ..session.player import Player, layers_of, mixture_of
+from ..session.session import START
 from .document import Document
 from .fields import coloured
 from .library import Library
 from .protocol import FIBRES, Box, Part, small_normals
 from .visible_parts import VisibleParts
-from .wishes import Player, layers_of, mixture_of
 
 STILL, STILL_STEPS = 2e-3, 6
 """The face is still when no point moves by more than the first, mm, in so many steps."""
@@ -39,8 +42,8 @@ class Shown:
     Attributes
     ----------
     frame : PolyData
-    data : dict
-        The document that it shows.
+    session : Session
+        What it shows.
     step : int
         Number of the frame, growing by one.
     parts : list of Part
@@ -58,7 +61,7 @@ class Shown:
     """
 
     frame: pv.PolyData
-    data: Mapping[str, Any]
+    session: Session
     step: int
     parts: list[Part]
     box: Box
@@ -68,6 +71,11 @@ class Shown:
     layers: Sequence[Layer]
     tears: list[pv.PolyData]
     rates: dict[str, float]
+
+
+def differ(one: Session, other: Session, *parts: str) -> bool:
+    """Return True if a part of two sessions is not the same."""
+    return any(getattr(one, part) != getattr(other, part) for part in parts)
 
 
 class Stage(threading.Thread):
@@ -119,7 +127,7 @@ class Stage(threading.Thread):
         self._live: dict[str, float] = {}
         self._playing, self._time = False, 0.0
         self._seen = -1
-        self._applied: dict[str, Any] = {}
+        self._applied = START
         self._player: Player | None = None
         self.parts = VisibleParts(face)
         self._steps, self._quiet, self._awake = 0, 0, True
@@ -182,9 +190,14 @@ class Stage(threading.Thread):
         return self.shown is not None and self.shown.still and not self.busy
 
     @property
+    def driven(self) -> bool:
+        """True while weights come from elsewhere than the document."""
+        return bool(self._live)
+
+    @property
     def shown_face(self) -> str:
         """Name of the face that is shown."""
-        return str(self._applied.get("face", ""))
+        return self._applied.take or self._applied.face
 
     def run(self) -> None:
         """Work until closed."""
@@ -207,13 +220,13 @@ class Stage(threading.Thread):
                 if self.closed:
                     return
                 job = self._jobs.popleft() if self._jobs else None
-                data, version = self.document.data, self.document.version
+                session, version = self.document.session, self.document.version
                 live, playing = self._live, self._playing
             if job is not None:
                 self._do(*job)
                 continue
             try:
-                if not self._apply(data, version):
+                if not self._apply(session, version):
                     continue
                 if (early := due - time.monotonic()) > 0.0:
                     with self.condition:
@@ -222,7 +235,7 @@ class Stage(threading.Thread):
                         continue
                 late = time.monotonic() - due
                 due += self.time_step + late
-                self._step(data, live, playing, late)
+                self._step(session, live, playing, late)
             except Exception:
                 if self.shown is None:
                     raise
@@ -244,7 +257,7 @@ class Stage(threading.Thread):
         except BaseException as error:
             future.set_exception(error)
 
-    def _apply(self, data: Mapping[str, Any], version: int) -> bool:
+    def _apply(self, session: Session, version: int) -> bool:
         """Bring face, layers and tears in step with the document; return False if that cannot be. They then stay as
         they were, and the document takes the step back.
         """
@@ -253,7 +266,7 @@ class Stage(threading.Thread):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", FaceWrinkleWarning)
-                self._follow(data)
+                self._follow(session)
         except FaceWrinkleError as error:
             if self.shown is None:
                 raise
@@ -262,27 +275,27 @@ class Stage(threading.Thread):
                 if self.document.version == version and not self.document.undo():
                     raise
             return False
-        self._seen, self._applied = version, dict(data)
+        self._seen, self._applied = version, session
         return True
 
-    def _follow(self, data: Mapping[str, Any]) -> None:
-        """Make what a document asks for, all of it, and only then take it in place of what there is."""
+    def _follow(self, session: Session) -> None:
+        """Make what a session asks for, all of it, and only then take it in place of what there is."""
         applied, player = self._applied, self._player
-        if player is None or any(applied[name] != data[name] for name in ("face", "identity", "landmarks")):
-            face, clip = self.library.face_of(data), self.library[data["face"]].clip
-            player, parts = Player(face, data, clip), VisibleParts(face)
-            player.crying = player.tears_of(data["tears"], self._clock)
-            self._take_face(face, player, parts, data["face"])
+        if player is None or differ(applied, session, "face", "take", "identity", "landmarks"):
+            subject = self.library.subject_of(session)
+            player, parts = Player(session, subject), VisibleParts(subject.face)
+            player.crying = player.tears_of(session.tears, self._clock)
+            self._take_face(subject.face, player, parts, session)
             return
-        tears = player.tears_of(data["tears"], self._clock)
-        if any(applied[name] != data[name] for name in ("folds", "regions", "patterns")):
-            player.simulation.use_layers(layers_of(data, self.face))  # the last that may fail; the present ones stay
+        tears = player.tears_of(session.tears, self._clock)
+        if differ(applied, session, "folds", "regions", "patterns"):
+            player.simulation.use_layers(layers_of(session, self.face))  # the last that may fail; the present ones stay
         player.crying = tears
 
-    def _take_face(self, face: Face, player: Player, parts: VisibleParts, name: str) -> None:
+    def _take_face(self, face: Face, player: Player, parts: VisibleParts, session: Session) -> None:
         """Show another face."""
         before = self._player
-        if player.clip is None and before is not None and name == self.shown_face:
+        if player.clip is None and before is not None and not differ(self._applied, session, "face", "take"):
             player.rates = {muscle: rate for muscle, rate in before.rates.items() if muscle in face.muscles}
         self.face, self._player, self.time_step = face, player, float(player.simulation.motion.time_step)
         self.parts = parts
@@ -290,19 +303,19 @@ class Stage(threading.Thread):
         if [id(each) for each in pictures] != [id(each) for each in self._photographed] or not self.photos[0]:
             self._photographed = pictures  # held, so that no other picture gets the same id
             self.photos = self.photos[0] + 1, parts.photos()
-        self._applied = {**self._applied, "face": name}
+        self._applied = session
         self.tell_face()
 
-    def _step(self, data: Mapping[str, Any], live: Mapping[str, float], playing: bool, late: float) -> None:
-        player, timeline = self._player, data["timeline"]
+    def _step(self, session: Session, live: Mapping[str, float], playing: bool, late: float) -> None:
+        player, timeline = self._player, session.timeline
         assert player is not None
         if playing:
             with self.condition:
                 self._time += self.time_step + late  # in real time, with fewer frames where they take longer
-                if self._time > timeline["length"]:
-                    self._time = 0.0 if timeline["loop"] else timeline["length"]
-                    self._playing = timeline["loop"]
-        frame = player.step({**mixture_of(data, self._time), **live}, data["gaze"], self._time)
+                if self._time > timeline.length:
+                    self._time = 0.0 if timeline.loop else timeline.length
+                    self._playing = timeline.loop
+        frame = player.step({**mixture_of(session, self._time), **live}, session.gaze, self._time)
         arrived = player.arrived and not player.cries(self._clock)
         self._clock += self.time_step
         moved = self._moved(frame)
@@ -311,14 +324,17 @@ class Stage(threading.Thread):
         parts = self.parts.at(frame, exact=still)
         tears, layers = player.tears(frame, self._clock), player.simulation.layers
         parts += [self._tear_part(name, tear) for name, tear in tears.items()]
-        if data["probes"]:
-            parts.append(self.parts.pins(frame, data["probes"]))
+        if session.probes:
+            places = {name: point_of(place, self.face) for name, place in session.probes.items()}
+            parts.append(self.parts.pins(frame, places))
         fields = {name: coloured(frame, name, self.parts, layers) for name in sorted(self.wanted_fields - {FIBRES})}
         if FIBRES in self.wanted_fields:
-            fields[FIBRES] = self.parts.fibres(frame, player.rates)
+            fields[FIBRES] = self.parts.fibres(frame, player.contractions)
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
-        shown = Shown(frame, data, self._steps, parts, box, fields, still, self._time, layers, surfaces, player.rates)
+        shown = Shown(
+            frame, session, self._steps, parts, box, fields, still, self._time, layers, surfaces, player.contractions
+        )
         with self.condition:
             self.shown = shown
             self._awake = not still or self.document.version != self._seen

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import json
 import sys
 import webbrowser
 from collections.abc import Callable, Mapping
@@ -16,6 +15,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.fitting import default_face
 from ..errors import FaceWrinkleError, check_whole, optional_imports
+from ..session import Session
 from .answers import Answers
 from .capture import Capture
 from .document import Document
@@ -60,14 +60,12 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         source: str | None = None,
         listen: int | None = None,
     ) -> None:
-        self._library = Library(face)
-        self._document = Document(face.atlas, lambda: self._library.names, self._library.carried)
+        self._library = Library(face, source)
+        self._document = Document(face.atlas, self._library.accepted)
         folder = None if save_to is None else Folder(save_to)
-        self._kept = Kept(folder, self._document, self._complain)
+        self._kept = Kept(folder, self._document, self._library, self._complain)
         self.stage = Stage(self._library, self._document)
-        self._answers = answers = Answers(
-            self._library, self._document, self.stage, folder, self._kept, source, self._changed
-        )
+        self._answers = answers = Answers(self._library, self._document, self.stage, folder, self._kept, self._changed)
         self._server = Server(answers.handle, answers.state, answers.greeting, answers.opened, host, port)
         answers.server = self._server
         self._server.start()
@@ -118,17 +116,29 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         UnknownNameError, ParameterError
             For names and weights that the face does not have.
         """
-        return dict(self._document.data["mixture"])
+        return dict(self._document.session.mixture)
 
     @rates.setter
     def rates(self, weights: Mapping[str, float]) -> None:
         self.change(mixture=dict(weights))
 
     @property
-    def document(self) -> dict[str, Any]:
-        """All that is set, as plain data: a copy."""
-        result: dict[str, Any] = json.loads(self._document.text())
-        return result
+    def session(self) -> Session:
+        """All that is set, and the time that is shown; may be set.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> with Studio(fw.default_face(), browser=False) as studio:
+        ...     studio.session = fw.Session(mixture={"AU12": 0.5})
+        ...     studio.session.mixture
+        {'AU12': 0.5}
+        """
+        return self._library.outside(self._answers.session())
+
+    @session.setter
+    def session(self, session: Session) -> None:
+        self._edited(lambda: self._document.load(self._library.inside(session)))
 
     def change(self, **parts: Any) -> None:
         """Set parts of the document, such as ``folds={"depth": 2.0}``, as one step of undo."""

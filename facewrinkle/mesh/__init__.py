@@ -17,6 +17,7 @@ from .arrays import (
     joined,
     refilled,
     to_polydata,
+    values_at,
     with_data,
     with_normals,
 )
@@ -49,6 +50,7 @@ __all__ = [
     "split_at_seams",
     "to_polydata",
     "triangle_mesh",
+    "values_at",
     "with_data",
     "with_normals",
 ]

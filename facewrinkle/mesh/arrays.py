@@ -6,13 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
-from ..errors import MeshError
-from ..geometry.interpolation import interpolated, nearest_values
+from ..errors import MeshError, unknown_name
+from ..geometry.interpolation import barycentric, interpolated, nearest_values
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
 
@@ -460,3 +461,30 @@ def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping
         data[name] = np.concatenate(rows)
     triangles = [mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]
     return to_polydata(np.concatenate([mesh.points for mesh in meshes]), np.concatenate(triangles), data)
+
+
+def values_at(frame: pv.PolyData, name: str, places: npt.ArrayLike) -> np.ndarray:
+    """Return the values of an array of a frame at places (n, 3) of the face at rest, interpolated in the triangles that
+    these lie in; labels are those of the nearest vertex.
+
+    Raises
+    ------
+    UnknownNameError
+        For an array that the frame does not have.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> sim = fw.Simulation(face)
+    >>> sim.express("surprise")
+    >>> height = values_at(sim.settle(), "W", [face.landmarks["forehead_mid"]])
+    >>> height.shape, bool(abs(height[0]) < 3.0)
+    ((1,), True)
+    """
+    if name not in frame.point_data:
+        raise unknown_name("array of the frame", name, frame.point_data.keys())
+    rest, triangles = rest_of(frame), np.asarray(frame.regular_faces, np.int32)
+    cells, near = closest_places(to_polydata(rest, triangles), np.asarray(places, np.float64))
+    corners = triangles[cells]
+    return interpolated_point_data({name: frame.point_data[name]}, corners, barycentric(near, rest[corners]))[name]

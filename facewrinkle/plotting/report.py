@@ -6,7 +6,7 @@ from typing import Any
 
 import pyvista as pv
 
-USED = ("facewrinkle", "scipy", "numba", "h5py", "usd-core", "imageio-ffmpeg", "aiohttp", "msgspec", "pyarrow")
+USED = ("facewrinkle", "scipy", "numba", "h5py", "usd-core", "imageio-ffmpeg", "aiohttp", "pyarrow")
 """Packages that PyVista's report does not list."""
 
 

@@ -22,7 +22,6 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy import fitting
 from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
@@ -231,10 +230,10 @@ def test_landmarks_are_measured_to_the_surface_not_to_its_vertices(face):
     coarse = dataclasses.replace(face, mesh=mesh)
     assert np.linalg.norm(coarse.points - place, axis=1).min() > 0.25 * face.frame.pupil_distance
     on_it = np.asarray(mesh.find_closest_cell(place, return_closest_point=True)[1])
-    moved = fitting.refit_face(coarse, {"forehead_mid": on_it})
+    moved = coarse.with_landmarks({"forehead_mid": on_it})
     np.testing.assert_array_equal(moved.landmarks["forehead_mid"], on_it)
     with pytest.raises(LandmarkError, match=r"landmarks off the mesh.*forehead_mid \(0\.28"):
-        fitting.refit_face(coarse, {"forehead_mid": on_it + 0.3 * face.frame.pupil_distance * face.frame.axes[2]})
+        coarse.with_landmarks({"forehead_mid": on_it + 0.3 * face.frame.pupil_distance * face.frame.axes[2]})
 
 
 def test_lids_are_shut_or_not_by_the_eyes_of_the_file(face, monkeypatch):

@@ -32,13 +32,13 @@ def studio_of_package(face, saved):
 @pytest.fixture
 def studio(studio_of_package):
     """A studio in which nothing is set."""
-    from facewrinkle.live.document import START
+    from facewrinkle.session.session import START
 
     stage = studio_of_package.stage
     stage.live({})
     stage.play(False)
     stage.go_to(0.0)
-    studio_of_package.change(**START)
+    studio_of_package.session = START
     studio_of_package.frame()
     return studio_of_package
 

@@ -15,7 +15,7 @@ from contextlib import closing
 import numpy as np
 import pytest
 from expressions import settled
-from studio_pages import page, until
+from studio_pages import document, page, until
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
@@ -137,7 +137,7 @@ def differ(a, b, face):
     ids=["Live Link Face", "VMC", "VMC in many packets"],
 )
 def test_a_phone_drives_the_face_as_a_take_would(studio, seen, phone, taken, face, name, packets, capfd):
-    history = studio.document
+    history = document(studio)
     frame = driven(studio, phone, *packets)
     assert differ(frame, taken, face) < 0.05
     gazes = [np.degrees(np.arcsin(each.field_data["gaze_l"][0, 1])) for each in (frame, taken)]
@@ -146,7 +146,7 @@ def test_a_phone_drives_the_face_as_a_take_would(studio, seen, phone, taken, fac
     assert seen.heard("driver")["name"] == name
     with page(studio) as later:
         assert later.heard("welcome")["driver"] == name
-    assert studio.document == history
+    assert document(studio) == history
     assert not studio.undo()
     assert seen.heard("driver")["name"] == ""  # a second later
     rest = settled(fw.Simulation(face), {})

@@ -9,7 +9,7 @@ files                      | written and read again
 from __future__ import annotations
 
 import json
-from copy import deepcopy
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +18,9 @@ from hypothesis import strategies as st
 
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.errors import FaceWrinkleError
-from facewrinkle.live.document import START, Document
+from facewrinkle.live.document import Document
+from facewrinkle.session import Folds, Session
+from facewrinkle.session.session import START
 
 DIMPLE = {"kind": "dimple", "center": [40.0, -20.0, 60.0], "size": 9, "depth": 1.6}
 KEY = {"unit": "AU12", "weight": 1.0, "onset": 0.0, "apex": 0.5, "offset": 1.0, "end": 2.0}
@@ -38,7 +40,7 @@ WORDS = st.one_of(
 @given(st.lists(st.one_of(WORDS, st.sampled_from(["undo", "redo", "reset"])), max_size=24))
 def test_undo_and_redo_are_those_of_a_list_of_snapshots(steps):
     document = Document(load_atlas())
-    snapshots, at = [deepcopy(document.data)], 0
+    snapshots, at = [document.session], 0
     for step in steps:
         if step == "undo":
             assert document.undo() == (at > 0)
@@ -46,13 +48,13 @@ def test_undo_and_redo_are_those_of_a_list_of_snapshots(steps):
         elif step == "redo":
             assert document.redo() == (at < len(snapshots) - 1)
             at = min(at + 1, len(snapshots) - 1)
-        elif step != "reset" or document.data != {**START, "mixtures": document.data["mixtures"]}:
+        elif step != "reset" or document.session != replace(START, mixtures=document.session.mixtures):
             document.reset() if step == "reset" else document.change([step])
             if step == "reset":
-                assert document.data == {**START, "mixtures": snapshots[at]["mixtures"]}
-            snapshots[at + 1 :] = [deepcopy(document.data)]
+                assert document.session == replace(START, mixtures=snapshots[at].mixtures)
+            snapshots[at + 1 :] = [document.session]
             at += 1
-        assert document.data == snapshots[at]
+        assert document.session == snapshots[at]
         assert document.history == (at, len(snapshots) - 1 - at)
 
 
@@ -104,7 +106,7 @@ def test_what_is_not_allowed_changes_nothing(path, value, message):
     document = Document(load_atlas())
     with pytest.raises(FaceWrinkleError, match=message):
         document.change([(("intensity",), 0.5), (path, value)])
-    assert document.data == START
+    assert document.session == START
     assert document.version == 0
     assert document.history == (0, 0)
 
@@ -113,7 +115,7 @@ def test_what_is_not_allowed_changes_nothing(path, value, message):
 def test_an_expression_is_kept_under_any_name(name):
     document = Document(load_atlas())
     document.change([(("mixtures", name), {"AU12": 1.0})])
-    assert document.data["mixtures"] == {name: {"AU12": 1.0}}
+    assert document.session.mixtures == {name: {"AU12": 1.0}}
 
 
 def test_there_is_a_limit_to_patterns():
@@ -127,18 +129,18 @@ def test_there_is_a_limit_to_patterns():
 def test_numbers_of_numpy_are_taken_and_what_is_taken_away_is_as_at_the_start():
     document = Document(load_atlas())
     document.change([(("folds",), {"depth": np.float64(2.0), "seed": np.int64(3)}), (("gaze",), np.array([1.0, 2.0]))])
-    assert document.data == {**START, "folds": {**START["folds"], "depth": 2.0, "seed": 3}, "gaze": [1.0, 2.0]}
+    assert document.session == Session(folds=Folds(depth=2.0, seed=3), gaze=(1.0, 2.0))
     document.change([(("folds", "depth"), None), (("folds", "seed"), None), (("gaze",), None)])
-    assert document.data == START
+    assert document.session == START
 
 
 def test_a_session_is_read_as_it_was_written():
     first, second = Document(load_atlas()), Document(load_atlas())
     first.change([(("mixture", "AU1"), 0.3), (("tears", "t"), {"start": [1, 2, 3]}), (("timeline", "keys", "k"), KEY)])
-    second.load(first.text())
-    assert second.data == first.data
+    second.load(first.session.to_json())
+    assert second.session == first.session
     assert second.undo()
-    assert second.data == START
+    assert second.session == START
 
 
 @pytest.mark.parametrize(
@@ -160,4 +162,4 @@ def test_other_files_are_refused(text, message):
     document = Document(load_atlas())
     with pytest.raises(FaceWrinkleError, match=message):
         document.load(text)
-    assert document.data == START
+    assert document.session == START

@@ -16,9 +16,10 @@ import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.errors import LandmarkError, MeshError, ParameterError, UnknownNameError
 from facewrinkle.export import write_series
-from facewrinkle.live.document import START
 from facewrinkle.live.library import Library, Loaded, opened
-from facewrinkle.live.wishes import Player
+from facewrinkle.session import Session, Subject
+from facewrinkle.session.player import Player
+from facewrinkle.session.session import START
 
 
 def heard():
@@ -32,8 +33,8 @@ def test_a_mesh_with_landmarks_is_fitted(tmp_path, face):
     name, loaded = opened(tmp_path, face, tell)
     own = fw.fit_face(tmp_path / "head.ply", tmp_path / "head.json")
     assert name == "head.ply"
-    assert loaded.clip is None
-    assert np.array_equal(loaded.face.points, own.points)
+    assert loaded.subject.clip is None
+    assert np.array_equal(loaded.subject.face.points, own.points)
     assert told[0] == ("Reading head.ply", 0.0)
 
 
@@ -55,21 +56,20 @@ def test_what_is_no_face_is_refused(tmp_path, face, names, error, message):
 def test_a_written_series_is_a_clip(tmp_path, face):
     """The jaw opens by keys; what is read again has the same points at the same times."""
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.24}
-    data = {**START, "timeline": {"length": 0.24, "loop": False, "keys": {"k": key}}}
-    player = Player(face, data)
-    assert np.allclose(player.times(data), 0.04 * np.arange(1, 7))
-    frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments(data))]
+    session = Session(timeline={"length": 0.24, "loop": False, "keys": {"k": key}})
+    player = Player(session, Subject(face))
+    assert np.allclose(player.times, 0.04 * np.arange(1, 7))
+    frames = [fw.Simulation(face).step(), *(moment.frame for moment in player.moments())]
     head_files(face, tmp_path)
     (tmp_path / "head.ply").unlink()
-    write_series(frames, [0.0, *player.times(data)], tmp_path / "jaw.vtkhdf")
+    write_series(frames, [0.0, *player.times], tmp_path / "jaw.vtkhdf")
     name, loaded = opened(tmp_path, face, heard()[1])
     assert name == "jaw.vtkhdf"
-    assert loaded.clip is not None
-    assert loaded.clip.duration == pytest.approx(0.24)
+    assert loaded.subject.clip is not None
+    assert loaded.subject.clip.duration == pytest.approx(0.24)
     chin = np.argmin(np.linalg.norm(face.points - face.landmarks["pogonion"], axis=1))
-    own = np.argmin(np.linalg.norm(loaded.face.points - face.points[chin], axis=1))
-    data = {**START, "timeline": {"length": 0.24, "loop": False, "keys": {}}}
-    again = Player(loaded.face, data, loaded.clip).moments(data)
+    own = np.argmin(np.linalg.norm(loaded.subject.face.points - face.points[chin], axis=1))
+    again = Player(Session(timeline={"length": 0.24}), loaded.subject).moments()
     for moment, frame in zip(again, frames[1:], strict=True):
         assert np.linalg.norm(np.asarray(moment.frame.points)[own] - np.asarray(frame.points)[chin]) < 0.5
     assert np.linalg.norm(np.asarray(frames[4].points)[chin] - face.points[chin]) > 5.0
@@ -78,8 +78,7 @@ def test_a_written_series_is_a_clip(tmp_path, face):
 def test_landmarks_of_a_document_refit_the_face(face):
     library = Library(face)
     moved = (face.landmarks["mouth_l"] + [0.0, 4.0, 0.0]).tolist()
-    data = {**START, "landmarks": {"mouth_l": moved}}
-    again = library.face_of(data)
+    again = library.subject_of(Session(landmarks={"mouth_l": moved})).face
     assert np.allclose(again.landmarks["mouth_l"], moved)
     assert again.texture is face.texture
     own = Face.from_landmarks(face.mesh, again.landmarks, face.unit, face.atlas, face.estimated)
@@ -87,16 +86,16 @@ def test_landmarks_of_a_document_refit_the_face(face):
         if hasattr(muscle, "insertion"):
             assert np.array_equal(again.muscles[name].insertion, muscle.insertion)
     assert again.muscles["zygomaticus_major_l"].insertion[1] > face.muscles["zygomaticus_major_l"].insertion[1] + 2.0
-    assert library.face_of(START) is face
+    assert library.subject_of(START).face is face
     with pytest.raises(LandmarkError, match="off the mesh.*mouth_l"):
-        library.face_of({**START, "landmarks": {"mouth_l": [0.0, 0.0, 400.0]}})
+        library.subject_of(Session(landmarks={"mouth_l": [0.0, 0.0, 400.0]}))
     with pytest.raises(UnknownNameError, match="chin_l"):
-        library.face_of({**START, "landmarks": {"chin_l": moved}})
+        library.subject_of(Session(landmarks={"chin_l": moved}))
 
 
 def test_names_are_never_taken_twice(face):
     library = Library(face)
-    names = [library.add("head.obj", Loaded(face)) for _ in range(9)]
+    names = [library.add("head.obj", Loaded(Subject(face))) for _ in range(9)]
     assert len({*names, ""}) == 10
     assert library.names == ("", *names)
     with pytest.raises(ParameterError, match=r"'one.obj' is not open"):

@@ -32,13 +32,14 @@ import numpy as np
 import pytest
 import pyvista as pv
 from PIL import Image
-from studio_pages import head_files, port, until
+from studio_pages import document, head_files, port, until
 
 from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.live import Studio
-from facewrinkle.live.wishes import view_of
 from facewrinkle.plotting import Scene, Style
+from facewrinkle.session import Look
+from facewrinkle.session.player import view_of
 
 pytestmark = pytest.mark.slow
 
@@ -111,7 +112,7 @@ def test_what_is_not_0_is_counted_and_has_another_slider_below(page, studio):
     until(lambda: studio.rates.get("AU12R") == 0.01)
     page.locator(SLIDER.format("Look sideways, active")).focus()
     page.keyboard.press("Delete")
-    until(lambda: studio.document["gaze"] == [0.0, 0.0])
+    until(lambda: document(studio)["gaze"] == [0.0, 0.0])
     page.locator(SLIDER.format("Zygomaticus minor, left, active")).focus()
     page.keyboard.press("End")
     until(lambda: studio.rates["zygomaticus_minor_l"] == 1.0)
@@ -206,7 +207,7 @@ def test_each_parameter_of_a_person_has_a_slider(page, studio):
         input.value = 0.5; input.dispatchEvent(new Event("input")); } }"""
     )
     names = [field.name for field in fields(Identity)]
-    until(lambda: studio.document["identity"] == dict.fromkeys(names, 0.5))
+    until(lambda: document(studio)["identity"] == dict.fromkeys(names, 0.5))
     shown(page, studio)
     assert page.locator("#panel-face output", has_text="0.50").count() == len(names)
 
@@ -254,19 +255,19 @@ def test_a_dimple_and_a_tear_are_placed_by_clicks_and_undone(page, studio):
     page.get_by_label("On both sides").check()
     page.get_by_role("button", name="Dimple", exact=True).click()
     page.mouse.click(box["x"] + 0.6 * box["width"], box["y"] + 0.63 * box["height"])
-    until(lambda: len(studio.document["patterns"]) == 2)
-    one, two = (np.array(entry["center"]) for entry in studio.document["patterns"].values())
+    until(lambda: len(document(studio)["patterns"]) == 2)
+    one, two = (np.array(entry["center"]) for entry in document(studio)["patterns"].values())
     assert np.allclose(one * [-1.0, 1.0, 1.0], two)
     until(lambda: studio.frame()["W"].min() < -0.8)
     page.locator("#tab-tears").click()
     page.get_by_role("button", name="Place a tear").click()
     page.mouse.click(box["x"] + 0.57 * box["width"], box["y"] + 0.47 * box["height"])
-    until(lambda: studio.document["tears"])
+    until(lambda: document(studio)["tears"])
     until(lambda: page.evaluate("[...app.view.parts.values()].some((part) => part.kind === 'tear')"))
     page.keyboard.press("Escape")
     page.locator("#undo").click()
     page.locator("#undo").click()
-    until(lambda: not studio.document["patterns"] and not studio.document["tears"])
+    until(lambda: not document(studio)["patterns"] and not document(studio)["tears"])
 
 
 def test_files_are_saved_into_the_folder(page, studio, saved):
@@ -288,7 +289,7 @@ def test_the_page_shows_what_pictures_show(page, studio):
     shown(page, studio)
     mine = picture(page)
     height, width = mine.shape[:2]
-    view = view_of(page.evaluate("app.cameraNumbers()"), studio.face)
+    view = view_of(Look(view=page.evaluate("app.cameraNumbers()")), studio.face)
     with Scene(studio.face, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(studio.frame()), float)
     assert page.evaluate("app.view.taken") == 8
@@ -349,7 +350,7 @@ def test_parts_of_a_scan_have_their_pictures(opened, face):
         until(lambda: picture(page)[red].argmax() == 0)  # the sheet has been drawn with its picture
         mine = picture(page)
         height, width = mine.shape[:2]
-        view = view_of(page.evaluate("app.cameraNumbers()"), carried)
+        view = view_of(Look(view=page.evaluate("app.cameraNumbers()")), carried)
         frame = studio.frame()
     with Scene(carried, Style((width, height), view)) as scene:
         theirs = np.asarray(scene.picture(frame), float)
@@ -381,17 +382,17 @@ def test_an_eye_is_dragged(page, studio):
     at = page.evaluate("(p) => app.view.project(p)", front.tolist())
     box = page.locator("canvas").bounding_box()
     drag(page, (box["x"] + at["x"], box["y"] + at["y"]), (6, -3))
-    until(lambda: any(studio.document["gaze"]))
+    until(lambda: any(document(studio)["gaze"]))
     pixel = page.evaluate("app.view.camera.height / app.view.canvas.clientHeight")
     wanted = np.degrees(np.arctan2([6 * pixel, 3 * pixel], eye.radius))
-    until(lambda: np.allclose(studio.document["gaze"], wanted, atol=0.1))
-    before = studio.document["gaze"]
+    until(lambda: np.allclose(document(studio)["gaze"], wanted, atol=0.1))
+    before = document(studio)["gaze"]
     page.locator(SLIDER.format("Look up")).focus()
     page.keyboard.press("ArrowUp")
     page.keyboard.press("ArrowUp")
-    until(lambda: studio.document["gaze"][1] > wanted[1] + 0.5)
+    until(lambda: document(studio)["gaze"][1] > wanted[1] + 0.5)
     studio.undo()
-    assert studio.document["gaze"] == before  # keys that follow each other are one step
+    assert document(studio)["gaze"] == before  # keys that follow each other are one step
 
 
 def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
@@ -399,17 +400,17 @@ def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
     for typed, told in (("", 4.0), ("0.1", 0.2), ("4", 4.0)):
         length.fill(typed)
         page.keyboard.press("Enter")
-        until(lambda told=told: studio.document["timeline"]["length"] == told)
+        until(lambda told=told: document(studio)["timeline"]["length"] == told)
         until(lambda told=told: float(length.input_value()) == told)
         assert message.is_hidden()  # there are no keys to speak of
     page.keyboard.press("Escape")  # letters are typed no more
     studio.rates = {"AU26": 0.5}
     until(lambda: page.evaluate("app.data.mixture.AU26") == 0.5)
     page.keyboard.press("k")
-    (name,) = until(lambda: studio.document["timeline"]["keys"])
+    (name,) = until(lambda: document(studio)["timeline"]["keys"])
 
     def key():
-        return studio.document["timeline"]["keys"][name]
+        return document(studio)["timeline"]["keys"][name]
 
     before = key()
     page.get_by_label("AU26: end").focus()
@@ -428,7 +429,7 @@ def test_keys_of_the_timeline_are_changed_by_keyboard_and_pointer(page, studio):
     assert message.is_hidden()
     length.fill("1")
     page.keyboard.press("Enter")
-    until(lambda: studio.document["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
+    until(lambda: document(studio)["timeline"]["length"] == pytest.approx(key()["end"]))  # not shorter than its keys
     until(lambda: message.inner_text() == f"The last key of the timeline ends at {key()['end']:.2f} s.")
 
 
@@ -439,16 +440,16 @@ def test_a_key_keeps_what_is_shown(page, studio):
         page.evaluate("(time) => app.connection.send('pose', { time })", at)
         shown(page, studio)
         until(lambda at=at: page.evaluate("app.timeline.time") == at)
-        before, points = studio.document, np.asarray(studio.frame().points)
+        before, points = document(studio), np.asarray(studio.frame().points)
         page.get_by_role("button", name="Add key").click()
-        until(lambda: not studio.document["mixture"])
-        keys = list(studio.document["timeline"]["keys"].values())
+        until(lambda: not document(studio)["mixture"])
+        keys = list(document(studio)["timeline"]["keys"].values())
         assert {key["unit"]: key["weight"] for key in keys} == {"AU12": 0.4, "AU4": 0.3, "AU6L": 0.2, "AU26": 0.25}
         until(lambda: page.locator(".track").count() == 4)
         shown(page, studio)
         assert np.abs(np.asarray(studio.frame().points) - points).max() < 1e-3
         studio.undo()
-        assert studio.document == before
+        assert document(studio) == before
 
 
 def test_a_muscle_is_pulled_along_its_fibres(page, studio):
@@ -517,24 +518,24 @@ def test_probes_are_pinned_to_the_skin(page, studio):
     button.click()
     box = page.locator("canvas").bounding_box()
     page.mouse.click(box["x"] + 0.53 * box["width"], box["y"] + 0.24 * box["height"])
-    until(lambda: "probe 1" in studio.document["probes"])
+    until(lambda: "probe 1" in document(studio)["probes"])
     button.focus()
     page.keyboard.press("Enter")
     assert page.evaluate("document.activeElement.id") == "canvas"
     page.keyboard.press("Enter")
-    until(lambda: "probe 2" in studio.document["probes"])
+    until(lambda: "probe 2" in document(studio)["probes"])
     middle = page.evaluate(
         "([x, y]) => app.view.pick(x, y).vertex", [box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]]
     )
     frame = studio.frame()
     there = frame["rest"][studio.stage.parts.origin[middle]]
-    assert np.linalg.norm(there - studio.document["probes"]["probe 2"]) < 4.0  # the nearest vertex
+    assert np.linalg.norm(there - document(studio)["probes"]["probe 2"]) < 4.0  # the nearest vertex
 
     def values():
         """The numbers of a finer mesh, nearest to where the probes are at rest."""
         frame = studio.frame()
         near = [
-            np.argsort(((frame["rest"] - place) ** 2).sum(axis=1))[:3] for place in studio.document["probes"].values()
+            np.argsort(((frame["rest"] - place) ** 2).sum(axis=1))[:3] for place in document(studio)["probes"].values()
         ]
         return [frame["W"][each] for each in near]
 
@@ -558,15 +559,15 @@ def test_probes_are_pinned_to_the_skin(page, studio):
     page.wait_for_selector("[data-handle='probe 1']")
     at.focus()
     page.keyboard.press("ArrowUp")
-    before = studio.document["probes"]["probe 1"]
-    until(lambda: studio.document["probes"]["probe 1"][1] > before[1] + 0.3)
+    before = document(studio)["probes"]["probe 1"]
+    until(lambda: document(studio)["probes"]["probe 1"][1] > before[1] + 0.3)
     page.keyboard.press("Delete")
-    until(lambda: list(studio.document["probes"]) == ["probe 2"])
+    until(lambda: list(document(studio)["probes"]) == ["probe 2"])
     page.keyboard.press("Control+z")
-    until(lambda: list(studio.document["probes"]) == ["probe 1", "probe 2"])
+    until(lambda: list(document(studio)["probes"]) == ["probe 1", "probe 2"])
     page.locator("#tab-fields").click()
     page.get_by_role("button", name="Remove Probe 2").click()
-    until(lambda: list(studio.document["probes"]) == ["probe 1"])
+    until(lambda: list(document(studio)["probes"]) == ["probe 1"])
 
 
 def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
@@ -608,13 +609,13 @@ def test_a_double_click_resets_a_slider_to_its_tick(page, studio):
     depth = page.locator(SLIDER.format("Folds: Depth"))
     box = depth.bounding_box()
     page.mouse.click(box["x"] + 0.8 * box["width"], box["y"] + box["height"] / 2)
-    until(lambda: studio.document["folds"]["depth"] > 2.5)
+    until(lambda: document(studio)["folds"]["depth"] > 2.5)
     page.wait_for_timeout(1000)  # so that the next clicks are a gesture of their own
     page.mouse.dblclick(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
-    until(lambda: studio.document["folds"]["depth"] == 1.0)
+    until(lambda: document(studio)["folds"]["depth"] == 1.0)
     until(lambda: depth.input_value() == "1")
     studio.undo()
-    assert studio.document["folds"]["depth"] > 2.5  # both clicks were one step
+    assert document(studio)["folds"]["depth"] > 2.5  # both clicks were one step
     usual = page.evaluate(
         "(e) => [(1 - e.min) / (e.max - e.min), Number(e.style.getPropertyValue('--usual'))]", depth.element_handle()
     )
@@ -634,7 +635,7 @@ def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio)
     page.keyboard.type("Open wide!" + 40 * "!")
     page.keyboard.press("Enter")
     name = "Open wide" + 31 * "!"
-    until(lambda: studio.document["mixtures"] == {name: {"AU26": 1.0}})
+    until(lambda: document(studio)["mixtures"] == {name: {"AU26": 1.0}})
     studio.rates = {}
     until(lambda: page.locator(SLIDER.format("Jaw drop")).input_value() == "0")
     find(page, "open wide")
@@ -677,15 +678,15 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     found = face.landmarks
 
     def moved():
-        return np.array(studio.document["landmarks"].get("mouth_l", found["mouth_l"])) - found["mouth_l"]
+        return np.array(document(studio)["landmarks"].get("mouth_l", found["mouth_l"])) - found["mouth_l"]
 
     until(lambda: abs(moved()[1] - 8 * pixel) < 1.0)
-    other = np.array(studio.document["landmarks"]["mouth_r"]) - found["mouth_r"]
+    other = np.array(document(studio)["landmarks"]["mouth_r"]) - found["mouth_r"]
     assert np.allclose(other, moved() * [-1.0, 1.0, 1.0], atol=1e-3)  # both sides are moved together
     studio.frame()
-    assert np.allclose(studio.face.landmarks["mouth_l"], studio.document["landmarks"]["mouth_l"])
+    assert np.allclose(studio.face.landmarks["mouth_l"], document(studio)["landmarks"]["mouth_l"])
     page.get_by_role("button", name="Reset landmarks").click()
-    until(lambda: not studio.document["landmarks"])
+    until(lambda: not document(studio)["landmarks"])
     dimple = {"kind": "dimple", "center": [38.8, -30.8, 95.0], "size": 30.0, "depth": 2.0}
     studio.change(patterns={"d": dimple})
     page.locator("#tab-patterns").click()
@@ -695,17 +696,17 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     x, y = centre(page, "#overlay .placed")
     radius = float(page.locator("#overlay .ring").get_attribute("r"))
     drag(page, (x + radius, y), (10, 0))
-    until(lambda: abs(studio.document["patterns"]["d"]["size"] - 30.0 - 20 * pixel) < 2.0)
+    until(lambda: abs(document(studio)["patterns"]["d"]["size"] - 30.0 - 20 * pixel) < 2.0)
     page.locator("#overlay .placed").focus()
     page.keyboard.press("ArrowDown")
-    until(lambda: studio.document["patterns"]["d"]["center"][1] < -31.0)
+    until(lambda: document(studio)["patterns"]["d"]["center"][1] < -31.0)
 
 
 def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
     files = [tmp_path / name for name in head_files(studio.face, tmp_path)]
     page.locator("input[type=file]").set_input_files(files)
-    until(lambda: studio.document["face"].startswith("head.ply"))  # with a number if that is open
-    until(lambda: page.evaluate("app.face.faces.shown") == studio.document["face"])
+    until(lambda: document(studio)["face"].startswith("head.ply"))  # with a number if that is open
+    until(lambda: page.evaluate("app.face.faces.shown") == document(studio)["face"])
     shown(page, studio)
     assert not page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
     page.keyboard.press("Control+z")

@@ -17,6 +17,7 @@ from studio_pages import decoded, restored
 
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.live.protocol import COMMANDS, Box, Part, key_of, message, parse, small_normals
+from facewrinkle.schemas import kinds_of
 
 VALUES = st.recursive(
     st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8)),
@@ -36,7 +37,7 @@ def test_any_text_is_parsed_or_refused(text):
 @settings(max_examples=300)
 @given(st.sampled_from(sorted(COMMANDS)), st.data())
 def test_any_arguments_are_checked_or_refused(command, data):
-    names = [field for field in COMMANDS[command].__struct_fields__ if field != "id"]
+    names = [name for name in kinds_of(COMMANDS[command]) if name != "id"]
     try:
         found = parse(json.dumps({"do": command} | {name: data.draw(VALUES) for name in names}))
     except FaceWrinkleError:
@@ -58,7 +59,7 @@ def test_any_arguments_are_checked_or_refused(command, data):
         ('{"do": "undone"}', "unknown command 'undone'. Did you mean 'undo'"),
         ('{"do": 3}', "unknown command '3'"),
         ('{"do": "pose", "time": "soon"}', "pose.time must be a number, received 'soon'"),
-        ('{"do": "pose", "time": 1e999}', "must be a JSON object: Number out of range"),
+        ('{"do": "pose", "time": 1e999}', "pose.time must be at most 600, received inf"),
         ('{"do": "pose", "time": NaN}', "must be a JSON object"),
         ('{"do": "pose", "time": 1e99}', r"pose.time must be at most 600, received 1e\+99"),
         ('{"do": "field", "name": "\\ud800"}', "must be a JSON object"),

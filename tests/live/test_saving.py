@@ -25,13 +25,17 @@ from facewrinkle.anatomy.face import Face
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
+from facewrinkle.live.library import Library
 from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess
+from facewrinkle.session import Subject
+from facewrinkle.session.session import START
 
 
 def begun(folder, complain=lambda text: None):
     """What a studio begins with: a document in which nothing is set, and the session of the folder."""
     document = Document(load_atlas())
-    return document, Kept(folder, document, complain)
+    library = Library(Face.without_anatomy(pv.Plane().triangulate(), 1.0))
+    return document, Kept(folder, document, library, complain)
 
 
 def session(folder):
@@ -50,7 +54,7 @@ def folder(tmp_path):
     assert not list(tmp_path.iterdir())  # nothing was set
     document.change([(("mixture",), {"AU12": 0.5})])
     kept.save()
-    assert (tmp_path / "session.json").read_text() == document.text()
+    assert (tmp_path / "session.json").read_text() == document.session.to_json()
     return folder
 
 
@@ -60,16 +64,16 @@ def test_a_session_is_resumed(folder):
     kept.save()
     kept.resume()
     assert kept.when == ""
-    assert document.data["mixture"] == {"AU12": 0.5}
+    assert document.session.mixture == {"AU12": 0.5}
     document.change([(("intensity",), 0.2)])
     kept.save()
     assert [path.name for path in folder.path.iterdir()] == ["session.json"]
-    assert (folder.path / "session.json").read_text() == document.text()
+    assert (folder.path / "session.json").read_text() == document.session.to_json()
     kept.resume()  # another page may ask for it once more
-    assert document.data["intensity"] == 0.2
+    assert document.session.intensity == 0.2
     assert document.undo()
     assert document.undo()
-    assert document.data["mixture"] == {}
+    assert document.session.mixture == {}
 
 
 def test_a_session_that_is_dismissed_gets_another_name(folder):
@@ -80,7 +84,7 @@ def test_a_session_that_is_dismissed_gets_another_name(folder):
     document.change([(("intensity",), 0.2)])
     kept.save()
     assert (folder.path / "session_1.json").read_text() == before
-    assert (folder.path / "session.json").read_text() == document.text()
+    assert (folder.path / "session.json").read_text() == document.session.to_json()
 
 
 def test_a_session_that_was_moved_away_is_not_in_the_way(folder):
@@ -91,7 +95,7 @@ def test_a_session_that_was_moved_away_is_not_in_the_way(folder):
     for intensity in (0.2, 0.3):
         document.change([(("intensity",), intensity)])
         kept.save()
-        assert path.read_text() == document.text()
+        assert path.read_text() == document.session.to_json()
     assert list(folder.path.iterdir()) == [path]
 
 
@@ -106,7 +110,7 @@ def test_a_session_that_cannot_be_saved_is_told_once_and_saved_with_the_next_cha
     assert told == ["The session could not be saved: no space left."]
     document.change([(("intensity",), 0.4)])
     kept.save()
-    assert session(folder) == document.text()
+    assert session(folder) == document.session.to_json()
     assert len(list(folder.path.iterdir())) == 2
     assert len(told) == 1
 
@@ -118,7 +122,7 @@ def test_each_change_is_saved_soon(folder, monkeypatch):
         document.change([(("intensity",), intensity)])
         kept.changed()
         kept.changed()
-        until(lambda: session(folder) == document.text())
+        until(lambda: session(folder) == document.session.to_json())
 
 
 @pytest.mark.parametrize("content", [b"[]", b"\xff not text"])
@@ -132,7 +136,7 @@ def test_what_is_no_session_is_an_error_when_it_is_taken_and_gets_another_name(f
         document.change([(("intensity",), intensity)])
         kept.save()
     assert {path.name: path.read_bytes() for path in folder.path.iterdir()} == {
-        "session.json": document.text().encode(),
+        "session.json": document.session.to_json().encode(),
         "session_1.json": content,
     }
 
@@ -149,7 +153,7 @@ def test_a_link_is_not_followed_out_of_the_folder(folder, tmp_path_factory):
         document.change([(("intensity",), intensity)])
         kept.save()
         assert outside.read_text() == "precious"
-        assert path.read_text() == document.text()
+        assert path.read_text() == document.session.to_json()
         assert not path.is_symlink()
 
 
@@ -160,7 +164,7 @@ def test_what_another_has_written_meanwhile_is_kept(folder):
     for document, kept, intensity in ((one, ours, 0.2), (one, ours, 0.3), (other, theirs, 0.4), (one, ours, 0.5)):
         document.change([(("intensity",), intensity)])
         kept.save()
-        assert (folder.path / "session.json").read_text() == document.text()
+        assert (folder.path / "session.json").read_text() == document.session.to_json()
     found = {path.name: json.loads(path.read_text())["intensity"] for path in folder.path.iterdir()}
     assert found == {"session_1.json": 0.3, "session_2.json": 0.4, "session.json": 0.5}
 
@@ -176,7 +180,7 @@ class Run:
 
 
 def order(code):
-    return Order("rig", [], Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code))
+    return Order("rig", START, Subject(Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code)))
 
 
 def test_what_libraries_print_does_no_harm(capfd):

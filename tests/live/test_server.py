@@ -23,7 +23,7 @@ import aiohttp
 import numpy as np
 import pytest
 from PIL import Image
-from studio_pages import page, pages, port, restored, root
+from studio_pages import document, page, pages, port, restored, root
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError
@@ -33,7 +33,7 @@ from facewrinkle.live.library import Library
 from facewrinkle.live.protocol import LARGEST_MESSAGE
 from facewrinkle.live.server import page_files
 from facewrinkle.live.stage import Stage
-from facewrinkle.live.wishes import eased
+from facewrinkle.session.player import eased
 
 
 @pytest.fixture
@@ -179,7 +179,7 @@ def test_a_port_in_use_is_an_error(face):
 
 
 def test_bad_messages_are_answered_without_a_traceback(studio, seen):
-    before = studio.document
+    before = document(studio)
     for text in (
         "nonsense", "[]", "{}", '{"do": 3}', '{"do": "reboot"}', '{"do": "change"}', '{"do": "undo", "now": 1}',
         '{"do": "change", "patches": [[["mixture", "AU99"], 1]], "gesture": ""}',
@@ -201,7 +201,7 @@ def test_bad_messages_are_answered_without_a_traceback(studio, seen):
         assert answer, text
         assert "Traceback" not in answer
         assert "internal error" not in answer, text
-    assert studio.document == before
+    assert document(studio) == before
     seen.change("mixture", "AU12", 1.0)
     seen.settled(studio)
     assert seen.head["time"] == 0.0

@@ -16,9 +16,11 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleError, ParameterError
 from facewrinkle.geometry.closest_point import closest
-from facewrinkle.live.document import START, Document
+from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
 from facewrinkle.live.stage import Stage
+from facewrinkle.session.parts import point_of
+from facewrinkle.session.session import START
 
 FAR = {"start": [1e8, 1e8, 1e8]}
 
@@ -27,7 +29,7 @@ FAR = {"start": [1e8, 1e8, 1e8]}
 def staged(face):
     """A document, a stage that follows it, and the sentences that it said."""
     library, told = Library(face), []
-    document = Document(face.atlas, lambda: library.names, library.carried)
+    document = Document(face.atlas, library.accepted)
     stage = Stage(library, document)
     stage.complain = told.append
     stage.start()
@@ -46,7 +48,7 @@ def change(document, stage, gesture="", **parts):
 def shown(document, stage):
     """What is shown, once it is what the document asks for."""
     with stage.condition:
-        assert stage.condition.wait_for(lambda: stage.shown and stage.shown.data is document.data, 60.0)
+        assert stage.condition.wait_for(lambda: stage.shown and stage.shown.session is document.session, 60.0)
         return stage.shown
 
 
@@ -57,11 +59,11 @@ def test_of_a_change_that_is_refused_nothing_is_left(face):
         before = stage.face
         change(document, stage, identity={"jaw": 1.0, "width": 1.0}, tears={"a": FAR})
         with stage.condition:
-            assert stage.condition.wait_for(lambda: document.data["identity"] == {"age": 0.5}, 60.0)
+            assert stage.condition.wait_for(lambda: document.session.identity == {"age": 0.5}, 60.0)
         shown(document, stage)
         assert (stage.face, len(told)) == (before, 1)
         assert told[0].startswith("start must lie on the surface")
-        assert document.data["tears"] == {}
+        assert document.session.tears == {}
 
 
 def test_a_drag_that_ends_in_a_refusal_is_taken_back_whole(face):
@@ -70,7 +72,7 @@ def test_a_drag_that_ends_in_a_refusal_is_taken_back_whole(face):
         shown(document, stage)
         change(document, stage, "drag", tears={"a": FAR})
         with stage.condition:
-            assert stage.condition.wait_for(lambda: document.data == START, 60.0)
+            assert stage.condition.wait_for(lambda: document.session == START, 60.0)
         layers = shown(document, stage).layers
         assert {layer.depth for layer in layers} == {1.0}
 
@@ -79,44 +81,49 @@ def test_what_lies_on_the_skin_goes_along_with_the_person(face):
     corners, shares = face.triangles[[100, 2000, 3000]], np.array([[0.2, 0.3, 0.5], [1.0, 0.0, 0.0], [0.6, 0.4, 0.0]])
     one, two, three = np.einsum("pc,pcx->px", shares, face.points[corners]).tolist()
     library = Library(face)
-    document = Document(face.atlas, lambda: library.names, library.carried)
+    document = Document(face.atlas, library.accepted)
     tear, pattern = {"start": one}, {"kind": "dimple", "center": two, "size": 9.0, "depth": 1.0}
     document.change([(("tears", "a"), tear), (("patterns", "b"), pattern), (("probes", "c"), three)])
-    before = document.data
+    before = document.session
     for step in range(1, 11):
         document.change([(("identity",), {"sex": -step / 10.0, "width": step / 20.0})], "drag")
     child = fw.default_face({"sex": -1.0, "width": 0.5})
-    places = np.array([document.data["tears"]["a"]["start"], document.data["patterns"]["b"]["center"],
-                       document.data["probes"]["c"]])  # fmt: skip
+
+    def points():
+        session = document.session
+        places = session.tears["a"].start, session.patterns["b"].center, session.probes["c"]
+        return [point_of(place, child) for place in places]
+
+    places = points()
     expected = np.einsum("pc,pcx->px", shares, child.points[corners])
     assert np.linalg.norm(expected - [one, two, three], axis=1).min() > 0.5
     np.testing.assert_allclose(places, expected, atol=1e-9)
     document.undo()
-    assert document.data == before
+    assert document.session == before
     document.redo()
-    saved = document.text()
+    saved = document.session.to_json()
     document.reset()
     document.load(saved)
-    assert document.data["tears"]["a"]["start"] == places[0].tolist()
+    assert points() == places
 
 
 def test_landmarks_that_were_moved_go_along_with_the_person(face):
     library = Library(face)
-    document = Document(face.atlas, lambda: library.names, library.carried)
+    document = Document(face.atlas, library.accepted)
     place = face.points[np.linalg.norm(face.points - face.landmarks["mouth_l"], axis=1).argsort()[3]]
     document.change([(("landmarks", "mouth_l"), place.tolist())])
     document.change([(("identity",), {"width": 1.0, "jaw": 1.0})])
-    wide = library.face_of(document.data)
+    wide = library.subject_of(document.session).face
     vertex = np.flatnonzero((face.points == place).all(axis=1))
     np.testing.assert_allclose(wide.landmarks["mouth_l"], wide.points[vertex[0]], atol=1e-9)
 
 
 def test_a_scan_does_not_become_another_person(face):
     library = Library(fw.surface(pv.Sphere(radius=80.0)))
-    document = Document(face.atlas, lambda: library.names, library.carried)
+    document = Document(face.atlas, library.accepted)
     with pytest.raises(ParameterError, match="only the built-in head becomes other people"):
         document.change([(("identity",), {"width": 1.0})])
-    assert document.data == START
+    assert document.session == START
 
 
 def random_parts(generator, stage):
@@ -158,14 +165,15 @@ def test_after_random_changes_the_face_is_that_of_the_document(face):
                     stage.wake()
                 if generator.random() < 0.3:
                     shown(document, stage)
-            now, data = shown(document, stage), document.data
-            np.testing.assert_array_equal(stage.face.points, library.face_of(data).points)
+            now, session = shown(document, stage), document.session
+            np.testing.assert_array_equal(stage.face.points, library.subject_of(session).face.points)
             assert stage.face.landmarks.keys() == face.landmarks.keys()
             patterns = [layer for layer in now.layers if isinstance(layer, fw.PatternLayer)]
-            assert [layer.name for layer in patterns] == list(data["patterns"])
-            assert {layer.depth for layer in now.layers if layer not in patterns} == {data["folds"]["depth"]}
-            assert len(now.tears) <= len(data["tears"])
-            for place in [entry["start"] for entry in data["tears"].values()]:
-                assert closest(stage.face.points, stage.face.triangles, np.array(place))[2] < 10.0
+            assert [layer.name for layer in patterns] == list(session.patterns)
+            assert {layer.depth for layer in now.layers if layer not in patterns} == {session.folds.depth}
+            assert len(now.tears) <= len(session.tears)
+            for entry in session.tears.values():
+                place = np.array(point_of(entry.start, stage.face))
+                assert closest(stage.face.points, stage.face.triangles, place)[2] < 10.0
     assert told
     assert not any("internal" in sentence for sentence in told)

@@ -20,12 +20,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from studio_pages import head_files, page, port, sent, until
+from studio_pages import document, head_files, page, port, sent, until
 
 import facewrinkle as fw
 from facewrinkle.live import server
 from facewrinkle.live.protocol import LARGEST_MESSAGE
-from facewrinkle.live.wishes import layers_of
+from facewrinkle.session.player import layers_of
 
 
 @pytest.fixture
@@ -40,10 +40,10 @@ def test_a_scan_is_shown_and_undone(studio, scan, tmp_path, monkeypatch):
     status, text = sent(studio, scan)
     assert status == 200
     studio.frame()
-    assert studio.document["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
-    assert studio.document["face"].startswith("head.ply")
+    assert document(studio)["face"] == json.loads(text)["name"]  # "head.ply", or with a number if that is open
+    assert document(studio)["face"].startswith("head.ply")
     assert studio.face.texture is None
-    assert (studio.rates, studio.document["gaze"]) == ({}, [0.0, 0.0])  # the expression does not jump onto it
+    assert (studio.rates, document(studio)["gaze"]) == ({}, [0.0, 0.0])  # the expression does not jump onto it
     assert not list(tmp_path.glob("facewrinkle-*"))
     studio.undo()
     studio.frame()
@@ -62,14 +62,14 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     answer = json.loads(text)
     assert (status, answer["plays"]) == (200, True)
     assert "wink" in " ".join(answer["said"])
-    assert studio.document["face"] == answer["name"]
-    assert studio.document["timeline"]["length"] == 2.0
-    assert list(studio.document["patterns"]) == ["d"]
+    assert (document(studio)["face"], document(studio)["take"]) == ("", answer["name"])
+    assert document(studio)["timeline"]["length"] == 2.0
+    assert list(document(studio)["patterns"]) == ["d"]
     studio.stage.go_to(1.5)
     frame = studio.frame()
     weights = {"jawOpen": [0.8, 0.8], "mouthSmileLeft": [0.5, 0.5], "jawLeft": [1.0, 1.0]}
     take = fw.Take(tuple(weights), np.array([0.0, 9.0]), np.array(list(weights.values())).T)
-    layers = layers_of(studio.document, face)
+    layers = layers_of(studio.session, face)
     *_, own = fw.Simulation(face, layers=layers, motion=fw.Performer(take, face)).run(60)
     n = face.mesh.n_points
     moved = [np.asarray(each.points)[:n] for each in (frame, own, rest)]
@@ -80,7 +80,7 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     studio.stage.go_to(0.0)
     assert np.abs(np.asarray(studio.frame().points)[:n] - moved[2]).max() < 0.1
     studio.undo()
-    assert studio.document["face"] == ""
+    assert document(studio)["take"] == ""
 
 
 def test_a_take_of_mediapipe_is_opened_as_one(studio):
@@ -88,14 +88,14 @@ def test_a_take_of_mediapipe_is_opened_as_one(studio):
     frames = [{"timestamp": 40 * k, "faceBlendshapes": [{"categories": shapes}]} for k in range(51)]
     status, text = sent(studio, {"take.json": json.dumps({"results": frames}).encode()})
     assert (status, json.loads(text)["plays"]) == (200, True)
-    assert studio.document["face"] == "take.json"
-    assert studio.document["timeline"]["length"] == 2.0
+    assert document(studio)["take"] == "take.json"
+    assert document(studio)["timeline"]["length"] == 2.0
 
 
 def test_a_take_of_which_the_face_makes_nothing_is_a_sentence(studio):
     status, text = sent(studio, {"take.csv": b"hair,nose\n1,2\n"})
     assert (status, "no column of a shape" in json.loads(text)["error"]) == (400, True)
-    assert studio.document["face"] == ""
+    assert document(studio)["face"] == ""
 
 
 def test_a_session_is_opened_however_long_it_is(studio):
@@ -103,22 +103,22 @@ def test_a_session_is_opened_however_long_it_is(studio):
     names = [*studio.face.atlas.action_units, *studio.face.atlas.muscles, *studio.face.atlas.expressions]
     long = {f"mine {k}": dict.fromkeys(names, 0.25) for k in range(64)}
     studio.change(mixtures=long, intensity=0.5)
-    text = json.dumps({"facewrinkle session": 1, **studio.document})
+    text = json.dumps({"facewrinkle session": 1, **document(studio)})
     assert len(text) > 2 * LARGEST_MESSAGE
     studio.change(mixtures={}, intensity=1.0)
     assert sent(studio, {"session.json": text.encode()})[0] == 200
-    assert studio.document["mixtures"] == long
-    assert studio.document["intensity"] == 0.5
+    assert document(studio)["mixtures"] == long
+    assert document(studio)["intensity"] == 0.5
     status, answer = sent(studio, {"session.json": b"[]"})
     assert status == 400
     assert "has no frames" in answer
-    assert studio.document["mixtures"] == long
+    assert document(studio)["mixtures"] == long
 
 
 @pytest.mark.parametrize("how", [{"key": ""}, {"key": "wrong"}, {"origin": "http://evil.example"}, {"origin": ""}])
 def test_others_may_not_send_files(studio, how):
     assert sent(studio, {"head.ply": b""}, **how)[0] == 403
-    assert studio.document["face"] == ""
+    assert document(studio)["face"] == ""
 
 
 def test_bad_files_are_sentences(studio, monkeypatch):
@@ -130,7 +130,7 @@ def test_bad_files_are_sentences(studio, monkeypatch):
     monkeypatch.setattr(server, "LARGEST_UPLOAD", 100)
     status, text = sent(studio, {"head.ply": b"x" * 101})
     assert (status, "Too Large" in text) == (400, True)
-    assert studio.document["face"] == ""
+    assert document(studio)["face"] == ""
 
 
 FILE = b'--x\r\nContent-Disposition: form-data; name=a; filename="a.ply"\r\n\r\n'

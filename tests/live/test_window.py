@@ -30,7 +30,7 @@ import pytest
 import pyvista as pv
 from expressions import settled
 from PIL import Image
-from studio_pages import page, sent
+from studio_pages import document, page, sent
 
 import facewrinkle as fw
 from facewrinkle.errors import (
@@ -42,12 +42,12 @@ from facewrinkle.errors import (
 )
 from facewrinkle.live import saving
 from facewrinkle.live.answers import ROOM, mixture_of_live, pulls_of, without_effect
-from facewrinkle.live.document import START, Document
-from facewrinkle.live.protocol import Field
+from facewrinkle.live.document import Document
 from facewrinkle.live.saving import atlas_with, environment
 from facewrinkle.live.window import Studio
-from facewrinkle.live.wishes import Player, as_python, layers_of
-from facewrinkle.plotting.views import VIEWS
+from facewrinkle.session import Folds, Look, Session, Subject
+from facewrinkle.session.player import Player, layers_of
+from facewrinkle.session.session import START
 
 CAMERA = [700.0, 200.0, 1100.0, 0.0, 0.0, 0.0]
 
@@ -72,7 +72,7 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     studio.rates = {"AU6": 1.0, "AU12": 1.0}
     n, left = face.mesh.n_points, face.points[:, 0] > 10.0
     even = studio.frame()["W"][:n]
-    studio.change(folds={**studio.document["folds"], "left": 0.0})
+    studio.change(folds={**document(studio)["folds"], "left": 0.0})
     bare = studio.frame()["W"][:n]
     creases = settled(fw.Simulation(face, layers=[fw.Creases()]), {"AU6": 1.0, "AU12": 1.0})["W"][:n]
     right = face.points[:, 0] < -10.0
@@ -81,7 +81,7 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     assert (np.abs(bare - even) <= 0.2 * levelled + 1e-3)[right].all()
     assert np.abs(bare - even)[left].max() > 0.3
     feet = np.linalg.norm(face.points - face.landmarks["eye_l_outer"], axis=1)
-    studio.change(folds={**studio.document["folds"], "left": 1.0}, regions={"crow's feet": 0.0})
+    studio.change(folds={**document(studio)["folds"], "left": 1.0}, regions={"crow's feet": 0.0})
     without = studio.frame()["W"][:n]
     assert np.abs(without - creases)[feet < 0.1 * face.frame.pupil_distance].max() < 0.02
     assert np.abs(without - even)[face.points[:, 1] < face.landmarks["nose_tip"][1]].max() < 0.02
@@ -169,25 +169,34 @@ def private_names(program):
     return found
 
 
-@pytest.mark.parametrize(("path", "clip"), [("", False), ("head.face", False), ("head.obj", False), ("head.glb", True)])
+@pytest.mark.parametrize(
+    ("path", "clip"),
+    [("", None), ("head.face", None), ("head.obj", None), ("head.glb", "recorded"), ("head.face", "take")],
+)
 def test_copied_python_uses_public_names_alone(face, path, clip):
-    assert private_names("import facewrinkle.live\nfw.live.wishes\nfw.plotting.Style(fw.Face)") == {
-        "import facewrinkle.live", "fw.live.wishes",
+    assert private_names("import facewrinkle.live\nfw.live.stage\nfw.plotting.Style(fw.Face)") == {
+        "import facewrinkle.live", "fw.live.stage",
     }  # fmt: skip
     place = face.landmarks["nose_tip"].tolist()
-    data = START | {
-        "face": path,
-        "landmarks": {"mouth_l": face.landmarks["mouth_l"].tolist()},
-        "mixture": {"AU12": 1.0},
-        "gaze": [1.0, 2.0],
-        "folds": {**START["folds"], "depth": 0.5, "left": 2.0, "age": 0.5, "seed": 3},
-        "regions": {"nose": 2.0, "chin": 1.0},
-        "identity": {"jaw": 1.0},
-        "patterns": {"b": {"kind": "dimple", "center": place, "size": 12.0, "depth": 1.0, "strength": 1.0}},
-        "tears": {"a": {"start": place, "width": 2.0, "length": 60.0, "begin": 0.0}},
-        "probes": {"c": place},
+    session = Session(
+        face=path,
+        landmarks={"mouth_l": face.landmarks["mouth_l"].tolist()},
+        mixture={"AU12": 1.0},
+        gaze=(1.0, 2.0),
+        folds={"depth": 0.5, "left": 2.0, "age": 0.5, "seed": 3},
+        regions={"nose": 2.0, "chin": 1.0},
+        identity={"jaw": 1.0},
+        patterns={"b": {"kind": "dimple", "center": place, "size": 12.0, "depth": 1.0}},
+        tears={"a": {"start": place}},
+        probes={"c": place},
+        take="take.csv" if clip == "take" else "",
+        look=Look(view="mouth", field="W", muscles=True),
+    )
+    clips = {
+        "recorded": fw.Recorded.of_positions([face.points, face.points], fps=1.0),
+        "take": fw.Take(("jawOpen",), [0.0, 1.0], [[0.0], [1.0]]),
     }
-    program = as_python(data, face, path, clip, view=VIEWS["mouth"], shows=Field("W", muscles=True))
+    program = session.as_python(Subject(face, clips.get(clip)))
     assert program.count("fw.") >= 9
     assert "{'left': 2.0, 'nose': 2.0}" in program
     assert private_names(program) == set()
@@ -198,7 +207,7 @@ def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
     document = Document(face.atlas)
     document.change([(("mixture", "AU4"), 1.0), *((("mixtures", name), {"AU26": 0.5}) for name in names)])
     path = tmp_path / "atlas.toml"
-    path.write_text(atlas_with(face, document.data))
+    path.write_text(atlas_with(face, document.session))
     atlas, jaw = fw.read_atlas(path), face.atlas.contractions({"AU26": 0.5})
     assert atlas.expressions == {
         **face.atlas.expressions,
@@ -243,7 +252,7 @@ def test_what_cannot_be_made_is_taken_back_with_a_sentence(studio):
         assert seen.heard("error")["text"].startswith("start must lie on the surface")
         while [got for got in seen.texts if got["is"] == "document"][-1]["data"]["tears"]:
             seen.receive()  # it may have come before the sentence
-    assert studio.document["tears"] == {}
+    assert document(studio)["tears"] == {}
 
 
 @pytest.mark.slow
@@ -371,7 +380,7 @@ def test_a_widget_without_anywidget_says_what_to_install(studio, monkeypatch):
         studio.widget()
 
 
-@pytest.mark.parametrize("package", ["msgspec", "pythonosc", "aiohttp"])
+@pytest.mark.parametrize("package", ["pythonosc", "aiohttp"])
 def test_without_a_package_the_studio_says_what_to_install(package):
     program = f"""
 import sys
@@ -387,9 +396,8 @@ sys.exit(main(["studio", "--no-browser"]))
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, env=environment())
     package = package.replace("pythonosc", "python-osc")
-    extra = "studio,dataset" if package == "msgspec" else "studio"
     message = f"the studio needs the package {package}, which is not installed. To install it: "
-    message += f'pip install "facewrinkle[{extra}]"'
+    message += 'pip install "facewrinkle[studio]"'
     assert done.stdout.splitlines() == [message]
     assert (done.returncode, done.stderr.splitlines()) == (1, [f"facewrinkle: {message}"])
 
@@ -425,7 +433,7 @@ def test_each_muscle_that_pulls_has_a_handle_of_its_own(face):
 
 
 def test_a_depth_goes_to_all_layers_and_into_what_is_written_down(face):
-    data = {**START, "mixture": {"AU12": 1.0}, "folds": {**START["folds"], "depth": 0.8}}
-    assert {layer.depth for layer in layers_of(data, face)} == {0.8}
-    assert "layers = fw.fold_layers(face, 'wave', depth=0.8)" in as_python(data, face).splitlines()
-    assert "depth" not in as_python(START, face)
+    session = Session(mixture={"AU12": 1.0}, folds=Folds(depth=0.8))
+    assert {layer.depth for layer in layers_of(session, face)} == {0.8}
+    assert "layers = fw.fold_layers(face, 'wave', depth=0.8)" in session.as_python().splitlines()
+    assert "depth" not in START.as_python()

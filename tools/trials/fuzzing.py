@@ -19,13 +19,13 @@ import numpy as np
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, Atlas
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
 from facewrinkle.anatomy.landmarks import NAMES, read_landmarks
 from facewrinkle.dataset.spec import Spec
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.export.gltf import gltf
 from facewrinkle.export.model import Morphs, WeightTrack, skin_model
-from facewrinkle.live.document import Document
+from facewrinkle.session import Session
 
 from .runner import OUTPUT, run
 
@@ -84,11 +84,6 @@ TEXTS: dict[str, tuple[str, ...]] = {
 """Small good files of text, by their names."""
 
 
-@cache
-def _atlas() -> Atlas:
-    return fw.read_atlas(DEFAULT_ATLAS)
-
-
 READERS: dict[str, Callable[[Path], object]] = {
     **dict.fromkeys((".obj", ".off", ".ply", ".stl", ".glb", ".gltf", ".usda", ".usdc"), fw.read_surface),
     **dict.fromkeys((".vtk", ".vtp", ".vtm", ".vtkhdf"), fw.read_surface),
@@ -98,7 +93,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     ".toml": fw.read_atlas,
     "spec.toml": Spec.read,
     "landmarks.json": read_landmarks,
-    "session.json": lambda path: Document(_atlas()).load(path.read_text(encoding="utf-8", errors="replace")),
+    "session.json": Session.read,
 }
 """Readers of files: by their ending, or by their whole name where an ending has several."""
 

@@ -1,0 +1,109 @@
+"""Whom a session shows: a face, and what moves it in place of its muscles; and the files that they are read from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from ..anatomy.atlas import Atlas, read_atlas
+from ..anatomy.face import Face
+from ..anatomy.face_file import SUFFIX, read_face
+from ..anatomy.fitting import default_face, fit_face
+from ..animation.reading import read_animation
+from ..animation.recorded import Recorded
+from ..errors import FaceWrinkleError
+from ..mesh.formats.reading import GLTF, USD
+from ..motion.base import Motion
+from ..progress import Progress
+from ..rigging import Performer, Take, read_take
+from .content import Content
+from .parts import point_of
+
+ANIMATED = (*GLTF, *USD, ".vtkhdf")
+"""Endings of files that may hold a clip."""
+
+MESHES = (".obj", ".off", ".ply", ".stl", ".vtp", ".vtk", SUFFIX, *ANIMATED)
+"""Endings of files that may hold a face."""
+
+
+@dataclass(frozen=True, eq=False)
+class Subject:
+    """A face, and what moves it: nothing, a recording of its own, or a take that it performs.
+
+    Attributes
+    ----------
+    face : Face
+    clip : Recorded or Take, optional
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> fw.Session(identity={"jaw": 1.0}).subject().clip is None
+    True
+    """
+
+    face: Face
+    clip: Recorded | Take | None = None
+
+    def motion(self) -> Motion | Recorded | None:
+        """Return the motion of a simulation; None for the skin that muscles pull."""
+        return Performer(self.clip, self.face) if isinstance(self.clip, Take) else self.clip
+
+
+def subject_of(content: Content, progress: Progress | None = None) -> Subject:
+    """Return whom a session shows, by the files that it names."""
+    atlas = read_atlas(content.atlas) if content.atlas else None
+    if content.face:
+        subject = read_subject(Path(content.face), atlas, progress=progress)
+    else:
+        subject = Subject(default_face(person_of(content), atlas=atlas))
+    if content.take:
+        subject = replace(subject, clip=read_take(content.take))
+    return moved(subject, content)
+
+
+def moved(subject: Subject, content: Content) -> Subject:
+    """Return a subject whose landmarks are where a session has them."""
+    places = {name: point_of(place, subject.face) for name, place in content.landmarks.items()}
+    return replace(subject, face=subject.face.with_landmarks(places)) if places else subject
+
+
+def person_of(content: Content) -> dict[str, float]:
+    """Return the parameters of the identity that are not 0; none of a face that comes from a file."""
+    return {} if content.face else {name: value for name, value in content.identity.items() if value}
+
+
+def read_subject(
+    file: Path,
+    atlas: Atlas | None = None,
+    landmarks: Path | None = None,
+    *,
+    progress: Progress | None = None,
+    texture: Path | None = None,
+) -> Subject:
+    """Read a face, with the animation that its file holds.
+
+    Raises
+    ------
+    FaceWrinkleError
+        If the file cannot be read, or shows no face.
+    """
+    if file.suffix.lower() == SUFFIX:
+        return Subject(read_face(file, atlas))
+    clip, mesh = _clip_of(file)
+    face = fit_face(file if mesh is None else mesh, landmarks, atlas=atlas, progress=progress, texture=texture)
+    if clip is not None:
+        clip.points_of(face)  # raises if it does not fit
+    return Subject(face, clip)
+
+
+def _clip_of(file: Path) -> tuple[Recorded | None, Any]:
+    """Return the animation of a file and its mesh at rest, if it has one."""
+    if file.suffix.lower() not in ANIMATED:
+        return None, None
+    try:
+        mesh, clip = read_animation(file)
+    except FaceWrinkleError:
+        return None, None  # a mesh that does not move; what else is wrong with it shows when it is read as one
+    return (clip, mesh) if clip.duration > 0.0 else (None, None)
