@@ -30,7 +30,7 @@ class Limits:
     --------
     >>> conforming(2, Annotated[float, Limits(0.0, 1.0)], "depth")
     Traceback (most recent call last):
-    facewrinkle.errors.ParameterError: depth must be at most 1, received 2.
+    facewrinkle.errors.ParameterError: depth must be at most 1, received 2.0.
     """
 
     least: float | None = None
@@ -81,7 +81,7 @@ def conforming(value: Any, kind: Any, where: str) -> Any:
     {'AU12': 1.0}
     >>> conforming({"AU12": 2}, dict[str, Share], "mixture")
     Traceback (most recent call last):
-    facewrinkle.errors.ParameterError: mixture.AU12 must be at most 1, received 2.
+    facewrinkle.errors.ParameterError: mixture.AU12 must be at most 1, received 2.0.
     """
     try:
         return _conforming(plain(value), kind, where)

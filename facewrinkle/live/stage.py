@@ -131,6 +131,7 @@ class Stage(threading.Thread):
         self._player: Player | None = None
         self.parts = VisibleParts(face)
         self._steps, self._quiet, self._awake = 0, 0, True
+        self._calls, self._heard = 0, 0
         self._clock = 0.0
 
     # --- from other threads --------------------------------------------------------------------
@@ -139,6 +140,7 @@ class Stage(threading.Thread):
         """Look at the document again."""
         with self.condition:
             self._awake = True
+            self._calls += 1
             self.condition.notify_all()
 
     def ask(self, job: Callable[[], Any]) -> Future[Any]:
@@ -221,7 +223,7 @@ class Stage(threading.Thread):
                     return
                 job = self._jobs.popleft() if self._jobs else None
                 session, version = self.document.session, self.document.version
-                live, playing = self._live, self._playing
+                live, playing, self._heard = self._live, self._playing, self._calls
             if job is not None:
                 self._do(*job)
                 continue
@@ -337,7 +339,7 @@ class Stage(threading.Thread):
         )
         with self.condition:
             self.shown = shown
-            self._awake = not still or self.document.version != self._seen
+            self._awake = not still or self._calls != self._heard  # nobody who called during the step waits for ever
             if still:
                 self._quiet = 0
             self.condition.notify_all()

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any, Literal, NamedTuple
 
-import msgspec
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -297,10 +296,10 @@ def _of_cues(starts: Sequence[float], cues: Sequence[str]) -> Table:
 def _of_json(file: str, text: str) -> Table:
     """Return the table of JSON, or of lines of it."""
     try:
-        content = _parsed(text)
+        content = json.loads(text)
     except ValueError as problem:
         try:
-            content = [_parsed(line) for line in text.splitlines() if line.strip()]
+            content = [json.loads(line) for line in text.splitlines() if line.strip()]
         except ValueError:
             raise ParameterError(f"{file} is not valid JSON: {problem}.") from None
     if isinstance(content, dict) and isinstance(content.get("mouthCues"), list):
@@ -324,14 +323,6 @@ def _of_json(file: str, text: str) -> Table:
         return table
     turns = yaw_pitch_roll(np.array([np.full((3, 3), np.nan) if each is None else each for each in matrices]))
     return table._replace(names=[*HEAD, *names], values=np.hstack([turns, table.values]))
-
-
-def _parsed(text: str) -> Any:
-    """Return the content of JSON, which may hold NaN as Python and JavaScript write it."""
-    try:
-        return msgspec.json.decode(text)
-    except msgspec.DecodeError:
-        return json.loads(text)
 
 
 def _rate(content: Any) -> float | None:

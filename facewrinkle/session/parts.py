@@ -97,6 +97,12 @@ class Folds:
         Each number gives another person's lines.
     age : float
         Lines at rest, from 0 to 1.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> fw.Session(folds=Folds(left=2.0, seed=3)).folds.left
+    2.0
     """
 
     depth: Factor = 1.0
@@ -121,6 +127,13 @@ class Pattern:
     size, depth : float
         Width and depth, mm.
     strength : float
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> dimple = Pattern("dimple", center=(38.8, -30.8, 95.0), size=10.0, depth=2.0)
+    >>> bool(fw.Session(patterns={"dimple": dimple}).frame()["W"].min() < -1.0)
+    True
     """
 
     kind: Name
@@ -141,6 +154,13 @@ class Tear:
         Of the drop, and of its way, mm.
     begin : float
         When it begins, s.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> start = fw.default_face().points[200]
+    >>> list(fw.Session(tears={"first": Tear(start.tolist())}).tears)
+    ['first']
     """
 
     start: Anywhere
@@ -160,6 +180,11 @@ class Key:
     weight : float
         From 0 to 1.
     onset, apex, offset, end : float
+
+    Examples
+    --------
+    >>> Key("AU12", 0.8, onset=0.0, apex=0.5, offset=1.0, end=1.5).weight
+    0.8
     """
 
     unit: Name
@@ -185,6 +210,14 @@ class Timeline:
     loop : bool
         Begin again at the end.
     keys : dict of str to Key
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> smile = Key("AU12", 0.8, onset=0.0, apex=0.5, offset=1.0, end=1.5)
+    >>> session = fw.Session(timeline=Timeline(length=1.5, keys={"smile": smile}), time=0.6)
+    >>> "{'AU12': 0.8}" in session.as_python()
+    True
     """
 
     length: Annotated[float, Limits(0.2, LONGEST)] = 4.0
@@ -211,6 +244,12 @@ class Look:
         Show the face as clay.
     fps : float
         Pictures of a movie in a second.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> fw.Session(look=Look(view="mouth", size=(64, 48))).picture().shape
+    (48, 64, 3)
     """
 
     view: Name | Camera = "front"

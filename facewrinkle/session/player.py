@@ -197,7 +197,14 @@ def pictured(
 
 
 class Moment(NamedTuple):
-    """A frame, its time in s, and the tears on it."""
+    """A frame, its time in s, and the tears on it.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> isinstance(next(fw.Session(mixture={"AU12": 1.0}).frames()), Moment)
+    True
+    """
 
     frame: pv.PolyData
     time: float

@@ -20,6 +20,7 @@ from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
 from facewrinkle.live.stage import Stage
 from facewrinkle.session.parts import point_of
+from facewrinkle.session.player import Player
 from facewrinkle.session.session import START
 
 FAR = {"start": [1e8, 1e8, 1e8]}
@@ -124,6 +125,31 @@ def test_a_scan_does_not_become_another_person(face):
     with pytest.raises(ParameterError, match="only the built-in head becomes other people"):
         document.change([(("identity",), {"width": 1.0})])
     assert document.session == START
+
+
+def test_what_is_wished_during_the_last_step_is_not_lost(face, monkeypatch):
+    """As when a phone falls silent at the very moment at which the face comes to rest."""
+    step, last = Player.step, []
+
+    def slow(player, weights, *rest):
+        frame = step(player, weights, *rest)
+        if last and not weights:
+            stage.live(last.pop())
+        return frame
+
+    with staged(face) as (document, stage, _):
+        shown(document, stage)
+        with stage.condition:
+            assert stage.condition.wait_for(lambda: stage.settled, 60.0)
+        monkeypatch.setattr(Player, "step", slow)
+        for _ in range(8):  # one of its last steps, whichever that is
+            last.append({"jaw": 1.0})
+            stage.wake()
+            with stage.condition:
+                assert stage.condition.wait_for(lambda: stage.shown.rates["jaw"] > 0.9, 20.0)
+            stage.live({})
+            with stage.condition:
+                assert stage.condition.wait_for(lambda: stage.settled and not stage.shown.rates["jaw"], 20.0)
 
 
 def random_parts(generator, stage):
