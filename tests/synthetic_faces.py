@@ -1,14 +1,16 @@
-"""Heads made of the built-in one that have what other people's faces have: lids with a thickness, sockets, shut lids,
-and a mouth that is a bag with gums.
+"""Heads made of the built-in one that have what other people's faces have: lids with a thickness, sockets, eyeballs
+before a shallow lining, shut lids, and a mouth that is a bag with gums.
 
 What is added comes after the vertices of the built-in head, ring by ring, so tests know what each vertex is.
 """
 
 from __future__ import annotations
 
+import warnings
 from functools import lru_cache, partial
 
 import numpy as np
+import pyvista as pv
 from eyelids_of_faces import rims
 
 import facewrinkle as fw
@@ -27,6 +29,9 @@ WIDER = (1.25, 2.2)
 SOCKET = ((0.08, 1.03), (0.3, 1.25), (0.6, 1.3), (0.85, 1.3))
 """Rings of a socket: share of the way around the eye to its back, and distance from its centre relative to the rim."""
 
+LINING, BALL = (0.2, 0.4, 0.6, 0.8), 0.97
+"""Rings of a shallow lining: share of the way from the edges of the lids to its end; and the size of the ball."""
+
 BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5), (1.5, 8.0), (10.0, 14.0), (12.0, 30.0))
 """Rings of the bag: mm up and down from the lips, and back. It goes up behind the lips, and down again on the gums."""
 
@@ -35,6 +40,16 @@ BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5),
 def head_with(*kinds: str) -> Face:
     """The built-in head with kinds of lids and mouth, which are the names in `MAKERS`. Not to be changed."""
     return Face.from_landmarks(to_polydata(*skin_with(*kinds)), fw.default_face().landmarks, 1.0)
+
+
+@lru_cache(maxsize=4)
+def head_with_balls(*kinds: str) -> Face:
+    """The same with two plain spheres as eyes, fitted like a file that has all of it in one mesh."""
+    mesh = to_polydata(*skin_with(*kinds))
+    for eye in fw.default_face().eyes:
+        mesh += pv.Sphere(radius=BALL * eye.radius, center=eye.centre, theta_resolution=24, phi_resolution=16)
+    with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):  # separate parts
+        return fw.fit_face(mesh, fw.default_face().landmarks, units="mm")
 
 
 def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
@@ -84,6 +99,17 @@ def _sockets(face: Face):
     return made
 
 
+def _lined(face: Face, thick: bool, depth: float):
+    """Lids, and skin that goes straight from their edges to a place behind the middle of the ball, by its radius."""
+    made = []
+    for rim in rims(face):
+        eye, edges = _eye_of(face, rim), _behind(face, rim, BACK_EDGE) if thick else []
+        end = eye.centre - depth * eye.radius * face.frame.axes[2]
+        first = edges[-1] if edges else face.points[rim]
+        made.append((rim, [*edges, *(first + share * (end - first) for share in LINING)], True))
+    return made
+
+
 def _behind(face: Face, rim: np.ndarray, *rings: tuple[float, float]) -> list[np.ndarray]:
     """Points of rings behind the rim of the opening of an eye."""
     places, back = face.points[rim], -face.frame.axes[2]
@@ -118,5 +144,9 @@ def _bag(face: Face, wider: float = 0.0):
     return [(loop, rings, True)]
 
 
-MAKERS = {"thick": _thick, "sockets": _sockets, "shut": _shut, "bag": _bag, "wide bag": partial(_bag, wider=0.6)}
+MAKERS = {
+    "thick": _thick, "sockets": _sockets, "shut": _shut, "bag": _bag, "wide bag": partial(_bag, wider=0.6),
+    "funnels": partial(_lined, thick=False, depth=0.0), "shallow": partial(_lined, thick=True, depth=0.0),
+    "less shallow": partial(_lined, thick=True, depth=0.6),
+}  # fmt: skip
 """What each kind adds: loops of vertices, points of the rings behind each, and True where a last point closes them."""

@@ -15,6 +15,9 @@ from .landmarks import MEAN_PUPIL_DISTANCE
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
 """Radius of an adult's eyeball, in distances between the pupils."""
 
+CORE = 0.9
+"""Margins of lids cut no farther into balls that come with faces, in radii: skin within is the lining of a socket."""
+
 
 @dataclass(frozen=True, eq=False)
 class Eyeball:
@@ -29,6 +32,8 @@ class Eyeball:
         Unit direction in which the eye looks.
     up : ndarray, shape (3,)
         Unit direction at right angles to the gaze.
+    given : bool
+        True if the ball came with the face, as one of its parts.
 
     Examples
     --------
@@ -47,6 +52,12 @@ class Eyeball:
     radius: float
     gaze: Array
     up: Array
+    given: bool = False
+
+    @property
+    def core(self) -> float:
+        """Radius within which skin is no lid but the shallow lining behind a ball that came with the face; else 0."""
+        return CORE * self.radius if self.given else 0.0
 
     def turned(self, outwards: float, up: float) -> Array:
         """The unit direction of the gaze after turns in radians, outwards (to the eye's own side) and up.

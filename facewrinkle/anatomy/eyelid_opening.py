@@ -17,6 +17,7 @@ from ..geometry.interpolation import smoothstep
 from ..geometry.topology import boundary_loops, unique_edges
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame
+from .parts import Part, given_eye
 
 LidSections = list[tuple[float, Array, tuple[float, float]]]
 """Meridians with a gap between the lids: their place, the skin on them, and the gap's lowest and highest height."""
@@ -26,6 +27,9 @@ LidSections = list[tuple[float, Array, tuple[float, float]]]
 
 MERIDIANS = np.linspace(0.04, 0.96, 24)
 """Places between the inner (0) and the outer canthus (1) at which the margins are measured."""
+
+USUAL_CORNERS = {"inner": np.array([-1.1, -0.3, 0.65]), "outer": np.array([1.1, -0.2, 0.2])}
+"""Where the lids of an eye meet: [outwards, up, forward] of its centre, in radii of an adult's."""
 
 # --- Lids are open at a meridian --------------------------------------------------------------------------
 
@@ -172,7 +176,7 @@ class EyelidOpening:
     def back_edges(self, points: Array, triangles: IntArray) -> Array:
         """Places (k, 3) where thick lids touch the ball: at most half their thickness behind their front edges."""
         local = (points - self.inner) @ self.axes.T / self.width
-        lids = _lid_sections(local[_near(local, triangles)])
+        lids = _lid_sections(local[_near(local, triangles)], _ball(self.eye, self.inner, self.axes, self.width))
         places = [_front_edge(lids, away) for away in (1.0, -1.0)]
         for front in places:
             for place, (_, section, _) in zip(front, lids, strict=True):
@@ -208,7 +212,7 @@ def eyelid_opening(
     up = np.cross(forward, lateral)
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
-    lids = _lid_sections(local[_near(local, triangles)])
+    lids = _lid_sections(local[_near(local, triangles)], _ball(eye, inner, axes, width))
     if len(lids) < len(MERIDIANS) // 2:
         return None
     hole = _hole(lid_rim(eye, points, loops), *polar[:2])
@@ -221,6 +225,27 @@ def eyelid_opening(
     )  # fmt: skip
     rims = polar[:, upper], polar[:, lower]
     return EyelidOpening(eye, inner, axes, width, canthi, thick, upper, lower, rims, over[:, np.argsort(over[0])])
+
+
+def usual_corners(landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str, Array]:
+    """Return places by name of landmark where the lids of an adult's eyes meet, by the landmarks of the eyes' centres.
+
+    Examples
+    --------
+    Millimetres beside the corners of the built-in face:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> usual = usual_corners(face.landmarks, face.frame)
+    >>> max(float(np.linalg.norm(place - face.landmarks[name])) for name, place in usual.items()) < 2.0
+    True
+    """
+    radius, found = RADIUS * frame.pupil_distance, {}
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        for end, place in USUAL_CORNERS.items():
+            away = radius * place * [sign, 1.0, 1.0] @ frame.axes
+            found[f"eye_{side}_{end}"] = landmarks[f"eye_{side}_centre"] + away
+    return found
 
 
 def lid_rim(eye: Eyeball, points: Array, loops: Sequence[IntArray]) -> IntArray | None:
@@ -273,10 +298,21 @@ def _near(local: Array, triangles: IntArray) -> IntArray:
     return triangles[inside[triangles[:, 0]] & inside[triangles[:, 1]] & inside[triangles[:, 2]]]
 
 
-def _lid_sections(corners: Array) -> LidSections:
-    """The lids on all meridians where triangles (m, 3, 3) leave them open."""
+def _ball(eye: Eyeball, inner: Array, axes: Array, width: float) -> Array:
+    """How far forward (meridians, heights) skin must lie to be seen before a ball that came with the face; -inf beside
+    it, and before others.
+    """
+    aside, up, ahead = axes @ (eye.centre - inner) / width
+    left = (eye.radius / width) ** 2 - (MERIDIANS[:, None] - aside) ** 2 - (HEIGHTS - up) ** 2
+    front = ahead - (eye.radius - eye.core) / width + np.sqrt(np.maximum(left, 0.0))
+    return np.where((left > 0.0) & eye.given, front, -np.inf)
+
+
+def _lid_sections(corners: Array, ball: Array) -> LidSections:
+    """The lids on all meridians where triangles (m, 3, 3) that are seen before a `ball` leave them open."""
     sections = [(float(meridian), _section(corners, meridian)) for meridian in MERIDIANS]
-    return [(at, section, gap) for at, section in sections if (gap := _gap(section)) is not None]
+    gaps = [_gap(section, front) for (_, section), front in zip(sections, ball, strict=True)]
+    return [(*lid, gap) for lid, gap in zip(sections, gaps, strict=True) if gap is not None]
 
 
 def _section(corners: Array, meridian: float) -> Array:
@@ -288,16 +324,18 @@ def _section(corners: Array, meridian: float) -> Array:
     return np.asarray((a + share * (b - a))[:, 1:].reshape(-1, 2, 2))
 
 
-def _gap(section: Array) -> tuple[float, float] | None:
+def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
     """Lowest and highest height of the widest gap in a section; None where the lids are closed.
 
-    From the front, a gap shows either no skin or skin deep behind the line between the canthi, such as a socket.
+    From the front, a gap shows no skin, or skin deep behind the line between the canthi, such as a socket, or a `ball`
+    before the skin.
     """
     start, end = section[:, 0], section[:, 1]
     rise = end[:, :1] - start[:, :1]
     t = (HEIGHTS - start[:, :1]) / np.where(rise == 0.0, 1.0, rise)
     depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
     front = depth.max(axis=0, initial=-np.inf)
+    front[front < ball] = -np.inf
     deep = front < -SOCKET
     steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
     first, last = steps[::2], steps[1::2]
@@ -361,8 +399,10 @@ def place_eyeballs(
     points: Array,
     triangles: IntArray,
     estimated: Collection[str] = (),
+    parts: Mapping[str, Part] | None = None,
 ) -> list[Eyeball]:
-    """Return both eyeballs, at the landmarks of their centres, as large as an adult's unless the lids leave less room.
+    """Return both eyeballs: those among the parts of the face, or else at the landmarks of their centres, as large as
+    an adult's unless the lids leave less room.
 
     The shape of a face does not show the depth of an eye, but the lids lie on the ball: where a centre is `estimated`,
     or no ball of a usual size about it could touch the lids, it is moved to where an adult's does. An eye whose lids
@@ -380,6 +420,10 @@ def place_eyeballs(
     for side in "lr":
         name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
         eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])
+        eye = given_eye(eye, (parts or {}).get(f"eye_{side}"))
+        if eye.given:
+            eyes.append(eye)
+            continue
         opening = eyelid_opening(eye, points, triangles, loops, landmarks)
         if opening is None:
             eyes.append(_behind(eye, points))

@@ -142,6 +142,8 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     height, is_upper = top - bottom, elevation > 0.5 * (top + bottom)
     between = smoothstep(np.minimum(along, 1.0 - along) / CORNER + 1.0)
     fade = _fade(opening, along, distance, np.where(is_upper, elevation - top, bottom - elevation), is_upper)
+    fade *= smoothstep(distance / max(eye.core, 1e-12))  # the lining in a ball stays there, and binds no lid
+    triangles = triangles[(distance >= eye.core)[triangles].all(axis=1)]
     meeting = bottom + MEETING * height
     overlap = np.minimum(0.0 if opening.thick else OVERLAP, MOST_OVERLAP * height)
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between

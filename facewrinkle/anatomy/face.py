@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, BoolArray
-from ..errors import LandmarkError, MeshError, unknown_name
+from ..errors import LandmarkError, MeshError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
@@ -25,14 +25,14 @@ from .atlas import Atlas, load_atlas
 from .attachments import Attachments, combined_mesh
 from .cavities import IN_MOUTH, Cavities, Lining
 from .eyeball import Eyeball
-from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyeballs
+from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyeballs, usual_corners
 from .eyelids import LidWeights, lid_share, lid_weights
 from .head import BrowHairs
 from .identity import fold_depth
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, frame_of, lips_middle
 from .mixtures import Mixture
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
-from .parts import Part, eyes_of
+from .parts import Part
 from .skull import Mandible, Tissue, jaw_weights, tissue_of
 from .teeth import behind_lips
 
@@ -177,7 +177,7 @@ class Face:
         values[:, 0] /= unit
         tissue = tissue_of(points, triangles, (where, values), frame.pupil_distance)
         parts = dict(parts or {})
-        eyes = eyes_of(place_eyeballs(landmarks, frame, points, triangles, estimated), parts, frame)
+        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated, parts)
         muscles = atlas.place(landmarks, frame)
         return cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
 
@@ -566,7 +566,7 @@ class Face:
         landmarks = {**self.landmarks, **changed}
         check_on_surface(changed, self.mesh, frame_of(landmarks).pupil_distance)
         kept = ("texture", "brows", "source_points", "report", "likeness", "age", "iris", "template")
-        return self.from_landmarks(
+        face = self.from_landmarks(
             self.mesh,
             landmarks,
             self.unit,
@@ -576,6 +576,40 @@ class Face:
             confidences={**self.confidences, **dict.fromkeys(moved, 1.0)},
             **{name: getattr(self, name) for name in kept},
         )
+        return face.with_lids()
+
+    def with_lids(self) -> Self:
+        """Return the face with usual corners of eyes, and a warning, where only between these the skin has an opening.
+
+        Examples
+        --------
+        Lids that are open stay as they are:
+
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> face.with_lids() is face
+        True
+        """
+        shut, marks, mesh = {"l", "r"} - set(self.eyelid_openings), self.landmarks, (self.points, self.triangles)
+        if not shut:
+            return self
+        usual = usual_corners(marks, self.frame)
+        usual = dict(zip(usual, closest_places(self.mesh, np.array(list(usual.values())))[1], strict=True))
+        usual = {name: place for name, place in usual.items() if name[4] in shut}
+        eyes = place_eyeballs(marks | usual, self.frame, *mesh, self.estimated, self.parts)
+        found = [eyelid_opening(eye, *mesh, self.boundary_loops, marks | usual) for eye in eyes if eye.side in shut]
+        opened = {opening.eye.side for opening in found if opening is not None}
+        moved = {name: place for name, place in usual.items() if name[4] in opened}
+        if not moved:
+            return self
+        far = [f"{n} ({np.linalg.norm(place - marks[n]) * self.unit:.1f} mm)" for n, place in moved.items()]
+        sentence = (
+            "landmarks that are not at the ends of the opening before an eye were moved to where these usually are, by "
+            f"their distance: {', '.join(far)}. Check them."
+        )
+        warn(sentence)
+        face = self.with_landmarks(moved)
+        return dataclasses.replace(face, report=(*face.report, sentence), estimated=(*face.estimated, *moved))
 
     def with_expressions(self, added: Mapping[str, Mixture]) -> Self:
         """Return the face with expressions of one's own; see :meth:`facewrinkle.anatomy.atlas.Atlas.with_expressions`.

@@ -235,6 +235,7 @@ def fit_face(
         report=clean.report + outside + told,
         texture=image,
     )
+    face = face.with_lids()
     for sentence in _left_out(face):
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))

@@ -397,17 +397,19 @@ def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] 
     return (middle, radius) if is_round and is_here and fits else None
 
 
-def eyes_of(eyes: list[Eyeball], parts: Mapping[str, Part], frame: FaceFrame) -> list[Eyeball]:
-    """Return the eyeballs, moved to the eyes that came with the face where these are balls."""
-    out = []
-    for eye in eyes:
-        part = parts.get(f"eye_{eye.side}")
-        if part is not None:
-            label = piece_of(part.mesh)
-            largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
-            points = np.asarray(part.mesh.points)[np.unique(largest)]
-            ball = _eyeball(points, eye.centre, RADIUS * frame.pupil_distance)
-            if ball is not None:
-                eye = replace(eye, centre=ball[0], radius=ball[1])
-        out.append(eye)
-    return out
+def given_eye(eye: Eyeball, part: Part | None) -> Eyeball:
+    """Return the eyeball that came with the face as a part, if that is a ball about an eye of an adult; else that eye.
+
+    Examples
+    --------
+    >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0.0, 1.0]), up=np.array([0.0, 1.0, 0.0]))
+    >>> given = given_eye(eye, follower("eye_l", pv.Sphere(radius=13.0, center=(1, 0, 0)).triangulate()))
+    >>> bool(np.allclose(given.centre, [1, 0, 0], atol=1e-3)), round(given.radius, 3), given.given
+    (True, 13.0, True)
+    """
+    if part is None:
+        return eye
+    label = piece_of(part.mesh)
+    largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
+    ball = _eyeball(np.asarray(part.mesh.points)[np.unique(largest)], eye.centre, eye.radius)
+    return eye if ball is None else replace(eye, centre=ball[0], radius=ball[1], given=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.eyeball import RADIUS, Eyeball
@@ -180,6 +181,27 @@ def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
     for name in ("Normals", "paint"):
         out.point_data[name] = np.asarray(ball.point_data[name])[kept]
     return out
+
+
+def eye_paint(points: Array, eye: Eyeball, face: Face) -> npt.NDArray[np.uint8]:
+    """Return the colours (n, 3) of the points (n, 3) of an eye of any shape at rest, with the iris of an adult.
+
+    Examples
+    --------
+    Pupil and white of a ball:
+
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> ball = pv.Sphere(radius=12.0, center=(30, 30, 70), direction=face.eyes[0].gaze)
+    >>> paint = eye_paint(np.asarray(ball.points), face.eyes[0], face).max(axis=1)
+    >>> int(paint[0]) < 20, int(paint.max()) > 200
+    (True, True)
+    """
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    aside, up, ahead = np.stack([np.cross(eye.up, eye.gaze), eye.up, eye.gaze]) @ (points - middle).T
+    turn = np.arcsin(np.minimum(np.hypot(aside, up) / (RADIUS * face.frame.pupil_distance), 1.0))
+    angle = np.degrees(np.where(ahead > 0.0, turn, np.pi - turn))
+    return np.rint(np.clip(_eye_paint(angle, np.arctan2(up, aside), face.iris), 0.0, 255.0)).astype(np.uint8)
 
 
 def _directions(angle: Array, spoke: Array) -> Array:

@@ -14,7 +14,7 @@ from ..anatomy.parts import Part
 from ..array_types import Array
 from ..mesh import split_at_seams, with_normals
 from ..mesh.arrays import has_colours, is_frame, rest_of
-from .eye import LidMargin, PaintedEye, coarser
+from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOUR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
@@ -60,7 +60,7 @@ class Appearance:
     @cached_property
     def own(self) -> frozenset[str]:
         """Names of the parts that came with the face and are drawn as they are."""
-        return frozenset(name for name, part in self.face.parts.items() if is_drawn(name, part))
+        return frozenset(name for name, part in self.face.parts.items() if is_drawn(name, part, self.face))
 
     @cached_property
     def painter(self) -> SkinPainter | None:
@@ -258,17 +258,21 @@ PART_COLOURS = {
 """Colours of parts that have none, by a word in their names; all others have that of hair."""
 
 
-def is_drawn(name: str, part: Part) -> bool:
-    """Return True if a part is drawn as it is.
+def is_drawn(name: str, part: Part, face: Face) -> bool:
+    """Return True if a part is drawn with its own shape.
 
-    An eye that has no colours, or only one, would look blind: a painted one takes its place. In the same way,
-    painted lashes take the place of hair cards whose picture is missing.
+    An eye that has no colours, or only one, would look blind: a painted one takes its place where the lids are open.
+    In the same way, painted lashes take the place of hair cards whose picture is missing.
     """
     if name.startswith("lashes"):
         return not part.lacks_picture
-    if part.texture is not None or not name.startswith("eye"):
-        return True
-    return has_colours(part.mesh) and bool(np.ptp(part.mesh.point_data["Colors"], axis=0).any())
+    return not name.startswith("eye") or part.side not in face.eyelid_openings or not is_blind(part)
+
+
+def is_blind(part: Part) -> bool:
+    """Return True for an eye that has no colours, or only one."""
+    one = not has_colours(part.mesh) or not np.ptp(part.mesh.point_data["Colors"], axis=0).any()
+    return part.texture is None and bool(one)
 
 
 def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
@@ -278,10 +282,13 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
     """
     if not face.parts:
         return {}
-    parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name])}
+    parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name], face)}
+    eyes = {f"eye_{eye.side}": eye for eye in face.eyes}
     for name, part in parts.items():
         if face.parts[name].texture is not None:
             parts[name] = split_at_seams(part)
+        elif name in eyes and is_blind(face.parts[name]):
+            part.point_data["paint"] = eye_paint(np.asarray(face.parts[name].mesh.points), eyes[name], face)
         elif has_colours(part):
             part.point_data["paint"] = np.asarray(part.point_data["Colors"])
         else:

@@ -323,7 +323,7 @@ class _Lids:
         self._points, self._edges, self._outwards = points, edges, opening.axes[0]
         lines = opening.lines(self.along)
         near = (self.distance < LID_SHELL * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
-        near &= np.abs(self.along - 0.5) < 0.5 + CORNER
+        near &= (np.abs(self.along - 0.5) < 0.5 + CORNER) & (self.distance >= eye.core)
         self._upper = self.elevation > 0.5 * (lines[0] + lines[1])
         self._near = near & (np.abs(self.elevation - np.where(self._upper, *lines)) < FROM_MARGIN)
 

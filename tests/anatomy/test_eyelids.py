@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 from eyelids_of_faces import filled, margins_of
-from skins import held
-from synthetic_faces import BACK_EDGE, head_with, ring
+from skins import held, settled
+from synthetic_faces import BACK_EDGE, BALL, head_with, head_with_balls, ring
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import EYE_WIDTH, LINING_DEPTH, eyelid_opening, place_eyeballs
@@ -18,6 +18,7 @@ from facewrinkle.geometry.topology import boundary_loops, unique_edges
 from facewrinkle.layers.wave_folds.tissue import GAP, ROLLING, firmness
 from facewrinkle.mesh import to_polydata
 from facewrinkle.motion.skin import Skin
+from facewrinkle.rigging.shapes import shapes_of
 from tests.synthetic_faces import skin_with
 
 # --- the opening, and the margins of the lids -------------------------------------------------------------------------
@@ -201,6 +202,49 @@ def test_a_brow_that_is_near_stays_as_the_eye_closes(face):
         assert at_brow.sum() == 3
         assert (turns[at_brow] > 0.02).any() == moves
         assert turns[opening.upper].max() == pytest.approx(usual.angles.max(), rel=1e-6)
+
+
+# --- balls before a shallow lining ----------------------------------------------------------------
+
+
+SHALLOW = pytest.mark.parametrize("lining", ["funnels", "shallow", "less shallow"])
+
+
+@SHALLOW
+def test_a_ball_that_is_seen_before_the_skin_lies_between_open_lids(face, lining):
+    """Whatever lies behind it, the margins are the front edges; without the ball, there is none to see."""
+    balls, front = head_with_balls(lining), ring(lining, 0)
+    assert set(balls.eyelid_openings) == {"l", "r"}
+    assert_margins_keep_to_one_edge(balls)
+    for eye, own in zip(balls.eyes, face.eyes, strict=True):
+        np.testing.assert_allclose(eye.centre, own.centre, atol=0.01)
+        assert eye.radius == pytest.approx(BALL * own.radius, rel=0.01)
+        for chain, whole in zip(margins_of(balls, eye.side), margins_of(face, eye.side), strict=True):
+            here, there = (along(face, eye.side, face.points[each]) for each in (chain, whole))
+            assert set(chain[(here > 0.22) & (here < 0.9)]) == set(whole[(there > 0.22) & (there < 0.9)]) <= set(front)
+    assert len(shapes_of("arkit", balls)[0]) == 52
+
+
+def test_a_lining_without_a_ball_before_it_is_the_eye_of_a_statue():
+    assert not head_with("shallow").eyelid_openings
+
+
+@SHALLOW
+def test_lids_meet_before_a_shallow_lining(lining):
+    """To a chink of .2 mm in the middle, and the lining stays in the ball."""
+    face = head_with_balls(lining)
+    now = face.points + settled(face, "AU45") @ face.frame.axes
+    for eye in face.eyes:
+        upper, lower = margins_of(face, eye.side)
+        inner, outer = (face.landmarks[f"eye_{eye.side}_{end}"] for end in ("inner", "outer"))
+        ahead = (outer - inner) / np.linalg.norm(outer - inner)
+        up = np.cross(np.cross(ahead, eye.up), ahead)
+        place = np.linspace(0.3, 0.7, 17)
+        high, low = (np.interp(place, along(face, eye.side, now[c]), now[c] @ up) for c in (upper, lower))
+        assert np.abs(high - low).max() < 0.2
+        lining_of_it = np.linalg.norm(face.points - eye.centre, axis=1) < 0.9 * eye.radius
+        assert lining_of_it.sum() > 60
+        assert np.linalg.norm(now[lining_of_it] - eye.centre, axis=1).max() < 0.95 * eye.radius
 
 
 # --- eyes before which the skin has no opening ----------------------------------------------------

@@ -20,13 +20,14 @@ import pytest
 import pyvista as pv
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
+from synthetic_faces import head_with
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eyelid_opening import eyelid_opening
 from facewrinkle.anatomy.landmarks import REQUIRED, mirrored_name
 from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
 from facewrinkle.geometry.topology import boundary_loops
-from facewrinkle.mesh import to_polydata
+from facewrinkle.mesh import closest_places, to_polydata
 
 TURN = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
 
@@ -255,3 +256,38 @@ def test_lids_are_shut_or_not_by_the_eyes_of_the_file(face, monkeypatch):
         assert ("l" not in whole.eyelid_openings) == shut
         assert any("no opening before the left eye" in str(one.message) for one in told) == shut
         assert any("no opening before the left eye" in sentence for sentence in whole.report) == shut
+
+
+def off_by(face, name, mm, degrees):
+    """The place on the skin that is so far from a landmark, in a direction outwards (0) or up (90) of a left eye."""
+    turn = np.radians(degrees)
+    aside = np.cos(turn) * face.frame.axes[0] + np.sin(turn) * face.frame.axes[1]
+    return closest_places(face.mesh, face.landmarks[name] + mm * aside)[1][0]
+
+
+@pytest.mark.parametrize("kind", [None, "sockets", "thick"])
+def test_corners_that_are_no_ends_of_the_opening_do_not_cost_the_lids(face, kind):
+    """Those of the eye that is there take their place, and it is said; the other eye keeps what was given."""
+    head = face if kind is None else head_with(kind)
+    off = {"eye_l_inner": off_by(head, "eye_l_inner", 6.5, 0.0), "eye_l_outer": off_by(head, "eye_l_outer", 6.5, 225.0)}
+    with pytest.warns(fw.FaceWrinkleWarning, match=r"eye_l_inner \(\d\.\d mm\), eye_l_outer \(\d\.\d mm\)") as told:
+        fitted = fw.fit_face(head.mesh, {**head.landmarks, **off}, units="mm")
+    assert len(told) == 1
+    assert "not at the ends of the opening" in fitted.report[-1]
+    assert set(fitted.eyelid_openings) == {"l", "r"}
+    for name in off:
+        assert np.linalg.norm(fitted.landmarks[name] - head.landmarks[name]) < 2.0
+        assert name in fitted.estimated
+    for name in set(head.landmarks) - set(off):
+        np.testing.assert_array_equal(fitted.landmarks[name], head.landmarks[name])
+    upper = head.eyelid_openings["l"].upper
+    assert len(set(upper) & set(fitted.eyelid_openings["l"].upper)) >= 0.8 * len(upper)
+
+
+def test_corners_that_are_a_little_off_stay_where_they_are(face):
+    with warnings.catch_warnings(action="error"):
+        for inner, outer in ((0.0, 0.0), (90.0, 270.0), (180.0, 45.0), (270.0, 180.0)):
+            places = off_by(face, "eye_l_inner", 2.0, inner), off_by(face, "eye_l_outer", 6.0, outer)
+            moved = face.with_landmarks(dict(zip(("eye_l_inner", "eye_l_outer"), places, strict=True)))
+            np.testing.assert_array_equal(moved.landmarks["eye_l_outer"], places[1])
+            assert set(moved.eyelid_openings) == {"l", "r"}
