@@ -1,6 +1,6 @@
 # Every target sets up what it needs: Python 3.11 (or newer), make and a package registry are enough.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
-BIN := .venv/bin
+BIN := .venv/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 READY := .venv/ready
 
 # Pictures are drawn off screen: EGL needs no display (and only Linux has it).
