@@ -27,12 +27,13 @@ def summary(name):
 
 def pages():
     """Return a page of the gallery for each name that one uses, so that few names share a page."""
-    texts = {path.stem: path.read_text(encoding="utf-8") for path in sorted(GALLERY.glob("plot_*.py"))}
-    said = {stem: set(re.findall(r"\bfw\.(\w+)", text)) for stem, text in texts.items()}
-    uses = {name: [stem for stem in texts if name in said[stem]] for name in names()}
+    paths = sorted(GALLERY.rglob("plot_*.py"))
+    texts = {path.relative_to(GALLERY).with_suffix(""): path.read_text(encoding="utf-8") for path in paths}
+    said = {page: set(re.findall(r"\bfw\.(\w+)", text)) for page, text in texts.items()}
+    uses = {name: [page for page in texts if name in said[page]] for name in names()}
     taken, chosen = Counter(), {}
     for name in sorted((name for name in uses if uses[name]), key=lambda name: (len(uses[name]), name)):
-        chosen[name] = min(uses[name], key=lambda stem: (taken[stem], stem))
+        chosen[name] = min(uses[name], key=lambda page: (taken[page], page.stem))
         taken[chosen[name]] += 1
     return chosen
 
@@ -46,10 +47,15 @@ class Names(SphinxDirective):
         for name in sorted(names(), key=str.lower):
             room = "errors." if hasattr(facewrinkle.errors, name) else ""  # documented by where they are
             lines += [f"   * - :obj:`~facewrinkle.{room}{name}`", f"     - {summary(name)}"]
-            thumbnail = f"gallery/images/thumb/sphx_glr_{chosen.get(name)}_thumb.png"
+            page = chosen.get(name, Path("none"))
+            thumbnail = f"gallery/{page.parent}/images/thumb/sphx_glr_{page.stem}_thumb.png"
             if (Path(self.env.srcdir) / thumbnail).exists():
-                lines += [f"     - .. figure:: /{thumbnail}", "          :width: 180", ""]
-                lines += [f"          :doc:`/gallery/{chosen[name]}`", ""]
+                lines += [
+                    f"     - .. figure:: /{thumbnail}",
+                    "          :width: 180",
+                    f"          :alt: {name} at work",
+                ]
+                lines += ["", f"          :doc:`/gallery/{page}`", ""]
             else:
                 lines += ["     -"]
         return self.parse_text_to_nodes("\n".join(lines))

@@ -1,48 +1,55 @@
-"""The order of the gallery's pages: the one in which they teach."""
+"""The sections of the gallery and the order of its pages: the one in which they teach."""
 
 from pathlib import Path
 
-ORDER = (
-    "first_expression",
-    "five_expressions",
-    "growing_wrinkles",
-    "own_expression",
-    "people",
-    "data",
-    "dataset",
-    "own_scan",
-    "studio",
-    "animation",
-    "character",
-    "muscles",
-    "skin",
-    "wave_folds",
-    "wrinkle_shape",
-    "compression",
-    "refinement",
-    "fields",
-    "measure_wrinkle",
-    "own_layer",
-    "export",
-    "wrinkle_patterns",
-    "pattern_functions",
-    "forehead_cycle",
-    "dimples",
-    "eye_pouch",
-    "any_surface",
-    "own_pattern",
-    "fig11_dripping_tear",
-    "fig12_shedding_tear",
-    "fig08_tear_shapes",
-    "fig09_fig10_tear_steps",
-    "water",
-)
+SECTIONS = {
+    "faces": (
+        "first_expression",
+        "own_expression",
+        "people",
+        "own_scan",
+        "animation",
+        "character",
+        "studio",
+    ),
+    "folds": (
+        "five_expressions",
+        "growing_wrinkles",
+        "muscles",
+        "skin",
+        "wrinkle_shape",
+        "compression",
+        "refinement",
+        "wave_folds",
+    ),
+    "patterns": (
+        "wrinkle_patterns",
+        "pattern_functions",
+        "dimples",
+        "eye_pouch",
+        "any_surface",
+        "own_pattern",
+    ),
+    "tears": (
+        "tears_on_a_face",
+        "tear_shapes",
+        "tear_steps",
+        "water",
+    ),
+    "numbers": (
+        "fields",
+        "measure_wrinkle",
+        "own_layer",
+        "dataset",
+        "export",
+    ),
+}
 
 
 class Story:
-    """Sorts file names; pages that the order does not name come last."""
+    """Sorts the folders of sections, and file names in them; pages that no section names come last."""
 
-    def __init__(self, src_dir):
+    def __init__(self, src_dir=None):
         pass
 
     def __repr__(self):
@@ -50,4 +57,5 @@ class Story:
 
     def __call__(self, name):
         stem = Path(name).stem.removeprefix("plot_")
-        return (ORDER.index(stem) if stem in ORDER else len(ORDER), stem)
+        order = [*SECTIONS, *(page for pages in SECTIONS.values() for page in pages)]
+        return (order.index(stem) if stem in order else len(order), stem)

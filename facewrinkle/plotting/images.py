@@ -26,6 +26,9 @@ from ..errors import ParameterError, check_whole, type_of
 from ..files import output_file, written
 from ..geometry.compilation import compiled
 
+TITLE_HEIGHT = 26
+"""Pixels below a figure that its titles take."""
+
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one height in a row.
@@ -69,8 +72,14 @@ def _in_a_row(images: list[Image], gap: int) -> Image:
     return np.concatenate([part for image in images for part in (spacer, image)][1:], axis=1)
 
 
-def figure(image: Image) -> Any:
+def figure(image: Image, titles: Sequence[str] = ()) -> Any:
     """Return a picture as a figure of Matplotlib, pixel by pixel, as notebooks and galleries show it.
+
+    Parameters
+    ----------
+    image : ndarray, shape (height, width, 3 or 4)
+    titles : sequence of str
+        What is written below its columns, from left to right.
 
     Returns
     -------
@@ -80,14 +89,21 @@ def figure(image: Image) -> Any:
     --------
     >>> figure(np.zeros((30, 40, 3), np.uint8)).get_size_inches().tolist()
     [0.4, 0.3]
+    >>> [text.get_text() for text in figure(np.zeros((30, 400, 3), np.uint8), ["before", "after"]).texts]
+    ['before', 'after']
     """
     import matplotlib.pyplot as plt
 
     height, width = picture(image).shape[:2]
-    shown = plt.figure(figsize=(width / 100, height / 100), dpi=100)
-    axes = shown.add_axes((0.0, 0.0, 1.0, 1.0))
+    total = height + (TITLE_HEIGHT if titles else 0)
+    shown = plt.figure(figsize=(width / 100, total / 100), dpi=100)
+    axes = shown.add_axes((0.0, 1.0 - height / total, 1.0, height / total))
     axes.imshow(image, aspect="auto", interpolation="nearest")
     axes.set_axis_off()
+    for column, title in enumerate(titles):
+        shown.text(
+            (column + 0.5) / len(titles), 0.5 * TITLE_HEIGHT / total, title, ha="center", va="center", fontsize=11
+        )
     return shown
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted((ROOT / "gallery").glob("plot_*.py"))
+PAGES = sorted((ROOT / "gallery").rglob("plot_*.py"))
 
 
 def name_of(page):
@@ -25,8 +25,9 @@ def test_page_has_a_title_and_asserts_a_number(page):
 
 
 def test_the_site_shows_all_pages_in_its_order():
-    order = runpy.run_path(str(ROOT / "docs" / "_ext" / "story.py"))["ORDER"]
-    assert sorted(order) == [name_of(page) for page in PAGES]
+    sections = runpy.run_path(str(ROOT / "docs" / "_ext" / "story.py"))["SECTIONS"]
+    listed = [(section, page) for section, pages in sections.items() for page in pages]
+    assert sorted(listed) == sorted((page.parent.name, name_of(page)) for page in PAGES)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

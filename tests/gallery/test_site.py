@@ -80,7 +80,8 @@ def test_files_that_are_named_for_contributors_exist(page):
     text = (root / page).read_text(encoding="utf-8")
     named = {name for name in re.findall(r"`([\w./]+\.(?:py|js|toml|json|rst))`", text) if "module.py" not in name}
     assert len(named) > 10
-    there = [path.relative_to(root).as_posix() for path in root.glob("[!.]*/**/*") if path.suffix]
+    paths = [*root.glob("*"), *root.glob("[!.]*/**/*")]
+    there = [path.relative_to(root).as_posix() for path in paths if path.suffix]
     assert [name for name in sorted(named) if not any(f"/{path}".endswith(f"/{name}") for path in there)] == []
 
 
@@ -90,19 +91,21 @@ def papers():
 
 def test_links_of_the_papers_lead_somewhere():
     """To labels, pages and pictures of the site; names in code are tested with those of all pages."""
-    gallery = sorted((DOCS.parent / "gallery").glob("plot_*.py"))
+    gallery = sorted((DOCS.parent / "gallery").rglob("plot_*.py"))
     sources = "\n".join(page.read_text(encoding="utf-8") for page in [*PAGES, *gallery])
-    labels = set(re.findall(r"^\.\. _([\w-]+):$", sources, re.MULTILINE))
-    pages = {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES} | {f"gallery/{x.stem}" for x in gallery}
+    labels = set(re.findall(r"^(?:# )?\.\. _([\w-]+):$", sources, re.MULTILINE))
+    pages = {str(page.relative_to(DOCS).with_suffix("")) for page in PAGES}
+    pages |= {f"gallery/{page.parent.name}/{page.stem}" for page in gallery}
     assert set(re.findall(r":ref:`(?:[^`<]*<)?([\w-]+)>?`", papers())) <= labels
     assert set(re.findall(r":doc:`/?([\w/]+)`", papers())) <= pages
-    assert set(re.findall(r":target: (gallery/\w+)\.html", papers())) <= pages
-    assert {f"gallery/{name}" for name in re.findall(r"sphx_glr_(\w+)_\d{3}\.png", papers())} <= pages
+    assert set(re.findall(r":target: (gallery/[\w/]+)\.html", papers())) <= pages
+    pictures = re.findall(r"/(gallery/\w+)/images/sphx_glr_(\w+)_\d{3}\.png", papers())
+    assert {f"{section}/{page}" for section, page in pictures} <= pages
 
 
 def test_commands_in_the_docs_are_understood():
     """A command without an argument that it needs is only named."""
-    texts = [*PAGES, *(DOCS.parent / "gallery").glob("plot_*.py"), DOCS.parent / "README.md"]
+    texts = [*PAGES, *(DOCS.parent / "gallery").rglob("plot_*.py"), DOCS.parent / "README.md"]
     written = "\n".join(text.read_text(encoding="utf-8") for text in texts)
     commands = set(re.findall(r"(?:``|^ +(?:\$ )?)facewrinkle ([^`#>\n]+)", written, re.MULTILINE))
     assert len(commands) > 60

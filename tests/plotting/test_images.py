@@ -54,6 +54,20 @@ def test_a_figure_shows_a_picture_pixel_by_pixel():
         plt.close(shown)
 
 
+def test_titles_stand_below_the_columns_of_a_figure():
+    image = np.zeros((40, 300, 3), np.uint8)
+    shown = figure(image, ["a", "b", "c"])
+    try:
+        shown.canvas.draw()
+        pixels = np.asarray(shown.canvas.buffer_rgba())[:, :, :3]
+        assert pixels[:40].max() == 0  # the picture keeps its pixels
+        dark = np.nonzero((pixels[40:] < 128).any(axis=(0, 2)))[0]
+        assert sorted({int(column) // 100 for column in dark}) == [0, 1, 2]
+        assert [np.mean(dark[dark // 100 == k]) for k in range(3)] == pytest.approx([50, 150, 250], abs=3)
+    finally:
+        plt.close(shown)
+
+
 # --- what a window shows --------------------------------------------------------------------------
 
 

@@ -52,7 +52,8 @@ def shown(sample):
     ]
 
 
-figure(stacked([side_by_side(shown(sample)) for sample in samples]))
+titles = ["picture", "parts", "regions", "furrows", "heights", "normals"]
+figure(stacked([side_by_side(shown(sample)) for sample in samples]), titles)
 
 # %%
 # Furrows have the muscle or the family of lines that makes them.

@@ -60,7 +60,7 @@ for level in (0, 1, 2):
     counts.append(frame.n_cells)
     depths.append(np.ptp(frame["W"]))
     images.append(picture(frame, face, Style(size=(400, 380), view="glabella", wireframe=True)))
-figure(side_by_side(images))
+figure(side_by_side(images), [f"{count:,} triangles" for count in counts])
 print(f"{counts} triangles; from furrow to bulge {np.round(depths, 2)} mm")
 
 # %%

@@ -20,6 +20,7 @@ from facewrinkle.simulation.fold_layers import with_printed_muscles
 PAPER = {"surprise": 8245, "frowning": 5847, "closing_eye": 5395, "stretching_mouth": 6328, "fear": 7453}
 """Triangles of each expression in Table 1; the mesh at rest has 4517."""
 
+NAMES = [expression.replace("_", " ") for expression in PAPER]
 FRONT = ("front",) * 5
 NEAR = ("forehead", "glabella", "left_eye", "right_mouth", "forehead")
 face = fw.default_face()
@@ -48,21 +49,21 @@ def drawn(frames, views):
 
 bare = held(lambda: fw.Simulation(paper_face, fw.Refinement(max_level=0), layers=[]))
 printed = held(lambda: fw.Simulation(paper_face, folds="printed"))
-figure(stacked([drawn(frames, views) for views in (FRONT, NEAR) for frames in (bare, printed)]))
+figure(stacked([drawn(frames, views) for views in (FRONT, NEAR) for frames in (bare, printed)]), NAMES)
 
 # %%
 # Mended (``folds="paper"``): nothing jumps, depths are bounded, and anatomical creases, which all people have at the
 # same places, take the place of the lines beside the mouth and between the brows.
 
 mended = held(lambda: fw.Simulation(face, folds="paper"))
-figure(stacked([drawn(mended, views) for views in (FRONT, NEAR)]))
+figure(stacked([drawn(mended, views) for views in (FRONT, NEAR)]), NAMES)
 
 # %%
 # Beyond the paper, as waves (``folds="wave"``), the default: lines differ from person to person, end, and run into each
 # other. The creases are the same.
 
 waves = held(lambda: fw.Simulation(face, folds="wave"))
-figure(stacked([drawn(waves, views) for views in (FRONT, NEAR)]))
+figure(stacked([drawn(waves, views) for views in (FRONT, NEAR)]), NAMES)
 
 # %%
 # Triangles of the printed folds, beside Table 1. The paper's model and ours start from 4,517; how many are added
@@ -75,7 +76,7 @@ _, axes = plt.subplots(figsize=(9, 3))
 axes.bar(place - 0.2, theirs, 0.38, color="0.75", label="paper")
 axes.bar(place + 0.2, ours, 0.38, color="#b5442e", label="facewrinkle, as printed")
 axes.axhline(4517, color="0.3", lw=0.8, ls=":")
-axes.set_xticks(place, [expression.replace("_", " ") for expression in PAPER])
+axes.set_xticks(place, NAMES)
 axes.set_ylabel("triangles")
 axes.legend(frameon=False)
 plt.tight_layout()

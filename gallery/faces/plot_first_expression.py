@@ -27,7 +27,7 @@ style = Style(size=(400, 400), view="forehead")
 wires = Style(size=(400, 400), view="forehead", wireframe=True)
 images = [picture(face.mesh, face, style), picture(frame, face, style), picture(frame, face, wires)]
 
-figure(side_by_side(images))
+figure(side_by_side(images), ["at rest", "surprise", "its triangles"])
 
 # %%
 # The whole face, to turn. A :class:`facewrinkle.plotting.Scene` holds an ordinary PyVista plotter.

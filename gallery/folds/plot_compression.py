@@ -59,7 +59,7 @@ sim = fw.Simulation(face, folds="paper")
 sim.express("stretching_mouth")
 frame = sim.settle()
 styles = [Style(size=(460, 420), view="right_mouth", scalars=name) for name in (None, "epsilon", "W")]
-figure(side_by_side([picture(frame, face, style) for style in styles]))
+figure(side_by_side([picture(frame, face, style) for style in styles]), ["the skin", "epsilon", "W (mm)"])
 
 # %%
 # The deformation gradient is exact on any mesh. The edges miss a fifth of the compression here, and see some across it,

@@ -30,7 +30,8 @@ for face in people:
     sim.express("laughter")
     frame = sim.settle()
     laughing.append(picture(frame, face, style))
-figure(stacked([side_by_side([picture(face.mesh, face, style) for face in people]), side_by_side(laughing)]))
+calm = [picture(face.mesh, face, style) for face in people]
+figure(stacked([side_by_side(calm), side_by_side(laughing)]), ["an old face", "a woman", "random(4)", "random(11)"])
 
 # %%
 # Eyes turn, and the lids follow them; both eyes can also look at one point.
@@ -44,7 +45,7 @@ for look in looks:
     frame = sim.settle()
     frames.append(frame)
     images.append(picture(frame, face, Style(size=(300, 200), view="cheeks")))
-figure(side_by_side(images))
+figure(side_by_side(images), [f"{turn} {angle:g}" for look in looks for turn, angle in look.items()])
 
 # %%
 # A frame says where the eyes look.

@@ -22,7 +22,7 @@ frames = list(sim.run(24))
 images = [
     picture(frame, face, Style(size=(420, 420), view="left_mouth")) for frame in (frames[0], frames[9], frames[-1])
 ]
-figure(side_by_side(images))
+figure(side_by_side(images), ["neutral", "halfway", "smiling"])
 figure(side_by_side([picture(frame, face, Style(size=(632, 560))) for frame in (frames[0], frames[-1])]))
 
 # %%

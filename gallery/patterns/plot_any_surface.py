@@ -68,7 +68,7 @@ water = [tear.surface(t, frame) for tear, t in zip(tears, (2.4, 3.2, 0.92), stri
 
 # %%
 front = Style((560, 560), View((0.25, 0.12, 1.0), None, (0, 0.15, 0), 3.8))
-figure(side_by_side([picture(pig.mesh, pig, front), picture(frame, pig, front)]))
+figure(side_by_side([picture(pig.mesh, pig, front), picture(frame, pig, front)]), ["before", "after"])
 with TearScene(pig, Style((1124, 1000), View((0.55, 0.1, 1.0), None, (0.1, 0.15, 0.5), 3.3))) as scene:
     figure(scene.picture(frame, water))
 

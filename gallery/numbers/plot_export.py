@@ -40,8 +40,9 @@ last = reader.read()
 
 fw.write_movie(pictures(frames, face, Style((320, 300), "glabella")), folder / "frowning.gif", fps=25)
 
-strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) for i in (0, 10, 14, 29)])
-figure(strip)
+shown = (0, 10, 14, 29)
+strip = side_by_side([picture(frames[i], face, Style((280, 260), "glabella")) for i in shown])
+figure(strip, [f"{0.04 * i:.2f} s" for i in shown])
 
 # %%
 # A file of a fitted face: mesh, landmarks and unit. Muscles, skull and eyes are placed anew when it is read.

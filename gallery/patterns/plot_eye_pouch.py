@@ -20,7 +20,7 @@ frames = [sim.step() for _ in range(30)]
 # %%
 # Neutral, and two frames of the cycle.
 images = [picture(frame, face, Style(size=(420, 420), view="left_eye")) for frame in (face.mesh, frames[8], frames[12])]
-figure(side_by_side(images))
+figure(side_by_side(images), ["neutral", "0.18 s", "0.26 s"])
 
 # %%
 # The skin of the lid at one place over time: 25 frames of 0.02 s are three periods.

@@ -37,7 +37,7 @@ def drawn(frames, view, wireframe=False):
 
 rates = (0.4, 0.6, 0.8, 1.0)
 held = {rate: played("surprise", rate)[-1] for rate in rates}
-figure(drawn(held.values(), "forehead"))
+figure(drawn(held.values(), "forehead"), [f"intensity {rate:g}" for rate in rates])
 depths = [-float(held[rate]["W"].min()) for rate in rates]
 print("deepest furrow: " + ", ".join(f"{depth:.2f} mm at {rate:g}" for rate, depth in zip(rates, depths, strict=True)))
 
@@ -45,9 +45,10 @@ print("deepest furrow: " + ", ".join(f"{depth:.2f} mm at {rate:g}" for rate, dep
 # Fig. 14: moments of a dynamic simulation, and the triangles below them. Surprise, from the left.
 
 moments = (6, 17, 22, STEPS - 1)
+titles = [f"step {k + 1}" for k in moments]
 surprise = played("surprise")
 shots = [surprise[k] for k in moments]
-figure(stacked([drawn(shots, "forehead"), drawn(shots, "forehead", wireframe=True)]))
+figure(stacked([drawn(shots, "forehead"), drawn(shots, "forehead", wireframe=True)]), titles)
 print([frame.n_cells for frame in shots], "triangles")
 
 # %%
@@ -55,7 +56,7 @@ print([frame.n_cells for frame in shots], "triangles")
 
 closing = played("closing_eye")
 shots = [closing[k] for k in moments]
-figure(stacked([drawn(shots, "left_eye"), drawn(shots, "left_eye", wireframe=True)]))
+figure(stacked([drawn(shots, "left_eye"), drawn(shots, "left_eye", wireframe=True)]), titles)
 print([frame.n_cells for frame in shots], "triangles")
 assert np.all(np.diff(depths) > 0.0)
 assert depths[0] < 0.4 * depths[-1]  # k0 and the compression both grow: faster than in proportion

@@ -13,7 +13,7 @@ import numpy as np
 import facewrinkle as fw
 from facewrinkle.geometry.equations import anisotropy
 from facewrinkle.mesh import ARRAYS
-from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side, stacked
+from facewrinkle.plotting import Scene, Style, figure, picture, side_by_side
 
 face = fw.default_face()
 layer = fw.MuscleWrinkles(inextensible=False)  # W = k0 H At A, not bounded by what skin of fixed length can fold
@@ -33,7 +33,8 @@ for name, meaning in ARRAYS.items():
 
 names = [None, "W", "epsilon", "lambda", "gamma", "split_gamma", "level", "muscle"]
 images = [picture(frame, face, Style(size=(460, 400), view="forehead", scalars=name)) for name in names]
-figure(stacked([side_by_side(images[k : k + 2]) for k in range(0, 8, 2)]))
+for k in range(0, 8, 2):
+    figure(side_by_side(images[k : k + 2]), [name or "the skin" for name in names[k : k + 2]])
 
 # %%
 # A frame is a :class:`pyvista.PolyData`: every filter of PyVista works on it. Here are the deepest place, and lines of

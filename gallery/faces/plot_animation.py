@@ -55,11 +55,12 @@ plain = list(bare.run(60))
 
 style = Style(size=(300, 330), view="right_three_quarter")
 moments = [3, 20, 36, 50]
-rows = [side_by_side([picture(frames[i], face, style) for i in moments])]
-figure(np.concatenate(rows))
+figure(side_by_side([picture(frames[i], face, style) for i in moments]), [f"{0.05 * (i + 1):.2f} s" for i in moments])
 
 near = Style(size=(480, 420), view="forehead")
-figure(side_by_side([picture(plain[30], face, near), picture(frames[30], face, near)]))
+figure(
+    side_by_side([picture(plain[30], face, near), picture(frames[30], face, near)]), ["as recorded", "with wrinkles"]
+)
 
 # %%
 # Wrinkles follow the motion, and triangles follow the wrinkles.

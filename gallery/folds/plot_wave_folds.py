@@ -35,7 +35,8 @@ frames = {folds: [played(name, folds=folds) for name in views] for folds in ("pa
 rows = [
     [picture(frame, face, style) for frame, style in zip(own, views.values(), strict=True)] for own in frames.values()
 ]
-figure(side_by_side([image for row in rows for image in row]))
+titles = [f"{name}, {folds}" for folds in frames for name in views]
+figure(side_by_side([image for row in rows for image in row]), titles)
 
 # %%
 # The lines are the face's own, found before anything moves: phases and strengths of five families. In a frame, the
@@ -48,14 +49,16 @@ print("\n".join(f"{name}: {np.mean(p.zone):.0%} of all triangles" for name, p in
 # Another seed is another person's lines; `density`, `depth` and `irregularity` are what an artist would change next.
 
 settings = [{"seed": 1}, {"seed": 2}, {"density": 1.4, "seed": 1}, {"irregularity": 0.0}]
-figure(side_by_side([picture(played("surprise", layers=[fw.WaveFolds(**s)]), face, forehead) for s in settings]))
+images = [picture(played("surprise", layers=[fw.WaveFolds(**each)]), face, forehead) for each in settings]
+figure(side_by_side(images), [", ".join(f"{name} {value:g}" for name, value in each.items()) for each in settings])
 
 # %%
 # None here, more there: factors for landmarks, for regions, or for every vertex.
 
 smooth = fw.WaveFolds(amount={"forehead_mid": 0.0})
 left = fw.WaveFolds(amount=np.where(face.points[:, 0] > 0.0, 1.5, 0.3))
-figure(side_by_side([picture(played("surprise", layers=[layer]), face, forehead) for layer in (smooth, left)]))
+images = [picture(played("surprise", layers=[layer]), face, forehead) for layer in (smooth, left)]
+figure(side_by_side(images), ["none on the forehead", "1.5 on one side, 0.3 on the other"])
 
 # %%
 # Age leaves lines at rest, where the face folds in life. They deepen as the skin is compressed, and vanish where it is
@@ -71,7 +74,7 @@ aged = [
     for age in (0.0, 1.0)
 ]
 rows = [[picture(frames[name], face, style) for name, style in shown.items()] for frames in aged]
-figure(stacked([side_by_side(row) for row in rows]))
+figure(stacked([side_by_side(row) for row in rows]), [f"{name}, ages 0 and 1" for name in shown])
 
 # %%
 # Near enough, pictures show the micro-relief between the lines, too: pores, and a net of fine furrows that rises where
@@ -81,4 +84,4 @@ young, old = (frames["happiness"] for frames in aged)
 near = Style((440, 400), "left_eye")
 plain = Style((440, 400), "left_eye", microrelief=False)
 shown = [(young, plain), (young, near), (old, near)]
-figure(side_by_side([picture(frame, face, style) for frame, style in shown]))
+figure(side_by_side([picture(frame, face, style) for frame, style in shown]), ["without", "age 0", "age 1"])

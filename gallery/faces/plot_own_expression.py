@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 
 import facewrinkle as fw
-from facewrinkle.plotting import Style, View, figure, picture, side_by_side, stacked
+from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
 
@@ -43,8 +43,8 @@ def held(what, face, **options):
 
 
 images = [picture(held(what, face), face, Style((300, 340), NEAR)) for what in asked.values()]
-figure(stacked([side_by_side(images[:4]), side_by_side(images[4:])]))
-print(", ".join(asked))
+for four in (slice(4), slice(4, 8)):
+    figure(side_by_side(images[four]), list(asked)[four])
 
 # %%
 # The muscles that an action unit contracts. All names are in :data:`facewrinkle.EXPRESSIONS`,
@@ -61,7 +61,7 @@ frontalis = [name for name in face.muscles if name.startswith("frontalis")]
 fine = face.with_muscles({name: face.muscles[name].replaced(count=7, depth=1.0) for name in frontalis})
 frames = [held("surprise", each, folds="paper") for each in (face, fine)]
 style = Style(size=(450, 400), view="forehead")
-figure(side_by_side([picture(frame, face, style) for frame in frames]))
+figure(side_by_side([picture(frame, face, style) for frame in frames]), ["as in the atlas", "seven furrows"])
 
 # %%
 # An expression of your own has a name, and is used as any other. To keep it, write the atlas, the file that says where

@@ -44,7 +44,8 @@ sim = fw.Simulation(face, fw.Refinement(max_level=4), layers=[fw.MuscleWrinkles(
 sim.express({"AU4": 0.6, "AU12L": 0.7})
 frames = list(sim.run(40))
 near = View((0.45, 0.08, 1.0), "nose_tip", (0.1, 0.45, -0.6), 2.6)
-figure(side_by_side([picture(frame, face, Style((520, 520), near)) for frame in (frames[4], frames[-1])]))
+images = [picture(frame, face, Style((520, 520), near)) for frame in (frames[4], frames[-1])]
+figure(side_by_side(images), ["nearly at rest", "frowning and smiling"])
 
 # %%
 # Beads only rise: outside of them the patterns are exactly 0, whatever the skin does.

@@ -63,7 +63,7 @@ for what in ("surprise", "disgust"):
     sim.express(what)
     frame = sim.settle()
     images.append(picture(frame, face, Style(size=(400, 440))))
-figure(side_by_side(images))
+figure(side_by_side(images), ["the scan", "surprise", "disgust"])
 
 # %%
 # How far the found landmarks are from those that the person was made with, in millimeters.

@@ -2,8 +2,8 @@
 The pattern functions
 =====================
 
-Wrinkles of the eye corner, of a frown and of a cheek, a dimple and an eye pouch: the height fields of Lin and Cheng
-(Figs. 3 and 5), and what their parameters do.
+Wrinkles of the forehead, the eye corner, a frown and a cheek, a dimple and an eye pouch: the height fields of Lin and
+Cheng (Figs. 1, 3 and 5), and what their parameters do.
 """
 
 import matplotlib.pyplot as plt
@@ -28,6 +28,29 @@ def row(surfaces, height=0.35):
         axes.set_title(title)
     figure.tight_layout()
 
+
+def foreheads(rows, shown):
+    """Draw forehead patterns as lit skin, each as (title, heights): local x points up on a face."""
+    light = LightSource(azdeg=300, altdeg=40)
+    _, axes = plt.subplots(rows, 3, figsize=(10, 1.8 * rows))
+    for ax, (title, z) in zip(axes.flat, shown, strict=True):
+        ax.imshow(
+            light.hillshade(z[::-1], vert_exag=0.35, dx=5.0 / 400, dy=2.2 / 220), cmap="pink", vmin=-0.1, vmax=1.1
+        )
+        ax.set_axis_off()
+        ax.set_title(title)
+    plt.tight_layout()
+
+
+# %%
+# Fig. 1: a cycle of forehead wrinkles, as the time t goes on. alpha sets the depth: from peak to valley it is
+# 2 sinh(alpha), whatever the time.
+up, across = np.meshgrid(np.linspace(2.0, 4.2, 220), np.linspace(-2.5, 2.5, 400), indexing="ij")
+cycle = {t: patterns.forehead(up, across, t, alpha=0.5, beta=4.0) for t in (0.0, 0.8, 1.6, 2.4, 3.2, 4.0)}
+foreheads(2, [(f"t = {t:.1f}", z) for t, z in cycle.items()])
+depths = [np.ptp(z) for z in cycle.values()]
+print([f"{depth:.3f}" for depth in depths], f"2 sinh(0.5) = {2 * np.sinh(0.5):.3f}")
+assert np.allclose(depths, 2 * np.sinh(0.5), rtol=1e-3)
 
 # %%
 # Fig. 3: eye corner, frown, cheek. The print of the frown can be read in two ways: lines that draw together
@@ -54,16 +77,8 @@ row(
 
 # %%
 # The style of forehead wrinkles is beta: plain arcs, M-shaped, broken.
-up, across = np.meshgrid(np.linspace(2, 4.2, 220), np.linspace(-2.5, 2.5, 400), indexing="ij")
-light = LightSource(azdeg=300, altdeg=40)
-figure, axes = plt.subplots(1, 3, figsize=(10, 2))
-for ax, beta in zip(axes, (1.0, 4.5, 9.0), strict=True):
-    z = patterns.forehead(up, across, 0.8, alpha=0.5, beta=beta)
-    shade = light.hillshade(z[::-1], vert_exag=0.35, dx=5.0 / 400, dy=2.2 / 220)
-    ax.imshow(shade, cmap="pink", vmin=-0.1, vmax=1.1)
-    ax.set_axis_off()
-    ax.set_title(f"beta = {beta:g}")
-figure.tight_layout()
+styles = (1.0, 4.5, 9.0)
+foreheads(1, [(f"beta = {beta:g}", patterns.forehead(up, across, 0.8, alpha=0.5, beta=beta)) for beta in styles])
 
 # %%
 # The number of eye-corner wrinkles on one side is gamma / 2.

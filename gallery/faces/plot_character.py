@@ -45,7 +45,7 @@ simulation = fw.Simulation(face, motion=fw.Performer(take, face, time_step=1 / 3
 frames = list(simulation.run(30))
 shown = (8, 15, 22, 29)
 performed = [picture(frames[k], face, Style((240, 240), "front")) for k in shown]
-figure(side_by_side(performed))
+figure(side_by_side(performed), [f"{k / 30:.2f} s" for k in shown])
 
 # %%
 # How far is the sum from the simulation? ``facewrinkle rig --errors`` tells it of all shapes and of common mixtures.

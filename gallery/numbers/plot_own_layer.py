@@ -76,7 +76,7 @@ frames = list(sim.run(75))
 near = View((0.45, 0.1, 1.0), "glabella", (0.1, 0.3, -0.3), 1.7)
 images = [picture(frame, face, Style((440, 420), near)) for frame in (face.mesh, frames[-1])]
 images.append(picture(frames[-1], face, Style((440, 420), near, wireframe=True)))
-figure(side_by_side(images))
+figure(side_by_side(images), ["at rest", "anger", "its triangles"])
 
 # %%
 # The beat, at the highest place.
