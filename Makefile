@@ -13,7 +13,7 @@ endif
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs outside blender lint clean
+.PHONY: help demo readme test test-all coverage pictures mutants bench analysis docs outside lint clean
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /  make \1\t/p' Makefile
@@ -54,9 +54,6 @@ analysis: $(READY)  ## redo every table and plot, with a page of them all, in ou
 
 outside: $(READY)  ## what is promised, tried by the wheel in bare environments; the site; the analyses (12 minutes)
 	$(BIN)/python -m tools.outside
-
-blender: $(READY)  ## zip the extension for Blender into dist/
-	$(BIN)/python tools/zip_extension.py
 
 mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
 	$(BIN)/python tools/mutants.py

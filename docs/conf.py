@@ -74,7 +74,7 @@ sphinx_gallery_conf = {
     "write_computation_times": False,
     "show_memory": False,
     "show_signature": False,
-    "subsection_order": "story.Story",
+    "subsection_order": "story.place",
     "within_subsection_order": "story.Story",
     "reference_url": {"facewrinkle": None},
     "doc_module": ("facewrinkle",),

@@ -46,7 +46,7 @@ FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 def modules() -> dict[str, Path]:
     """The file of each module by its dotted name within the package; a package is its __init__."""
     found = {}
-    for path in sorted(PACKAGE.rglob("*.py")):
+    for path in sorted(path for path in PACKAGE.rglob("*.py") if "data" not in path.parts):  # what runs in Blender
         name = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
         found[name.removesuffix("__init__").rstrip(".")] = path
     return found

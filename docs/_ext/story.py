@@ -46,16 +46,21 @@ SECTIONS = {
 }
 
 
-class Story:
-    """Sorts the folders of sections, and file names in them; pages that no section names come last."""
+def place(name):
+    """Return the key by which folders of sections, and files of pages, are sorted; what no section names comes last."""
+    stem = Path(name).stem.removeprefix("plot_")
+    order = [*SECTIONS, *(page for pages in SECTIONS.values() for page in pages)]
+    return (order.index(stem) if stem in order else len(order), stem)
 
-    def __init__(self, src_dir=None):
+
+class Story:
+    """Sorts the pages of a section, as sphinx-gallery asks for it: a class whose instances are keys."""
+
+    def __init__(self, src_dir):
         pass
 
     def __repr__(self):
         return "<Story>"
 
     def __call__(self, name):
-        stem = Path(name).stem.removeprefix("plot_")
-        order = [*SECTIONS, *(page for pages in SECTIONS.values() for page in pages)]
-        return (order.index(stem) if stem in order else len(order), stem)
+        return place(name)

@@ -14,7 +14,6 @@ import json
 import os
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -175,12 +174,3 @@ def test_a_mesh_that_is_no_face_is_refused(package):
     found = played("no_face", package)
     assert "no face was found" in found["suzanne"]
     assert found["as before"]
-
-
-def test_the_extension_is_zipped(tmp_path):
-    root = Path(__file__).parents[2]
-    subprocess.run([sys.executable, root / "tools" / "zip_extension.py", tmp_path / "x.zip"], check=True)
-    with zipfile.ZipFile(tmp_path / "x.zip") as whole:
-        names = set(whole.namelist())
-    assert {"blender_manifest.toml", "__init__.py", "LICENSE"} <= names
-    assert not [name for name in names if "__pycache__" in name]

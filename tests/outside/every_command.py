@@ -26,6 +26,7 @@ LINES = {
     "info": "",
     "atlas --out mine.toml": "",
     "completion bash": "",
+    "blender": "",
     "studio --help": "",
     "dataset --help": "",
     f"express surprise --frames 2 {STILL}/all --series --maps 64 --save-mesh glb --save-animation happy.glb": "",
