@@ -58,9 +58,10 @@ outside: $(READY)  ## what is promised, tried by the wheel in bare environments;
 mutants: $(READY)  ## do the tests notice changed formulas? (20 minutes)
 	$(BIN)/python tools/mutants.py
 
-lint: $(READY)  ## style, format and types
+lint: $(READY)  ## style, format, spelling and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md CODE_OF_CONDUCT.md docs gallery
 	$(BIN)/mypy
 
 clean:  ## remove the set-up, caches and output
