@@ -62,7 +62,8 @@ class Minimiser:
     Contacts are no part of the curvature that is learnt: the quadratic model of each iteration is minimised with all
     contacts that its step would meet, so that a step neither enters what it meets nor is stopped far from it. Only the
     change of their forces is computed: where large forces balance, what is left of a way would be lost in the rounding
-    of the factors. The steps that the curvature is learnt from are remembered from one minimisation to the next, until `reset`.
+    of the factors. The steps that the curvature is learnt from are remembered from one minimisation to the next, until
+    `reset`.
 
     Parameters
     ----------

@@ -135,6 +135,7 @@ class Simulation:
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
         self.refinement = refinement_for(folds, refinement)
         self._wanted: BoolArray | None = None
+        self._shaped: tuple[Array, Array] | None = None
         self._late = False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
@@ -348,7 +349,7 @@ class Simulation:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._wanted = None
-        self._shaped: tuple[Array, Array] | None = None
+        self._shaped = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
         self._last: pv.PolyData | None = None
         self._tell_age()
