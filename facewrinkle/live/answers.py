@@ -21,7 +21,6 @@ from ..errors import ParameterError, unknown_name
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
-from ..mesh.arrays import rest_of
 from ..plotting.views import VIEWS
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
@@ -268,10 +267,8 @@ class Answers:
         if asked.version != parts.version or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed. Click again.")
         frame, layers = stage.shown.frame, stage.shown.layers
-        origin = parts.origin[corners]
-        found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
-        rest = rest_of(frame)
-        found["rest"] = [float(x) for x in shares / shares.sum() @ rest[origin]]
+        origin, shares = parts.origin[corners], shares / shares.sum()
+        found = probe(frame, stage.face, layers, origin, shares)
         return found | {"names": labels(frame, layers)["family"]}
 
     def opened(self, folder: Path) -> dict[str, Any]:
@@ -336,6 +333,7 @@ def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:
         "likeness": face.likeness,
         "off": without_effect(face, clip),
         "clip": None if clip is None else clip.duration,
+        "contracts": not isinstance(clip, Recorded),
     }
 
 
