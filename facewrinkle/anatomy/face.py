@@ -175,11 +175,14 @@ class Face:
         frame = frame_of(landmarks)
         where, values = atlas.tissue_samples(landmarks, frame)
         values[:, 0] /= unit
-        tissue = tissue_of(points, triangles, (where, values), frame.pupil_distance)
+        loops = boundary_loops(triangles)
+        tissue = tissue_of(points, triangles, loops, (where, values), frame.pupil_distance)
         parts = dict(parts or {})
-        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated, parts)
+        eyes = place_eyeballs(landmarks, frame, points, triangles, loops, estimated, parts)
         muscles = atlas.place(landmarks, frame)
-        return cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
+        face = cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
+        vars(face)["boundary_loops"] = loops  # the cached property: a tenth of a fit is not done twice
+        return face
 
     @classmethod
     def without_anatomy(
@@ -590,14 +593,15 @@ class Face:
         >>> face.with_lids() is face
         True
         """
-        shut, marks, mesh = {"l", "r"} - set(self.eyelid_openings), self.landmarks, (self.points, self.triangles)
+        shut, marks = {"l", "r"} - set(self.eyelid_openings), self.landmarks
         if not shut:
             return self
         usual = usual_corners(marks, self.frame)
         usual = dict(zip(usual, closest_places(self.mesh, np.array(list(usual.values())))[1], strict=True))
         usual = {name: place for name, place in usual.items() if name[4] in shut}
+        mesh = self.points, self.triangles, self.boundary_loops
         eyes = place_eyeballs(marks | usual, self.frame, *mesh, self.estimated, self.parts)
-        found = [eyelid_opening(eye, *mesh, self.boundary_loops, marks | usual) for eye in eyes if eye.side in shut]
+        found = [eyelid_opening(eye, *mesh, marks | usual) for eye in eyes if eye.side in shut]
         opened = {opening.eye.side for opening in found if opening is not None}
         moved = {name: place for name, place in usual.items() if name[4] in opened}
         if not moved:

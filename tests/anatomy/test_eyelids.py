@@ -151,11 +151,12 @@ def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
 
 def test_lids_before_a_socket_are_those_before_a_hole(face):
     points, triangles = filled(face, (1.6, 2.0), (1.8, 8.0), (0.9, 16.0))
-    eyes = place_eyeballs(face.landmarks, face.frame, points, triangles)
+    loops = boundary_loops(triangles)
+    eyes = place_eyeballs(face.landmarks, face.frame, points, triangles, loops)
     for eye, other in zip(face.eyes, eyes, strict=True):
         assert other.radius == pytest.approx(eye.radius, rel=0.03)
         first = lid_weights(face.eyelid_openings[eye.side], face.points, face.triangles)
-        opening = eyelid_opening(other, points, triangles, boundary_loops(triangles), face.landmarks)
+        opening = eyelid_opening(other, points, triangles, loops, face.landmarks)
         second = lid_weights(opening, points, triangles)
         turns = np.zeros((2, len(points)))
         for angles, lids in zip(turns, (first, second), strict=True):
