@@ -12,6 +12,7 @@ from scipy.ndimage import map_coordinates
 from ..array_types import Array, Image
 from ..errors import ParameterError
 from ..plotting.scene import Scene
+from ..plotting.shaders import developed
 from ..plotting.views import LIGHTS, Lamp, View, add_lamps, placed
 from .plan import Person, Plan
 from .spec import InputFile, Spec, input_file
@@ -184,4 +185,4 @@ def seen_behind(camera: Camera, axes: Array, plan: Plan, spec: Spec) -> Image:
     ]
     seen = [map_coordinates(radiance[..., k], place, order=1, mode="grid-wrap") for k in range(3)]
     light = np.stack(seen, axis=-1).reshape(*camera.size[::-1], 3)
-    return np.array(np.rint(255.0 * np.clip(np.sqrt(light / (1.0 + 0.22 * light)), 0.0, 1.0)), np.uint8)  # as skin
+    return np.array(np.rint(255.0 * np.clip(developed(light), 0.0, 1.0)), np.uint8)
