@@ -81,10 +81,10 @@ class SmoothSkin:
 
     @cached_property
     def mesh(self) -> pv.PolyData:
-        """The surface with normals, texture coordinates, and places at rest if it is that of a frame."""
+        """The surface with normals, texture coordinates, and heights and places at rest if it is that of a frame."""
         skin, split = self._skin, self.split
         texture = skin.point_data.active_texture_coordinates_name
-        names = [name for name in ("rest", "level", texture) if name is not None and name in skin.point_data]
+        names = [name for name in ("rest", "level", "W", texture) if name is not None and name in skin.point_data]
         data = {name: split.values(np.asarray(skin.point_data[name])) for name in names}
         mesh = to_polydata(self.points, split.triangles, {**data, "Normals": self.normals}, copy=False)
         mesh.SetFieldData(skin.GetFieldData())

@@ -95,9 +95,10 @@ def smooth_split(
         than the second.
     """
     n, rounds, whole = len(points), [], []
-    parts = np.asarray(triangles, np.int64), np.arange(len(triangles)), np.tile(np.eye(3), (len(triangles), 1, 1))
+    corners, parent = np.asarray(triangles, np.int64), np.arange(len(triangles))
+    shares = np.tile(np.eye(3), (len(triangles), 1, 1))
     for _ in range(ROUNDS):
-        ends = parts[0][:, _ENDS[3:]]
+        ends = corners[:, _ENDS[3:]]
         length = np.linalg.norm(points[ends[..., 1]] - points[ends[..., 0]], axis=2)
         turn = np.linalg.norm(normals[ends[..., 1]] - normals[ends[..., 0]], axis=2)
         wanted = (length > longest) | ((turn > bend) & (length * turn > 8.0 * sagitta))
@@ -105,9 +106,10 @@ def smooth_split(
         rounds.append(new)
         points, normals = _with_middles(points, normals, new)
         n, split = len(points), (middles >= 0).any(axis=1)
-        whole.append(tuple(part[~split] for part in parts))  # their edges will not be split later, either
-        parts = _children(middles[split], *(part[split] for part in parts))
-    return SmoothSplit(*(np.concatenate(part) for part in zip(*whole, parts, strict=True)), rounds)
+        whole.append((corners[~split], parent[~split], shares[~split]))  # their edges will not be split later, either
+        corners, parent, shares = _children(middles[split], corners[split], parent[split], shares[split])
+    parts = [np.concatenate(part) for part in zip(*whole, (corners, parent, shares), strict=True)]
+    return SmoothSplit(parts[0], parts[1], parts[2], rounds)
 
 
 def lifted(points: Array, corners: Array, normals: Array, shares: Array) -> Array:
