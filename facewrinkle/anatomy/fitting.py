@@ -250,7 +250,8 @@ def _left_out(face: Face) -> list[str]:
         which = {"l": "the left eye", "r": "the right eye", "lr": "both eyes"}["".join(sides)]
         said.append(f"The skin has no opening before {which}, closed or one piece with it: such lids do not move.")
     if face.muscles and not face.mouth_opens:
-        said.append("The skin has no opening between the lips: the jaw stays, and the mouth does not open.")
+        what = "an opening between the lips on one side only" if face.mouth_half_open else "no opening between the lips"
+        said.append(f"The skin has {what}: the jaw stays, and the mouth does not open.")
     return said
 
 

@@ -284,3 +284,16 @@ def test_lines_end_where_the_lids_begin(face, shut):
     assert not face.shut_lids.any()
     forehead = np.linalg.norm(shut.points - shut.landmarks["forehead_mid"], axis=1).argmin()
     assert soft[forehead] > 0.8 * (1.0 - GAP)
+
+
+def test_lids_that_were_scanned_shut_do_not_part(face):
+    """Although a slit is between them."""
+    asleep = Face.from_landmarks(
+        to_polydata(face.points + settled(face, "AU45") @ face.frame.axes, face.triangles), face.landmarks, 1.0
+    )
+    assert not asleep.eyelid_openings
+    assert set(asleep.lid_rims) == {"l", "r"}
+    for what in ("AU5", "AU1+AU2"):
+        moved = settled(asleep, what)
+        for chain in margins_of(face, "l"):
+            assert np.linalg.norm(moved[chain], axis=1).max() < 0.1
