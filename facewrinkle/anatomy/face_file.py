@@ -14,7 +14,7 @@ import pyvista as pv
 
 from ..array_types import IntArray
 from ..errors import FaceWrinkleError, MeshError, warn
-from ..files import check_file, written
+from ..files import check_file, opened, written
 from ..mesh import read_surface, to_polydata
 from ..mesh.arrays import CORNERS, PIECE, use_texture
 from .atlas import Atlas
@@ -202,15 +202,17 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
 
 def _arrays(source: Path) -> dict[str, Any]:
     """The arrays of a file."""
-    with zipfile.ZipFile(source) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
-    if size > LARGEST_FILE:
-        raise MeshError(
-            f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes {LARGEST_FILE / 2**30:.0f} GB "
-            "at most. Write it again: facewrinkle fit MESH."
-        )
-    with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-        return dict(stored)
+    with opened(source) as file:
+        with zipfile.ZipFile(file) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > LARGEST_FILE:
+            raise MeshError(
+                f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes "
+                f"{LARGEST_FILE / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
+            )
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as stored:
+            return dict(stored)
 
 
 def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:

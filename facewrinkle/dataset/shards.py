@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..errors import OutputError, ParameterError, check_whole, optional_imports
-from ..files import write_whole, written
+from ..files import LARGEST_SETTINGS, bytes_of, opened, write_whole, written
 from ..schemas import Limits, conforming, table_of
 from .plan import person_at
 from .records import row_of
@@ -82,7 +82,7 @@ class Shard:
         lines = [f"# {spec}\n"]
         for name in self.files():
             if (folder / name).is_file():
-                with (folder / name).open("rb") as file:
+                with opened(folder / name, kept=False) as file:
                     lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n")
         return "".join(lines)
 
@@ -163,7 +163,8 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {name: [] for name in columns}
     for path in sorted((folder / "index").glob("shard-*.parquet")):
         try:
-            table = parquet.read_table(path)
+            with opened(path, kept=False) as file:
+                table = parquet.read_table(file)
         except (OSError, pyarrow.ArrowException):
             raise OutputError(
                 f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
@@ -190,7 +191,7 @@ def arrow() -> tuple[Any, Any]:
 def read_state(folder: Path) -> State:
     """Return what a folder says about the set in it."""
     try:
-        found: State = conforming(table_of((folder / STATE).read_bytes()), State, "")
+        found: State = conforming(table_of(bytes_of(folder / STATE, LARGEST_SETTINGS, kept=False)), State, "")
         return found
     except (OSError, ValueError):
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
@@ -250,9 +251,10 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
 def _problems(shard: Shard, folder: Path, digest: str) -> list[str]:
     """What is wrong with the files of a shard."""
     try:
-        known = (folder / shard.sums).read_text(encoding="utf-8", errors="replace").splitlines()
+        sums = bytes_of(folder / shard.sums, LARGEST_SETTINGS, kept=False)
     except OSError:
         return [f"{shard.sums} is missing"]
+    known = sums.decode(errors="replace").splitlines()
     of_set, *found = shard.sums_in(folder, digest).splitlines()
     problems = [] if known[:1] == [of_set] else ["is of another set"]
     problems += [f"{name} is missing" for name in shard.files()[:3] if not (folder / name).is_file()]
@@ -264,7 +266,8 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
     _, parquet = arrow()
     made: list[tuple[int, Shard]] = []
     for shard in shards:
-        rows = parquet.read_table(folder / shard.files()[1], columns=["index"])
+        with opened(folder / shard.files()[1], kept=False) as file:
+            rows = parquet.read_table(file, columns=["index"])
         made += [(index, shard) for index in sorted({*rows["index"].to_pylist()})]
     problems = []
     with SampleMaker(spec) as maker:
@@ -277,7 +280,7 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
 
 def _is_stored(sample: Sample, archive: Path) -> bool:
     """True if the files of a picture are in a shard as they are."""
-    with tarfile.open(archive) as tar:
+    with opened(archive, kept=False) as whole, tarfile.open(fileobj=whole) as tar:
         stored = {member.name: tar.extractfile(member) for member in tar if member.name.startswith(f"{sample.key}.")}
         contents = {name: file.read() for name, file in stored.items() if file is not None}
     return contents == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}

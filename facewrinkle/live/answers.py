@@ -18,6 +18,7 @@ from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, Sphi
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
+from ..files import bytes_of
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
@@ -274,9 +275,9 @@ class Answers:
     def opened(self, folder: Path) -> dict[str, Any]:
         """Read what was dropped onto a page, a session, a face or a take, and show it; on a thread of its own."""
         files = list(folder.iterdir())
-        if len(files) == 1 and is_session(files[0].read_bytes()):
+        if len(files) == 1 and is_session(content := bytes_of(files[0])):
             with self._stage.condition:
-                self._kept.load(files[0].read_bytes())
+                self._kept.load(content)
             self._changed()
             return {"name": "", "said": []}
         try:

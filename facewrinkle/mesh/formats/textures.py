@@ -270,10 +270,10 @@ def image_of_file(path: Path) -> Image:
     return decoded(bytes_of(path), path.name)
 
 
-def decoded(data: bytes, name: str) -> Image:
-    """Decode the bytes of an image, as `image_of_file` does."""
+def decoded(data: bytes, name: str, *, upright: bool = False) -> Image:
+    """Decode the bytes of an image, as `image_of_file` does; `upright` as the camera was held, if they tell."""
     from PIL import Image as Pillow
-    from PIL import UnidentifiedImageError
+    from PIL import ImageOps, UnidentifiedImageError
 
     try:
         with Pillow.open(io.BytesIO(data)) as image:
@@ -284,7 +284,8 @@ def decoded(data: bytes, name: str) -> Image:
                     f"and {Pillow.MAX_IMAGE_PIXELS} in all: make it smaller."
                 )
             mode = "RGBA" if image.has_transparency_data else "RGB"
-            return np.array(_in_eight_bits(image).convert(mode))
+            eight = _in_eight_bits(image)
+            return np.array((ImageOps.exif_transpose(eight) if upright else eight).convert(mode))
     except MeshError:
         raise
     except UnidentifiedImageError:
