@@ -32,6 +32,10 @@ STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
 
 
+MOST_SHARDS = 100_000
+"""The most shards of a set."""
+
+
 @dataclass
 class State:
     """What the folder of a set says about it: digest, version and code of :class:`Spec`, number of samples."""
@@ -39,7 +43,7 @@ class State:
     digest: str
     version: str
     code: str
-    count: Annotated[int, Limits(1)]
+    count: Annotated[int, Limits(1, 10**12)]
     spec: dict[str, Any]
 
 
@@ -90,12 +94,22 @@ class Shard:
 def shards_of(count: int, size: int) -> list[Shard]:
     """Return the shards of a set.
 
+    Raises
+    ------
+    ParameterError
+        If there would be more than :data:`MOST_SHARDS`.
+
     Examples
     --------
     >>> [(shard.first, shard.last) for shard in shards_of(25, 10)]
     [(0, 10), (10, 20), (20, 25)]
     """
     starts = range(0, count, size)
+    if len(starts) > MOST_SHARDS:
+        raise ParameterError(
+            f"{count:,} samples make {len(starts):,} shards of {size:,}, and {MOST_SHARDS:,} are allowed. In the "
+            f"specification, set shard = {-(-count // MOST_SHARDS)} or more, or ask for fewer samples."
+        )
     return [Shard(number, first, min(first + size, count)) for number, first in enumerate(starts)]
 
 
@@ -197,6 +211,12 @@ def read_state(folder: Path) -> State:
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
 
 
+def failures_in(folder: Path) -> list[str]:
+    """Return what is said of the samples of a set that could not be made, in the files beside its shards."""
+    found = (bytes_of(path, LARGEST_SETTINGS, kept=False) for path in sorted(folder.glob("shard-*.failed.json")))
+    return [f"{failure['index']:09d}: {failure['error']}" for content in found for failure in json.loads(content)]
+
+
 def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]]:
     """Check a data set, and yield for each shard, and for the samples that are made again, what is wrong with it.
 
@@ -265,11 +285,14 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
     """Return which of some samples in whole shards, made again, are not as they are stored."""
     _, parquet = arrow()
     made: list[tuple[int, Shard]] = []
-    for shard in shards:
-        with opened(folder / shard.files()[1], kept=False) as file:
-            rows = parquet.read_table(file, columns=["index"])
-        made += [(index, shard) for index in sorted({*rows["index"].to_pylist()})]
     problems = []
+    for shard in shards:
+        try:
+            with opened(folder / shard.files()[1], kept=False) as file:
+                rows = parquet.read_table(file).to_pylist()  # of none, it has no columns
+            made += [(index, shard) for index in sorted({row["index"] for row in rows})]
+        except Exception:  # its sums say that it is whole: it was damaged before they were made
+            problems.append(f"{shard.files()[1]} is damaged")
     with SampleMaker(spec) as maker:
         for place in sorted({round(k) for k in np.linspace(0, len(made) - 1, min(remade, len(made)))}):
             index, shard = made[place]
@@ -280,7 +303,10 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
 
 def _is_stored(sample: Sample, archive: Path) -> bool:
     """True if the files of a picture are in a shard as they are."""
-    with opened(archive, kept=False) as whole, tarfile.open(fileobj=whole) as tar:
-        stored = {member.name: tar.extractfile(member) for member in tar if member.name.startswith(f"{sample.key}.")}
-        contents = {name: file.read() for name, file in stored.items() if file is not None}
-    return contents == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}
+    try:
+        with opened(archive, kept=False) as whole, tarfile.open(fileobj=whole) as tar:
+            own = [member for member in tar if member.name.startswith(f"{sample.key}.")]
+            stored = {member.name: file.read() for member in own if (file := tar.extractfile(member)) is not None}
+    except (tarfile.TarError, OSError, RecursionError):  # damaged before its sums were made
+        return False
+    return stored == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}

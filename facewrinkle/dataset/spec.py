@@ -19,7 +19,7 @@ import numpy as np
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
-from ..files import LARGEST_SETTINGS, bytes_of
+from ..files import bytes_of, toml_of
 from ..schemas import Limits, Share, conforming, plain
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
@@ -300,10 +300,10 @@ class Spec:
         """
         path = Path(path)
         try:
-            written = tomllib.loads(bytes_of(path, LARGEST_SETTINGS).decode())
+            written = toml_of(path)
         except OSError as problem:
             raise ParameterError(f"{str(path)!r} cannot be read: {problem.strerror}. Check the path.") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:
+        except ValueError as problem:
             raise ParameterError(f"{path.name} is not valid TOML: {problem}.") from None
         try:
             return cls.of(written, path.parent)

@@ -19,7 +19,7 @@ from scipy.sparse import csr_array, diags_array
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
 from ..array_types import Array, IntArray
-from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_positive, check_range, check_type, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import double_areas, triangle_normals, vertex_areas
 from ..geometry.topology import unique_edges
@@ -168,6 +168,8 @@ class Skin:
         iterations: int = 25,
         vertices: int | None = SKIN_VERTICES,
     ) -> None:
+        check_type("face", face, Face)
+        check_type("material", material, SkinMaterial, optional=True)
         self.time_step = check_positive("time_step", time_step, "It is in seconds.")
         iterations = check_whole("iterations", iterations, 1, 1e9)
         m = self.material = material or SkinMaterial()

@@ -16,7 +16,7 @@ from ..appearance.fibres import OPACITY, Fibres
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
-from ..errors import ParameterError
+from ..errors import ParameterError, check_type
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture, has_colours
 from .fields import field_colouring
@@ -83,6 +83,8 @@ class Scene:
     """
 
     def __init__(self, face: Face, style: Style | None = None) -> None:
+        check_type("face", face, Face)
+        check_type("style", style, Style, optional=True)
         self.face, self.style = face, style or Style()
         # Drawn larger and reduced: in software that takes half the time of multisampling.
         self._samples = 1 if self.style.quick else 2
@@ -178,6 +180,7 @@ class Scene:
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
         self._wait()
+        check_type("frame", frame, pv.PolyData)
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:

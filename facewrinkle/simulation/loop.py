@@ -22,7 +22,7 @@ from ..anatomy.muscles import EyeMuscle
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
-from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
+from ..errors import ParameterError, check_range, check_type, check_whole, type_of, unknown_name, warn
 from ..geometry.interpolation import displaced, interpolated, smoothstep
 from ..geometry.normals import details_normals, normalise, vertex_normals
 from ..geometry.refinement import Change, RedGreenForest
@@ -124,6 +124,7 @@ class Simulation:
         motion: Motion | Recorded | None = None,
         folds: Folds = "wave",
     ) -> None:
+        check_type("refinement", refinement, Refinement, optional=True)
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         if not isinstance(face, Face):
             face = surface(face)
