@@ -73,7 +73,7 @@ def test_what_a_user_names_is_opened_by_the_doors():
     found: dict[str, int] = {}
     for path in modules:
         inner = path.relative_to(PACKAGE).as_posix()
-        if not inner.startswith("mesh/formats/"):
+        if not inner.startswith(("mesh/formats/", "rigging/data/")):  # of which the second runs in Blender
             for name in opens(path):
                 found[f"{inner}: {name}"] = found.get(f"{inner}: {name}", 0) + 1
     assert found == MADE_HERE
