@@ -49,8 +49,8 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
 
 BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
-SHAVED = 0.35
-"""Share of the hair's colour on a shaved head: dense hair would end in a line as coarse as the mesh."""
+SHAVED = 0.10
+"""Share of the hair's colour on a shaved head: more looks like a cap, and ends in a line as coarse as the mesh."""
 
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""

@@ -15,7 +15,7 @@ from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
 from ..geometry.visibility import openness
 from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
 
-LONGEST, BEND, SAGITTA = 10.0, np.radians(5.0), 0.06
+LONGEST, BEND, SAGITTA = 8.0, np.radians(5.0), 0.06
 """Longer edges are split, mm on a face of average size, as are those that turn by more, radians, if the arc over them
 rises by more than the last, mm: less than a pixel of a portrait."""
 

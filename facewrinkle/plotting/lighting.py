@@ -14,7 +14,7 @@ from ..array_types import Array
 from ..geometry.interpolation import smoothstep
 from ..geometry.visibility import Lamp
 
-STEP, SOFT, RAYS = 1.0, 4.5, 20
+STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
 DULL = 0.8
@@ -54,7 +54,7 @@ class KeyLight:
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
         bare, far = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
-        return np.column_stack([smooth.openness, lit, bare, far]).astype(np.float32)
+        return np.column_stack([smooth.openness, lit, bare, smoothstep(far)]).astype(np.float32)
 
     def on_part(self, part: pv.PolyData) -> pv.PolyData:
         """Return a part on the head at rest with its `paint` in the shadow of the skin."""
@@ -69,7 +69,7 @@ class KeyLight:
 
 
 def _bust(face: Face) -> tuple[Array, Array]:
-    """Share of gloss below hair, and nearness to the head, from the end of the neck on: both (n0,) and 0 to 1."""
+    """Share (n0,) of gloss that hair leaves, and distances (n0,) from the end of the neck, 1 where all is seen."""
     bare, far, scale = np.ones(len(face.points)), np.ones(len(face.points)), face.frame.scale
     if not face.landmarks:
         return bare, far
@@ -78,5 +78,5 @@ def _bust(face: Face) -> tuple[Array, Array]:
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]
     if len(ends):
-        far = smoothstep(cKDTree(ends).query(face.points)[0] / (FADE * scale))
+        far = cKDTree(ends).query(face.points)[0] / (FADE * scale)
     return bare, far

@@ -23,6 +23,7 @@ from .fields import field_colouring
 from .images import begun, texels_per_pixel, texture, window_of
 from .lighting import KeyLight
 from .shaders import (
+    CLAY_MATERIAL,
     EYE_MATERIAL,
     REACHED,
     RELIEF,
@@ -272,7 +273,8 @@ class Scene:
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
+        material = CLAY_MATERIAL if self.style.clay else SKIN_MATERIAL
+        self._add(skin, "skin", material, tinted=paint is not None, **options)
         send(self._actors["skin"], *(name for name in (RELIEF, REACHED) if name in skin.point_data))
         mapper = self._actors["skin"].GetMapper()
         mapper.SetInputData(skin)

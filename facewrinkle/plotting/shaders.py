@@ -15,7 +15,7 @@ highlights are. In software a pixel costs as much as its shader has operations.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -376,12 +376,13 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
-    "0.27, 0.15, 0.11",
+    "0.22, 0.15, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
+CLAY_MATERIAL = replace(SKIN_MATERIAL, bleed="0.14, 0.14, 0.14")  # no light enters it
 # In an eye one sees the lamps: soft boxes with a bar across.
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
