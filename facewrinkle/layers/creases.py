@@ -71,9 +71,9 @@ class Creases(MuscleWrinkles):
         worn, touched = self._worn_on(face), touched.copy()
         for k, (name, pattern) in enumerate(zip(face.muscles, patterns, strict=True)):
             if isinstance(pattern, Crease):
-                patterns[k] = pattern.replaced(worn=worn)
+                patterns[k] = own = pattern.replaced(worn=worn)
                 if pattern.variety > 0.0:
-                    patterns[k] = patterns[k].of_person(np.random.default_rng([self.seed, zlib.crc32(name.encode())]))
+                    patterns[k] = own.of_person(np.random.default_rng([self.seed, zlib.crc32(name.encode())]))
                     touched[k] = zones([patterns[k]], face.points, face.triangles)[0]
         return patterns, touched
 
