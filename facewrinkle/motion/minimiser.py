@@ -27,6 +27,11 @@ leave the rest to the next minimisation: some hundredths of a millimetre.
 ROUNDING = 1e-14
 """Relative error of an energy: a step may raise it by this much."""
 
+BALANCED = 1e-6
+"""Share of the squared residual without contacts that is left with them: below it, forces balance, and the rounding of
+the factors, which are of single precision, would be all that is left.
+"""
+
 MAX_HALVINGS = 12
 """The most step lengths that the line search tries."""
 
@@ -61,10 +66,8 @@ class Minimiser:
     """L-BFGS with a prefactored matrix as the first guess of the curvature, and a backtracking line search.
 
     Contacts are no part of the curvature that is learnt: the quadratic model of each iteration is minimised with all
-    contacts that its step would meet, so that a step neither enters what it meets nor is stopped far from it. Only the
-    change of their forces is computed: where large forces balance, what is left of a way would be lost in the rounding
-    of the factors. The steps that the curvature is learnt from are remembered from one minimisation to the next, until
-    `reset`.
+    contacts that its step would meet, so that a step neither enters what it meets nor is stopped far from it.
+    The steps that the curvature is learnt from are remembered from one minimisation to the next, until `reset`.
 
     Parameters
     ----------
@@ -116,15 +119,16 @@ class Minimiser:
         enough = LEFT_OVER * self._residual(here[1])
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)
-        length = 1.0
+        length, fine = 1.0, False
         for iteration in range(self._iterations):
-            direction, slope = self._direction(here[1])
+            direction, slope = self._direction(here, fine)
             if -slope <= CONVERGED * self._total_area:
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
-                if not self._memory:
+                if fine and not self._memory:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
+                fine = fine or not self._memory
                 self.reset()
                 value = self._evaluated(objective, u, here)
                 continue
@@ -146,18 +150,24 @@ class Minimiser:
         """Return the sum of the squares of a gradient (n, 3), per area."""
         return float(np.einsum("nk,nk,n", gradient, gradient, 1.0 / self._area))
 
-    def _direction(self, gradient: Array) -> tuple[Array, float]:
-        """Return a direction in which the objective falls from where it was last evaluated, and its slope."""
+    def _direction(self, at: Array, fine: bool) -> tuple[Array, float]:
+        """Return a direction in which the objective falls from where it was last evaluated, and its slope.
+
+        If it is to be `fine`, or forces balance, only the change of the forces of contacts is computed: large forces
+        that balance lose what is left of a way in their rounding.
+        """
+        slope, (free, total) = 0.0, at
+        fine = fine or self._residual(total) < BALANCED * self._residual(free)
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
             if attempt < 2:
-                direction = -self._inverse_curvature(gradient)
+                direction = -self._inverse_curvature(total if fine else free)
                 if self._contacts is not None and len((rows := self._contacts.rows(direction))[3]):
-                    direction += self._compliance.response(rows, direction)
+                    direction += self._compliance.response(rows, direction if fine else None)
             else:  # the model's contacts err: follow the slope itself
-                direction = -self.factors.solved(gradient)
-            slope = _inner(direction, gradient)
+                direction = -self.factors.solved(total)
+            slope = _inner(direction, total)
             if slope < 0.0:
                 break
         return direction, slope

@@ -41,7 +41,7 @@ CLEARED_IN = 6
 AT_REST = 1e-6
 """Displacements below which relaxed skin is at rest, mm."""
 
-LEFT = 3e-5
+LEFT = 1e-3
 """Skin whose muscles are held is at rest once less than this is left of its way, mm."""
 
 MOST_HALVINGS = 2

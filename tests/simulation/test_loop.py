@@ -2,7 +2,6 @@
 
 what                    checked against
 two simulations         each other, bit for bit; a reset simulation
-held faces              frames whose layers are asked each time
 faces and layers        their fingerprints before; simulations that share them
 ramps                   the smoothstep of their share of the run
 layers                  heights that add up; fields of one muscle; taken in the middle of a motion, those from its start
@@ -42,52 +41,6 @@ def test_reset_is_a_new_simulation(face, fingerprint):
     sim.reset()
     sim.express("surprise")
     assert [fingerprint(frame) for frame in sim.run(20)] == first
-
-
-class Beating(Flat):
-    """Heights that change with time."""
-
-    def __init__(self, timeless):
-        self.timeless, self.asked = timeless, 0
-
-    def displacement(self, state):
-        self.asked += 1
-        return dataclasses.replace(super().displacement(state), height=np.full(len(state.bare), state.time))
-
-
-def test_a_held_face_is_shown_again(face, fingerprint):
-    """The same bytes as from layers that are asked each time, in frames of their own; what depends on time goes on."""
-    kept, asked = fw.Simulation(face), fw.Simulation(face, layers=[*fold_layers(face), Flat()])
-    for sim in (kept, asked):
-        sim.express("frowning")
-        for _ in sim.run(80, ramp=0.2):
-            pass
-    for _ in range(4):
-        first, second = kept.step(), asked.step()
-        assert fingerprint(first) == fingerprint(second)
-        first["W"][:] = 9.0
-    kept.express("surprise")
-    asked.express("surprise")
-    assert [fingerprint(f) for f in kept.run(12)] == [fingerprint(f) for f in asked.run(12)]
-
-
-def test_only_layers_without_time_are_not_asked_again(face):
-    for timeless, most in ((False, 8), (True, 2)):
-        sim = fw.Simulation(face, layers=[Beating(timeless)])
-        frames = [sim.step() for _ in range(8)]
-        assert 1 <= sim.layers[0].asked <= most
-        assert (frames[-1]["W"][0] == frames[-2]["W"][0]) == timeless
-
-
-def test_a_face_whose_skin_rests_still_turns(face):
-    class Nodding(fw.Still):
-        def step(self):
-            self.pose = np.eye(4) + 0.1 if self.pose is None else self.pose + 0.1
-            return self.points
-
-    sim = fw.Simulation(face, layers=fold_layers(face), motion=Nodding(face))
-    poses = [sim.step().field_data["pose"] for _ in range(4)]
-    assert not np.array_equal(poses[2], poses[3])
 
 
 def test_simulations_of_one_face_do_not_meet(face):
