@@ -212,9 +212,6 @@ class Layer(ABC):
     ----------
     age_shown : float, optional
         The age, in [0, 1], of lines that the layer draws, which pictures show in the relief of the skin, too.
-    timeless : bool
-        True if a surface that does not move keeps its heights and fields: it is not asked for them again. Default:
-        False.
 
     Examples
     --------
@@ -237,8 +234,6 @@ class Layer(ABC):
     >>> float(frame["pores"].min()), float(frame["W"].min())
     (-0.05, -0.05)
     """
-
-    timeless: bool = False
 
     def __repr__(self) -> str:
         plain = {name: value for name, value in vars(self).items() if isinstance(value, int | float | str)}

@@ -41,9 +41,6 @@ CLEARED_IN = 6
 AT_REST = 1e-6
 """Displacements below which relaxed skin is at rest, mm."""
 
-LEFT = 1e-3
-"""Skin whose muscles are held is at rest once less than this is left of its way, mm."""
-
 MOST_HALVINGS = 2
 """A step that does not converge is halved at most this many times."""
 
@@ -189,8 +186,6 @@ class Skin:
         kernels.shares_of_area(self._rest_points, self._corners, flats.facing, flats.double_area, self._shares_at_rest)
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
-        square = (m.rate * self.time_step) ** 2  # with it, the share of a way that a step from rest makes
-        self._least = LEFT * square / (1.0 + self._drag + square)
         factors = per_face(face, "factors", (m, self.time_step), self._factors)
         self._minimiser = Minimiser(factors, self._area, iterations, self.contacts)
         self.reset()
@@ -348,12 +343,12 @@ class Skin:
 
     @displacement.setter
     def displacement(self, displacement: Array) -> None:
-        self._displacement, self._unmoved = displacement[self.mesh.vertices], 0
+        self._displacement = displacement[self.mesh.vertices]
 
     def reset(self) -> None:
         """Go back to rest, without motion, all muscles relaxed."""
         shape = self._rest_points.shape
-        self._displacement, self._velocity, self._unmoved = np.zeros(shape), np.zeros(shape), 0
+        self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
         self._minimiser.reset()
@@ -410,13 +405,10 @@ class Skin:
         """Advance by one time step.
 
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
-        lips that are flung at each other meet, and the skin settles on the way. Skin at rest needs no step until they
-        contract otherwise.
+        lips that are flung at each other meet, and the skin settles on the way.
         """
-        before, after, old = self._placed, self.rates, self._displacement
+        before, after = self._placed, self.rates
         if np.array_equal(before, after):
-            if self._unmoved > 1:
-                return
             self._advance(self.time_step)
         else:
             parts = self.joints.parts(before, after)
@@ -426,7 +418,7 @@ class Skin:
                 x = self._rest_points + self._displacement
                 self._displacement = self.joints.carried(x, riding, self._placed) - self._rest_points
                 self._advance(self.time_step)
-        self._come_to_rest(float(np.abs(self._displacement - old).max()))
+        self._come_to_rest()
 
     def cleared(self, displacement: Array) -> Array:
         """Return a displacement (n, 3), mm, near a given one, in which the skin is out of eyes, teeth, lips and lids.
@@ -453,18 +445,13 @@ class Skin:
             self._advance(self.time_step)
         return self.displacement
 
-    def _come_to_rest(self, moved: float) -> None:
-        """End at rest after two steps that moved no vertex further than `moved`: the second began without velocity.
-
-        Relaxed skin ends exactly there, once nothing pulls at skin that is as good as there.
-        """
-        relaxed, unmoved = not self._placed.any(), self._unmoved + 1
-        if relaxed and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST:
+    def _come_to_rest(self) -> None:
+        """End at rest, exactly, once nothing pulls at skin that is as good as there."""
+        if (
+            not self._placed.any()
+            and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST
+        ):
             self.reset()
-        there = moved <= self._least and not (relaxed and self._displacement.any())
-        self._unmoved = unmoved if there else 0
-        if self._unmoved > 1:
-            self._velocity = np.zeros_like(self._velocity)
 
     def _advance(self, h: float, halvings: int = 0) -> None:
         """Advance by a time h: implicit Euler, whose step minimises the sum of inertia, drag and energy.

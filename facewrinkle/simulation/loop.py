@@ -206,7 +206,7 @@ class Simulation:
             with self._timed("wrinkles"):
                 for layer in own:
                     layer.follow(Change(slice(None), len(self.vertices.points)), self.vertices)
-            self._wanted = self._shaped = None
+            self._wanted = None
             self._tell_age()
             self._frames.remesh()
 
@@ -350,7 +350,6 @@ class Simulation:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
         self._wanted = None
-        self._shaped = None
         self._frames: FrameMaker = FrameMaker(face, self.motion)
         self._last: pv.PolyData | None = None
         self._tell_age()
@@ -406,14 +405,14 @@ class Simulation:
         base, driven = self._moved(rates), bool(self.motion.names)
         self._steps += 1
         # Triangles change in every other frame, unless it goes far in one: a change costs as much as half a frame.
-        changed = bool(self._late or self._steps % 2) and self._refine()
-        if not changed and self._is_shown(base):
-            return self._show()
+        if self._late or self._steps % 2:
+            self._refine()
         shape = self._shape(base)
         # Recordings go far in one step, and patterns on a still surface begin at once: all triangles are split now.
         while not driven and (self._late or self._steps == 1) and self._refine():
             shape = self._shape(base)
-        return self._frame(*shape)
+        with self._timed("frame"):
+            return self._frame(*shape)
 
     def run(
         self, frames: int | None = None, ramp: float = 0.6, *, seconds: float | None = None
@@ -510,7 +509,8 @@ class Simulation:
         if self.refinement.coarsen:
             self._follow(self.forest.sort())
             shape = self._shape(base)
-        return self._frame(*shape)
+        with self._timed("frame"):
+            return self._frame(*shape)
 
     # --- one frame -----------------------------------------------------------------------------
 
@@ -533,7 +533,6 @@ class Simulation:
             )
             self.vertices = self.vertices.followed(change.kept, created)
             self._frames.remesh()
-            self._shaped = None
         with self._timed("wrinkles"):
             for layer in self.layers:
                 layer.follow(change, created)
@@ -563,29 +562,15 @@ class Simulation:
             shown = others[0] if others else normals
         with self._timed("refinement"):
             self._wanted, self._late, split_gamma = mark(self.refinement, self.forest, vertices, normals, added)
-            self._shaped = base.copy(), self.motion.rates.copy()
             return moved, shown, height, split_gamma
 
     def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
-        with self._timed("frame"):
-            data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
-            for layer in self.layers:
-                data.update(over(data, fields_of(layer, len(points))))
-            data["W"] = height  # of all layers together
-            self._shown = points, data
-        return self._show()
-
-    def _show(self) -> pv.PolyData:
-        """Return a new frame of the last shape."""
-        with self._timed("frame"):
-            self._last = self._frames.frame(*self._shown, self.vertices, self.forest)
+        data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
+        for layer in self.layers:
+            data.update(over(data, fields_of(layer, len(points))))
+        data["W"] = height  # of all layers together
+        self._last = self._frames.frame(points, data, self.vertices, self.forest)
         return self._last
-
-    def _is_shown(self, base: Array) -> bool:
-        """Tell whether the last shape is that of these base vertices and of the present rates, triangles and time."""
-        if self._shaped is None or not all(layer.timeless for layer in self.layers):
-            return False
-        return np.array_equal(self._shaped[0], base) and np.array_equal(self._shaped[1], self.motion.rates)
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:
         """Return one muscle's own lambda, gamma, epsilon, W and region on the present mesh, also of one at rest.

@@ -93,8 +93,6 @@ class WaveFolds(Layer):
     _shapes_found: tuple[FoldShapes, Face] | None = None
     """The shapes that a simulation found last, and the face that it found them for."""
 
-    timeless = True
-
     def __init__(
         self,
         depth: float = 1.0,
