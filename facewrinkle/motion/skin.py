@@ -343,6 +343,7 @@ class Skin:
         """Go back to rest, without motion, all muscles relaxed."""
         shape = self._rest_points.shape
         self._displacement, self._velocity, self._unmoved = np.zeros(shape), np.zeros(shape), 0
+        self._shown = np.empty(0), np.empty(0)
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
         self._minimiser.reset()
@@ -393,7 +394,9 @@ class Skin:
     def step(self) -> Array:
         """Advance by one time step and return the positions (n, 3) in mm."""
         self.advance()
-        return self.points + self.displacement
+        if self._shown[0] is not self._displacement:  # at rest, vertices that follow need not be found again
+            self._shown = self._displacement, self.points + self.displacement
+        return self._shown[1].copy()
 
     def advance(self) -> None:
         """Advance by one time step.
