@@ -68,7 +68,7 @@ DOCUMENTS = st.fixed_dictionaries(
             st.sampled_from("ab"),
             st.builds(
                 lambda kind, center, size, depth: {"kind": kind, "center": center, "size": size, "depth": depth},
-                st.sampled_from(["dimple", "winkles"]),
+                st.sampled_from(["dimple", "eye_pouch"]),
                 PLACES,
                 st.floats(6.0, 20.0, width=16),
                 st.floats(-2.0, 2.0, width=16),
