@@ -146,7 +146,7 @@ def test_what_the_page_saves_everybody_can_make(tmp_path):
 
 
 @pytest.mark.slow
-@settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(DOCUMENTS)
 def test_program_and_file_give_the_frame_of_the_studio_whatever_is_set(tmp_path, parts):
     check_one_frame(parts, tmp_path)
