@@ -39,18 +39,15 @@ class Limits:
     def refusal(self, value: Any) -> str:
         """Return what is wrong with a value, with a verb; nothing if it is allowed."""
         sized = isinstance(value, str | list | dict)
-        number = len(value) if sized else value
+        number, verb, things = (len(value), "have", " entries") if sized else (value, "be", "")
+        if isinstance(value, str):
+            things = " characters"
         if self.least is not None and not number >= self.least:
-            if sized and self.least == 1:
-                return "must not be empty"
-            return f"must {'have ' * sized}{'' if sized else 'be '}at least {self.least:g}{self._things(value)}"
+            empty = sized and self.least == 1
+            return "must not be empty" if empty else f"must {verb} at least {self.least:g}{things}"
         if self.most is not None and not number <= self.most:
-            return f"must {'have ' * sized}{'' if sized else 'be '}at most {self.most:g}{self._things(value)}"
+            return f"must {verb} at most {self.most:g}{things}"
         return ""
-
-    @staticmethod
-    def _things(value: Any) -> str:
-        return "" if isinstance(value, int | float) else " characters" if isinstance(value, str) else " entries"
 
 
 Share = Annotated[float, Limits(0.0, 1.0)]

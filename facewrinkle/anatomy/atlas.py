@@ -134,13 +134,24 @@ class Atlas:
         ['frontalis_outer_l', 'frontalis_major_l', 'buccinator_r']
         """
         atlas = replace(self, expressions=dict(self.expressions), mixtures=dict(self.mixtures))
-        pairs = {name.removesuffix("_l").removesuffix("_r") for name in self.muscles}
         for name, mixture in added.items():
-            if name in (*self.action_units, *self.muscles, *pairs):
+            if name in self.unit_and_muscle_names:
                 raise ParameterError(f"{name!r} is an action unit or a muscle. Give the expression another name.")
             weights = atlas._weights_of(mixture)
             atlas.expressions[name], atlas.mixtures[name] = atlas.contractions(weights), weights
         return atlas
+
+    @property
+    def unit_and_muscle_names(self) -> set[str]:
+        """Names that mean an action unit, a muscle or a pair of muscles, and can mean nothing else.
+
+        Examples
+        --------
+        >>> {"AU12L", "corrugator", "corrugator_l"} <= load_atlas().unit_and_muscle_names
+        True
+        """
+        pairs = {name.removesuffix("_l").removesuffix("_r") for name in self.muscles}
+        return {*self.action_units, *self.muscles, *pairs}
 
     def _weights_of(self, what: Mixture) -> dict[str, float]:
         """The weights by name of a mixture in any of its forms."""

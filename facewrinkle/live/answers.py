@@ -144,11 +144,7 @@ class Answers:
         source = self._library.source
         built_in = not shown and self._library[""].face.template is None and not source
         return {
-            "faces": {
-                "names": list(self._library.names),
-                "shown": shown,
-                "first": self._library.source or "Built-in head",
-            },
+            "faces": {"names": list(self._library.names), "shown": shown, "first": source or "Built-in head"},
             "identity": built_in and bool(face.landmarks),
             "handles": self._handles(),
             "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},

@@ -249,8 +249,7 @@ def atlas_with(face: Face, session: Session) -> str:
 
 def _free_name(name: str, atlas: Atlas) -> str:
     """Return a name, with a number if it means something already: an expression, a unit or a muscle."""
-    pairs = {muscle.removesuffix("_l").removesuffix("_r") for muscle in atlas.muscles}
-    taken = {*atlas.expressions, *atlas.action_units, *atlas.muscles, *pairs}
+    taken = {*atlas.expressions, *atlas.unit_and_muscle_names}
     numbered = (f"{name}_{number}" for number in itertools.count(2))
     return name if name not in taken else next(each for each in numbered if each not in taken)
 

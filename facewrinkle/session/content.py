@@ -129,9 +129,9 @@ class Content:
         ParameterError, UnknownNameError
             If it is not a session, or one of a newer version.
         """
-        if not is_session(text):
+        content = _marked(text)
+        if content is None:
             raise ParameterError(f"this is not a session of the studio: it must be JSON with a {MARK!r}.")
-        content = table_of(text)
         number = content.pop(MARK)
         if number not in (1, VERSION):
             raise ParameterError(
@@ -162,10 +162,16 @@ def is_session(text: str | bytes) -> bool:
     >>> is_session('{"facewrinkle session": 1}'), is_session('[{"jawOpen": 0.5}]')
     (True, False)
     """
+    return _marked(text) is not None
+
+
+def _marked(text: str | bytes) -> dict[str, Any] | None:
+    """Return the table of a JSON text that is marked as a session; None for any other text."""
     try:
-        return MARK in table_of(text)
+        table = table_of(text)
     except ValueError:
-        return False
+        return None
+    return table if MARK in table else None
 
 
 def placed(session: T, attach: Callable[[Point], Place], known: Atlas | None = None) -> T:

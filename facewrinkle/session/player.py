@@ -38,9 +38,6 @@ TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 TEAR_ARRIVES = 60.0
 """Seconds after which every tear has arrived."""
 
-HELD = 30
-"""Steps after which the skin of a face that performs a take has come to rest at a moment of it."""
-
 LENGTH, ARRIVED = 2.4, 1.2
 """Seconds of a movie without keys, and when the face, at rest at its beginning, shows what is wished."""
 
@@ -245,7 +242,7 @@ class Player:
     """
 
     def __init__(self, content: Content, subject: Subject, coarsen: bool = True) -> None:
-        self.content, self.face, self.clip = content, subject.face, subject.clip
+        self.content, self._subject, self.face, self.clip = content, subject, subject.face, subject.clip
         self.simulation = Simulation(
             self.face, Refinement(coarsen=coarsen), layers=layers_of(content, self.face), motion=subject.motion()
         )
@@ -263,7 +260,7 @@ class Player:
         """Return the frame that has come to rest at the time of the session, from a face at rest."""
         simulation, content = self.simulation, self.content
         if isinstance(simulation.motion, Playback | Performer):
-            for _ in range(HELD if isinstance(simulation.motion, Performer) else 1):
+            for _ in range(self._subject.steps):
                 simulation.motion.seek(content.time)
                 frame = simulation.step()
             return frame

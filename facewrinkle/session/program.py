@@ -10,7 +10,6 @@ from ..rigging import Take
 from .content import Content
 from .parts import Pattern, point_of
 from .player import (
-    HELD,
     TEAR_ARRIVES,
     TEAR_SPEED,
     TEAR_STAYS,
@@ -38,7 +37,7 @@ def program_of(content: Content, subject: Subject) -> str:
     if subject.clip is not None:
         lines += [
             f"sim = fw.Simulation(face, motion=motion{words})",
-            f"for _ in range({HELD if isinstance(subject.clip, Take) else 1}):",
+            f"for _ in range({subject.steps}):",
             f"    sim.motion.seek({content.time!r})",
             "    frame = sim.step()",
         ]
