@@ -14,7 +14,7 @@ from ..array_types import Array, Image, IntArray, Single
 from ..errors import MeshError, ParameterError
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
-from ..mesh.arrays import COLORS, has_colours
+from ..mesh.arrays import COLORS, has_colours, in_bytes
 
 ORIGIN = " origin"
 """Name of the array with the numbers of the frame's vertices while they are split at seams."""
@@ -173,5 +173,4 @@ def _colours(mesh: pv.PolyData, name: str) -> Image | None:
     colours = mesh.point_data.get(name)
     if colours is None or colours.ndim != 2 or colours.shape[1] < 3:
         return None
-    rgb = np.asarray(colours)[:, :3]
-    return rgb if rgb.dtype == np.uint8 else np.rint(255.0 * np.clip(rgb, 0.0, 1.0)).astype(np.uint8)
+    return in_bytes(np.asarray(colours)[:, :3])

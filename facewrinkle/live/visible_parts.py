@@ -27,7 +27,7 @@ from ..array_types import Array, IntArray
 from ..geometry.closest_point import closest
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
-from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colours, is_frame, rest_of
+from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colours, in_bytes, is_frame, rest_of
 from ..mesh.frame_state import FrameState
 from ..plotting.scene import PLAIN_COLOUR
 from .protocol import FIBRES, LARGEST, Box, Part, small_normals
@@ -251,7 +251,7 @@ def _texture_numbers(places: np.ndarray) -> np.ndarray:
 
 def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:
     if has_colours(frame):
-        return _bytes(np.asarray(frame.point_data[COLORS]))
+        return in_bytes(np.asarray(frame.point_data[COLORS])[:, :3])
     if appearance.painter is not None:
         return appearance.at(frame).paint
     return np.tile(np.rint(255.0 * np.array(PLAIN_COLOUR)).astype(np.uint8), (frame.n_points, 1))
@@ -260,13 +260,8 @@ def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.
 def _colours(mesh: pv.PolyData) -> npt.NDArray[np.uint8]:
     for name in ("paint", COLORS):
         if name in mesh.point_data:
-            return _bytes(np.asarray(mesh.point_data[name]))
+            return in_bytes(np.asarray(mesh.point_data[name])[:, :3])
     return np.full((mesh.n_points, 3), 180, np.uint8)
-
-
-def _bytes(colours: np.ndarray) -> npt.NDArray[np.uint8]:
-    colours = colours[:, :3]
-    return np.asarray(colours if colours.dtype == np.uint8 else np.rint(255.0 * np.clip(colours, 0, 1)), np.uint8)
 
 
 def _normals(mesh: pv.PolyData) -> Array:

@@ -428,12 +428,15 @@ def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
         mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
 
 
-def _in_bytes(mesh: pv.PolyData) -> np.ndarray | None:
-    """The colours of a mesh as bytes, whatever it calls colours that are none as it is."""
-    own = mesh.point_data.get(COLORS)
-    if own is None or own.dtype == np.uint8 or not has_colours(mesh):
-        return own
-    return np.asarray(np.rint(255.0 * own), dtype=np.uint8)
+def in_bytes(colors: np.ndarray) -> npt.NDArray[np.uint8]:
+    """Return colors as bytes, which they may be already; others are numbers from 0 to 1.
+
+    Examples
+    --------
+    >>> in_bytes(np.array([[0.0, 0.5, 2.0]])).tolist()
+    [[0, 128, 255]]
+    """
+    return colors if colors.dtype == np.uint8 else np.rint(255.0 * np.clip(colors, 0.0, 1.0)).astype(np.uint8)
 
 
 def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping[str, float]) -> pv.PolyData:
@@ -452,7 +455,12 @@ def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
     data = {}
     for name in names:
-        owns = [_in_bytes(mesh) if name == COLORS else mesh.point_data.get(name) for mesh in meshes]
+        owns: list[np.ndarray | None] = [mesh.point_data.get(name) for mesh in meshes]
+        if name == COLORS:
+            owns = [
+                in_bytes(mesh.point_data[name]) if has_colours(mesh) else own
+                for mesh, own in zip(meshes, owns, strict=True)
+            ]
         widest = max((own for own in owns if own is not None), key=lambda own: own.shape[1:])
         rows = [np.full((mesh.n_points, *widest.shape[1:]), missing.get(name, 0), widest.dtype) for mesh in meshes]
         for own, row in zip(owns, rows, strict=True):
