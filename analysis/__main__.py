@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from . import emotions, folds, motion, performance, profiles, realism, refinement, relief, volume
+from . import creases, emotions, folds, motion, performance, profiles, realism, refinement, relief, volume
 from .report import OUTPUT, publish, run
 
 
@@ -24,6 +24,7 @@ def main(*, out: Path = OUTPUT, quick: bool = False) -> None:
         publish(motion.report(*found, pictures=not quick), out)
         publish(emotions.report(*found), out)
         publish(relief.report(*found), out)
+        publish(creases.report(*found), out)
     print(f"\n{out / 'index.html'}")
 
 

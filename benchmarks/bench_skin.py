@@ -1,7 +1,7 @@
 """One step of the skin against one linearly implicit step in plain numpy and scipy.
 
-The reference linearises springs and tethers at rest, and calls spsolve once a step with one matrix for the three
-coordinates (the largest stiffness of springs and tethers in all directions, which is stable), so that the matrix is
+The reference linearises springs, tethers and the tissue that keeps its volume at rest, and calls spsolve once a step
+with one matrix for the three coordinates (no less stiff than any of them, which is stable), so that the matrix is
 factored in every step. The skin factors a closer matrix per coordinate when it is made; its springs are biphasic, it
 keeps triangles from folding, stays off bone and eyes, and iterates.
 """
@@ -45,7 +45,12 @@ class Reference:
         k = skin._stiffness
         springs = csr_array((np.concatenate([k, k, -k, -k]), (np.r_[i, j, i, j], np.r_[i, j, j, i])), shape=(n, n))
         inertia = skin._mass * (1.0 + 2.0 * m.damping * m.rate * h) / h**2
-        self.matrix = (springs + skin._bending + diags_array(inertia + skin._across)).tocsc()
+        # Columns of tissue, and the most stiffness with which they couple the three coordinates.
+        self.columns = skin._columns()
+        sizes = np.sqrt([column.power(2).sum(axis=1) for column in self.columns])
+        shares = skin._across * sizes.sum(axis=0) / np.maximum(sizes, 1e-12)
+        kept = sum(c.T @ diags_array(share) @ c for c, share in zip(self.columns, shares, strict=True))
+        self.matrix = (springs + skin._bending + diags_array(inertia + skin._along) + kept).tocsc()
         self.gather = csr_array(
             (np.r_[-np.ones_like(k), np.ones_like(k)], (np.r_[i, j], np.tile(np.arange(len(k)), 2)))
         )
@@ -55,8 +60,8 @@ class Reference:
         """K u."""
         skin, (i, j), u = self.skin, self.edges, self.u
         stretch = np.einsum("ek,ek->e", self.along, u[j] - u[i])
-        out = np.einsum("nk,nk->n", skin._normals, u)[:, None] * skin._normals
-        tethers = skin._along[:, None] * u + (skin._across - skin._along)[:, None] * out
+        excess = skin._across * sum(column @ u[:, k] for k, column in enumerate(self.columns))
+        tethers = skin._along[:, None] * u + np.stack([column.T @ excess for column in self.columns], axis=1)
         return self.gather @ ((skin._stiffness * stretch)[:, None] * self.along) + skin._bending @ u + tethers
 
     def step(self):

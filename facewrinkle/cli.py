@@ -5,6 +5,7 @@ The commands live in :mod:`facewrinkle.commands` and are imported when they are 
 
 from __future__ import annotations
 
+import io
 import os
 import shutil
 import signal
@@ -120,6 +121,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     if sys.platform.startswith("linux"):  # else VTK would look for a display
         os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name in another script must not end a command
+            stream.reconfigure(errors="replace")
     _widen()
     tokens = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -150,7 +154,7 @@ def _failure(error: Exception) -> str:
     if isinstance(error, FaceWrinkleError):
         return _one_line(error)
     if isinstance(error, MemoryError):
-        return "there is not enough memory. Use a mesh with fewer triangles, or a machine with more memory."
+        return "there is not enough memory for this. Ask for less, or use a machine with more."
     if isinstance(error, OSError) and error.errno is not None:
         where = f" {error.filename!r}" if error.filename else ""
         return f"the system refused{where}: {error.strerror}. Check the disk and your permissions."

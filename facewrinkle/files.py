@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import errno
 import os
+import re
+import reprlib
 import shutil
+import tomllib
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from io import BufferedReader
 from itertools import count
 from pathlib import Path
 from stat import S_ISDIR, S_ISREG
 from tempfile import TemporaryFile
-from typing import BinaryIO
+from typing import Any
 
-from .errors import FaceWrinkleError, MeshError, OutputError
+from .errors import FaceWrinkleError, MeshError, OutputError, ParameterError
 
 LARGEST_SETTINGS = 2**28
 """Most bytes of a file of settings: atlases, landmarks, specifications."""
+
+PARTS = 64
+"""The most parts of a name in a file of settings."""
+
+_DEEP = re.compile(rf"(?:[^.,=\[\]{{}}\n]{{1,100}}+\.){{{PARTS}}}")
 
 SCARCE = 2**20
 """With fewer free bytes than this, what could not be written is taken to have found no room."""
@@ -52,8 +61,27 @@ def inputs_kept() -> Iterator[None]:
         _inputs = None
 
 
+def path_of(path: str | Path) -> Path:
+    """Return a path with the user's folder in place of ``~``.
+
+    Raises
+    ------
+    ParameterError
+        For what is no path.
+
+    Examples
+    --------
+    >>> path_of(None)
+    Traceback (most recent call last):
+    facewrinkle.errors.ParameterError: a path must be a text or a Path, received None.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise ParameterError(f"a path must be a text or a Path, received {reprlib.repr(path)}.")
+    return Path(os.path.expanduser(path))  # Path.expanduser fails for unknown users
+
+
 @contextmanager
-def opened(path: str | Path, *, kept: bool = True) -> Iterator[BinaryIO]:
+def opened(path: str | Path, *, kept: bool = True) -> Iterator[BufferedReader]:
     """Open an ordinary file; unless `kept`, a command may replace it.
 
     Raises
@@ -68,7 +96,7 @@ def opened(path: str | Path, *, kept: bool = True) -> Iterator[BinaryIO]:
     Traceback (most recent call last):
     OSError: [Errno 22] it is not a regular file: '/dev/null'
     """
-    path = os.path.expanduser(path)  # Path.expanduser fails for unknown users
+    path = str(path_of(path))
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         status = os.fstat(descriptor)
@@ -101,6 +129,25 @@ def text_of(path: str | Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.decode("latin-1")
+
+
+def toml_of(path: str | Path) -> dict[str, Any]:
+    """Return the content of a file of settings.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    ValueError
+        If it is no TOML, or has a name of very many parts, ``a.b.c...``, for which memory runs out.
+    """
+    text = bytes_of(path, LARGEST_SETTINGS).decode()
+    if _DEEP.search(text):
+        raise ValueError(f"a name has more than {PARTS} parts")
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise ValueError("its tables are nested too deeply") from None
 
 
 def check_file(path: Path) -> None:
@@ -223,7 +270,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
     Where `path` is a link, what it leads to is replaced. After an error or an interrupt, the old file is untouched, and
     nothing else is left; folders that were made and stayed empty are removed.
     """
-    name = Path(os.path.expanduser(path)).name
+    name = path_of(path).name
     path = output_target(path)
     temporary = path.with_name(f".{os.getpid()}.{next(_number)}.{name[-100:]}")
     _unfinished[temporary] = [folder for folder in path.parents if not folder.exists()]
@@ -270,7 +317,7 @@ def _refusals(path: str | Path) -> Iterator[None]:
 
 def not_written(path: str | Path, problem: OSError | str) -> OutputError:
     """Return the error for a file that could not be written, which says so if there is no room for it."""
-    path = Path(os.path.expanduser(path)).absolute()
+    path = path_of(path).absolute()
     number, reason = (None, problem) if isinstance(problem, str) else (problem.errno, problem.strerror or str(problem))
     free = _free_bytes(path)
     if number == errno.EFBIG:
@@ -385,7 +432,7 @@ def output_folder(path: str | Path, make: bool = True) -> Path:
     ...     output_folder(f"{parent}/pictures/smile").name
     'smile'
     """
-    folder = Path(os.path.expanduser(path))
+    folder = path_of(path)
     try:
         if make:
             folder.mkdir(parents=True, exist_ok=True)
@@ -413,7 +460,7 @@ def output_file(path: str | Path, endings: Sequence[str]) -> Path:
         For another ending, a folder, what is no ordinary file, or one that a command has read; or if the folder cannot
         be written.
     """
-    path = Path(os.path.expanduser(path))
+    path = path_of(path)
     if path.suffix.lower() not in endings:
         raise OutputError(f"the file must end in {' or '.join(endings)}, received {path.name!r}.")
     output_folder(path.parent, make=False)
@@ -435,7 +482,7 @@ def output_target(path: str | Path) -> Path:
     Traceback (most recent call last):
     facewrinkle.errors.OutputError: '/dev/null' is not a regular file, so nothing is written to it. Name another file.
     """
-    path = Path(os.path.expanduser(path))
+    path = path_of(path)
     try:
         target = Path(os.path.realpath(path))
         status = target.stat()

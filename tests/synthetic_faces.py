@@ -52,6 +52,28 @@ def head_with_balls(*kinds: str) -> Face:
         return fw.fit_face(mesh, fw.default_face().landmarks, units="mm")
 
 
+@lru_cache(maxsize=1)
+def half_sewn() -> tuple[Face, np.ndarray, np.ndarray]:
+    """The built-in head with skin across the right half of its mouth's hole, as scans of closed mouths have; and the
+    vertices of the upper and of the lower rim that are still apart, from the middle to the left corner.
+    """
+    face = fw.default_face()
+    loop = Mouth(face).loop
+    across = (face.points[loop] - face.landmarks["upper_lip_mid"]) @ face.frame.axes[0]
+    loop, across = (np.roll(each, -int(np.argmin(across))) for each in (loop, across))
+    half = len(loop) // 2
+    sewn = int((across[:half] < -1.0).sum())
+    one, other = loop[:sewn], loop[-np.arange(sewn)]
+    seam = np.append(loop[0], len(face.points) + np.arange(sewn - 1))
+    triangles = [face.triangles, [[one[1], one[0], seam[1]], [seam[1], seam[0], other[1]]]]
+    for a, b in ((one, seam), (seam, other)):
+        triangles += [np.stack([a[2:], a[1:-1], b[1:-1]], axis=1), np.stack([a[2:], b[1:-1], b[2:]], axis=1)]
+    middle = 0.5 * (face.points[one] + face.points[other])[1:]
+    skin = to_polydata(np.vstack([face.points, middle]), np.vstack(triangles).astype(np.int32))
+    apart = np.arange(sewn + 1, half)
+    return Face.from_landmarks(skin, face.landmarks, 1.0), loop[apart], loop[-apart]
+
+
 def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
     """Points and triangles of :func:`head_with`."""
     face = fw.default_face()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import warnings
@@ -297,3 +298,15 @@ def test_commands_and_options_are_completed(shell, run):
     script = run("completion", shell).out
     for word in ("express", "pattern", "intensity", "landmarks"):
         assert word in script
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+def test_what_a_terminal_cannot_show_ends_no_command(tmp_path, encoding):
+    """Such as the name of a file, where Windows writes into a file."""
+    (tmp_path / "λ → 頭.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    environment = os.environ | {"PYTHONIOENCODING": encoding}
+    command = [sys.executable, "-m", "facewrinkle", "info", "λ → 頭.obj"]
+    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False)
+    assert run.returncode == 0, run.stderr
+    assert b"1 triangles" in run.stdout
+    assert b"? ? ?.obj" in run.stdout

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from facewrinkle.errors import OPTIONAL, MissingPackageError, optional_imports
+import facewrinkle as fw
+from facewrinkle.errors import OPTIONAL, MissingPackageError, ParameterError, optional_imports
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 USED = ("gltf", "studio", "export", "dataset")
@@ -44,3 +45,32 @@ def test_a_missing_part_names_its_package(monkeypatch):
     monkeypatch.setitem(sys.modules, "imageio.v9", None)
     with pytest.raises(MissingPackageError, match="movies need the package imageio,"), optional_imports("movies need"):
         import imageio.v9  # noqa: F401
+
+
+WRONG = {
+    "atlas must be an Atlas": lambda face, frame: fw.default_face(atlas="mine.toml"),
+    "atlas must be an Atlas, received 3": lambda face, frame: fw.fit_face(face.mesh, face.landmarks, atlas=3),
+    "refinement must be a Refinement": lambda face, frame: fw.Simulation(face, refinement=3),
+    "material must be a SkinMaterial": lambda face, frame: fw.Simulation(face, material="soft"),
+    "frame must be a PolyData": lambda face, frame: fw.picture(None, face),
+    "face must be a Face, received None": lambda face, frame: fw.picture(frame, None),
+    "style must be a Style": lambda face, frame: fw.picture(frame, face, "front"),
+    "face must be a Face, received 'face'": lambda face, frame: fw.write_mesh(frame, "a.obj", "face"),
+    "face must be a Face.*fit_face": lambda face, frame: fw.write_face(None, "a.face"),
+    "face must be a Face, received 5": lambda face, frame: fw.Skin(5),
+    "face must be a Face, received 6": lambda face, frame: fw.rig(6),
+    "take must be a Take.*read_take": lambda face, frame: fw.Performer(face, face),
+    "path must be a text or a Path": lambda face, frame: fw.read_face(None),
+    "path must be a text or a Path, received 1": lambda face, frame: fw.read_atlas(1),
+    "path must be a text or a Path, received 2": lambda face, frame: fw.read_take(2),
+    "path must be a text or a Path, received 3": lambda face, frame: fw.read_animation(3),
+    "path must be a text or a Path, received 4": lambda face, frame: fw.read(4),
+    "path must be a text or a Path, received 5": lambda face, frame: fw.write_mesh(frame, 5, face),
+    "path must be a text or a Path, received 6": lambda face, frame: fw.write_face(face, 6),
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_values_of_another_type_are_refused_where_they_are_given(face, message):
+    with pytest.raises(ParameterError, match=message):
+        WRONG[message](face, face.mesh)

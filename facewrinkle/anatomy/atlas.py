@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_range, unknown_name
-from ..files import LARGEST_SETTINGS, bytes_of
+from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_flag, check_range, unknown_name
+from ..files import path_of, toml_of
 from .landmarks import FaceFrame, of_side
 from .mixtures import Mixture, parse_weights
 from .muscles import (
@@ -53,6 +53,16 @@ KEYS = {
     "tongue": set(),
 }
 """Keys of a muscle's entry, by its kind, besides the `COMMON` ones."""
+
+
+WORDS, FLAGS = {"kind", "turn", "ends", "falloff", "fronts", "folds"}, {"paired", "waves"}
+"""Keys whose values are words, or true or false; all others are numbers, tables or lists of them."""
+
+TISSUE = {"depth": 0.0, "stiffness": 0.0, "across": 1.0, "bulge": 0.45}
+"""Keys of a sample of tissue, and what is usual; 0 where they must be given."""
+
+MOST = 1e3
+"""The largest number in an atlas."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +273,10 @@ class Atlas:
             rows = [
                 (
                     _point(t["at"], s, landmarks, frame),
-                    [t["depth"], t["stiffness"], t.get("across", 1.0), t.get("bulge", 0.45)],
+                    [
+                        check_range(f"{name} of tissue", t.get(name, usual) if usual else t[name], 0.0, MOST)
+                        for name, usual in TISSUE.items()
+                    ],
                 )
                 for t in self.tissue
                 for s in "lr"
@@ -320,13 +333,15 @@ def read_atlas(path: str | Path) -> Atlas:
     >>> read_atlas(DEFAULT_ATLAS).expressions["frowning"]
     {'corrugator_l': 1.0, 'corrugator_r': 1.0}
     """
+    path = path_of(path)
     try:
-        content = tomllib.loads(bytes_of(path, LARGEST_SETTINGS).decode())
+        content = toml_of(path)
     except OSError as error:
         raise FaceWrinkleError(f"cannot read the atlas {str(path)!r}: {error.strerror or error}.") from None
-    except (ValueError, RecursionError) as error:  # not UTF-8, or not TOML
+    except ValueError as error:  # not UTF-8, or not TOML
         raise FaceWrinkleError(f"the atlas {str(path)!r} is not valid TOML: {error}.") from None
     try:
+        _check_values({table: content[table] for table in ("muscles", "folds", "tissue") if table in content})
         return _expanded_atlas(_completed(content) if "base" in content else content)
     except (KeyError, TypeError, AttributeError, RecursionError, IndexError) as error:
         what = f"the atlas {str(path)!r} does not have the form of an atlas"
@@ -355,6 +370,21 @@ def _completed(changes: Mapping[str, Any]) -> dict[str, Any]:
             old = content[table].get(name)
             content[table][name] = {**old, **entry} if table == "muscles" and isinstance(old, dict) else entry
     return content
+
+
+def _check_values(value: Any, where: str = "atlas", key: str = "") -> None:
+    """Raise an error for words where numbers are needed, for numbers that no face has, and the like."""
+    if isinstance(value, Mapping | list):
+        named = value.items() if isinstance(value, Mapping) else ((key, each) for each in value)
+        for name, each in named:
+            _check_values(each, f"{where}.{name}" if isinstance(value, Mapping) else where, name)
+    elif key in FLAGS:
+        check_flag(where, value)
+    elif key in WORDS:
+        if not isinstance(value, str):
+            raise ParameterError(f"{where} must be a word, received {value!r}.")
+    else:
+        check_range(where, value, -MOST, MOST)
 
 
 def _reason(error: Exception) -> str:

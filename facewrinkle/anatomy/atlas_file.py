@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import ParameterError
-from ..files import written
+from ..files import path_of, written
 from .atlas import Atlas
 
 SIDES = ("_l", "_r")
@@ -48,7 +47,7 @@ def write_atlas(atlas: Atlas, path: str | Path) -> Path:
     >>> again.expressions["smirk"], again.muscles == mine.muscles
     ({'zygomaticus_major_l': 0.6}, True)
     """
-    target = Path(os.path.expanduser(path))
+    target = path_of(path)
     content = atlas_text(atlas)
     with written(target) as whole:
         whole.write_text(content, encoding="utf-8")

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.interpolation import smoothstep
-from ..geometry.topology import boundary_loops, unique_edges
+from ..geometry.topology import unique_edges
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame
 from .parts import Part, given_eye
@@ -398,6 +398,7 @@ def place_eyeballs(
     frame: FaceFrame,
     points: Array,
     triangles: IntArray,
+    loops: Sequence[IntArray],
     estimated: Collection[str] = (),
     parts: Mapping[str, Part] | None = None,
 ) -> list[Eyeball]:
@@ -412,11 +413,11 @@ def place_eyeballs(
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> eyes = place_eyeballs(face.landmarks, face.frame, face.points, face.triangles)
+    >>> eyes = place_eyeballs(face.landmarks, face.frame, face.points, face.triangles, face.boundary_loops)
     >>> [(eye.side, round(eye.radius)) for eye in eyes]
     [('l', 12), ('r', 12)]
     """
-    eyes, loops = [], boundary_loops(triangles)
+    eyes = []
     for side in "lr":
         name, radius = f"eye_{side}_centre", RADIUS * frame.pupil_distance
         eye = Eyeball(side, landmarks[name], radius, frame.axes[2], frame.axes[1])

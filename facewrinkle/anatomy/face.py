@@ -44,6 +44,9 @@ FOLDS = "known folds"
 REMEMBERED = 4
 """The most things of a name that are remembered with a face."""
 
+BESIDE_MIDDLE = 0.25
+"""An opening reaches a side of the mouth if it goes so far from its middle, as a share of the way to the corner."""
+
 LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
 """Muscles that close an eye and tighten its lower lid."""
 
@@ -175,11 +178,14 @@ class Face:
         frame = frame_of(landmarks)
         where, values = atlas.tissue_samples(landmarks, frame)
         values[:, 0] /= unit
-        tissue = tissue_of(points, triangles, (where, values), frame.pupil_distance)
+        loops = boundary_loops(triangles)
+        tissue = tissue_of(points, triangles, loops, (where, values), frame.pupil_distance)
         parts = dict(parts or {})
-        eyes = place_eyeballs(landmarks, frame, points, triangles, estimated, parts)
+        eyes = place_eyeballs(landmarks, frame, points, triangles, loops, estimated, parts)
         muscles = atlas.place(landmarks, frame)
-        return cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
+        face = cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
+        vars(face)["boundary_loops"] = loops  # the cached property: a tenth of a fit is not done twice
+        return face
 
     @classmethod
     def without_anatomy(
@@ -312,13 +318,26 @@ class Face:
 
     @cached_property
     def mouth_opens(self) -> bool:
-        """True if there is a hole of the mesh or a hollow behind the lips; without, the jaw cannot part them."""
+        """True if a hole of the mesh or a hollow behind the lips reaches both sides; else the jaw cannot part them."""
+        return self._opening_of_mouth == 2
+
+    @cached_property
+    def mouth_half_open(self) -> bool:
+        """True if that reaches one side only, as in scans of closed mouths: there the lips stay together, too."""
+        return self._opening_of_mouth == 1
+
+    @cached_property
+    def _opening_of_mouth(self) -> int:
+        """The number of sides of the mouth that a hole or a hollow behind the lips reaches."""
         if not self.landmarks:
-            return False
-        away = self.frame.local(self.points) - self.frame.local(lips_middle(self.landmarks))
+            return 0
+        middle = self.frame.local(lips_middle(self.landmarks))
+        away = self.frame.local(self.points) - middle
         bag = (np.abs(away[:, :2]) < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
-        rims = (np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops)
-        return bool(bag.any() or any((np.abs(rim) < MOUTH).all(axis=1).any() for rim in rims))
+        rims = [np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops]
+        found = np.concatenate([away[bag, 0], *(rim[(np.abs(rim) < MOUTH).all(axis=1), 0] for rim in rims)])
+        ends = [BESIDE_MIDDLE * float((self.frame.local(self.landmarks[f"mouth_{s}"]) - middle)[0]) for s in "lr"]
+        return int((found > ends[0]).any()) + int((found < ends[1]).any())
 
     @cached_property
     def cavities(self) -> Cavities:
@@ -590,14 +609,15 @@ class Face:
         >>> face.with_lids() is face
         True
         """
-        shut, marks, mesh = {"l", "r"} - set(self.eyelid_openings), self.landmarks, (self.points, self.triangles)
+        shut, marks = {"l", "r"} - set(self.eyelid_openings), self.landmarks
         if not shut:
             return self
         usual = usual_corners(marks, self.frame)
         usual = dict(zip(usual, closest_places(self.mesh, np.array(list(usual.values())))[1], strict=True))
         usual = {name: place for name, place in usual.items() if name[4] in shut}
+        mesh = self.points, self.triangles, self.boundary_loops
         eyes = place_eyeballs(marks | usual, self.frame, *mesh, self.estimated, self.parts)
-        found = [eyelid_opening(eye, *mesh, self.boundary_loops, marks | usual) for eye in eyes if eye.side in shut]
+        found = [eyelid_opening(eye, *mesh, marks | usual) for eye in eyes if eye.side in shut]
         opened = {opening.eye.side for opening in found if opening is not None}
         moved = {name: place for name, place in usual.items() if name[4] in opened}
         if not moved:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import zipfile
 from pathlib import Path
 from typing import Any, cast
@@ -13,8 +12,8 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import IntArray
-from ..errors import FaceWrinkleError, MeshError, warn
-from ..files import check_file, written
+from ..errors import LARGEST, FaceWrinkleError, MeshError, check_type, warn
+from ..files import check_file, opened, path_of, written
 from ..mesh import read_surface, to_polydata
 from ..mesh.arrays import CORNERS, PIECE, use_texture
 from .atlas import Atlas
@@ -31,6 +30,32 @@ _CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
 _BROWS = "brows/"
 _FOLDS = "folds/"
+
+Form = tuple[str, tuple[str | int | tuple[int, ...], ...], float, float | str]
+_REAL, _WHOLE = "fiu", "iu"
+FORMS: dict[str, Form] = {
+    "points": ("f", ("n", 3), -LARGEST, LARGEST),
+    "triangles": (_WHOLE, ("m", 3), 0, "n"),
+    "texture": ("u", ("height", "width", (3, 4)), 0, 255),
+    "source_points": (_WHOLE, ("n",), 0, 2**62),
+    "Texture Corners": ("f", ("m", 6), -LARGEST, LARGEST),
+    "part": (_WHOLE, ("m",), 0, "m"),
+    "unit": (_REAL, (), 1e-9, 1e9),
+    "age": (_REAL, (), -1.0, 1.0),
+    "iris": (_REAL, (), -1.0, 1.0),
+    "likeness": (_REAL, (), -LARGEST, 1.0),
+    "landmarks": (_REAL, ("l", 3), -LARGEST, LARGEST),
+    "confidences": (_REAL, ("l",), -np.inf, np.inf),
+    _BROWS + "triangles": (_WHOLE, ("hairs", "k"), 0, "m"),
+    _BROWS + "weights": ("f", ("hairs", "k", 3), -2.0, 2.0),
+    _BROWS + "heights": (_REAL, ("k",), -LARGEST, LARGEST),
+    _BROWS + "colour": (_REAL, (3,), 0.0, 255.0),
+}
+"""What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
+greatest that is the name of a size is not reached."""
+
+SIZES = 1e-3, 1e8
+"""Range of the diagonal of a face, mm."""
 
 LARGEST_FILE = 2**31
 """The most bytes that the arrays of a face may take."""
@@ -61,6 +86,7 @@ def write_face(face: Face, path: str | Path) -> Path:
     ...     fw.read_face(path).mesh.n_cells
     4517
     """
+    check_type("face", face, Face)
     if changed := list(face.changed_muscles):
         warn(
             f"muscles that were changed are not stored: {', '.join(changed)}. read_face places those of the atlas; "
@@ -89,7 +115,7 @@ def write_face(face: Face, path: str | Path) -> Path:
         key = f"{_PARTS}/{name}/"
         arrays |= _stored(key, part.mesh, part.texture, part.source_points)
         arrays |= {key + "follows": part.follows, key + "side": part.side}
-    target = Path(os.path.expanduser(path))
+    target = path_of(path)
     with written(target) as whole, whole.open("wb") as file:
         np.savez_compressed(file, **arrays)
     return target
@@ -158,7 +184,7 @@ def read(path: str | Path) -> Face | pv.PolyData:
     ...     [type(read(path)).__name__ for path in paths]
     ['Face', 'PolyData']
     """
-    return read_face(path) if Path(path).suffix.lower() == SUFFIX else read_surface(path)
+    return read_face(path) if path_of(path).suffix.lower() == SUFFIX else read_surface(path)
 
 
 def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
@@ -184,7 +210,8 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
     >>> face.unit, len(face.landmarks)
     (1.0, 33)
     """
-    source = Path(os.path.expanduser(path))
+    check_type("atlas", atlas, Atlas, optional=True)
+    source = path_of(path)
     check_file(source)
     try:
         return _face(_arrays(source), source.name, atlas)
@@ -202,27 +229,63 @@ def read_face(path: str | Path, atlas: Atlas | None = None) -> Face:
 
 def _arrays(source: Path) -> dict[str, Any]:
     """The arrays of a file."""
-    with zipfile.ZipFile(source) as archive:
-        size = sum(entry.file_size for entry in archive.infolist())
-    if size > LARGEST_FILE:
-        raise MeshError(
-            f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes {LARGEST_FILE / 2**30:.0f} GB "
-            "at most. Write it again: facewrinkle fit MESH."
-        )
-    with source.open("rb") as file, np.load(file, allow_pickle=False) as stored:
-        return dict(stored)
+    with opened(source) as file:
+        with zipfile.ZipFile(file) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > LARGEST_FILE:
+            raise MeshError(
+                f"{source.name} would take {size / 2**30:.1f} GB of memory, and a face takes "
+                f"{LARGEST_FILE / 2**30:.0f} GB at most. Write it again: facewrinkle fit MESH."
+            )
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as stored:
+            return dict(stored)
+
+
+def _check(data: dict[str, Any]) -> None:
+    """Raise a MeshError unless the arrays of a mesh, and of what goes with it, are what others rely on."""
+    sizes: dict[str, int] = {}
+    for name, (kinds, shape, low, high) in FORMS.items():
+        values = data.get(name)
+        if values is None or (values.size == 0 and name in ("landmarks", "confidences")):
+            continue
+        fits = values.dtype.kind in kinds and values.ndim == len(shape) and values.size > 0
+        for axis, size in zip(shape, values.shape, strict=False):
+            allowed = (sizes.setdefault(axis, size),) if isinstance(axis, str) else np.atleast_1d(axis)
+            fits = fits and size in allowed
+        most = sizes[high] - 1 if isinstance(high, str) else high
+        if not (fits and (name == "confidences" or (low <= float(values.min()) and float(values.max()) <= most))):
+            raise MeshError(
+                f"{name} must be {'whole ' if kinds == _WHOLE else ''}numbers of the shape {shape} from {low:g} to "
+                f"{most:g}, received {values.dtype} of {values.shape}"
+            )
+    texture = data.get(_DATA + str(data["texture_coordinates"]))
+    if texture is not None and (texture.shape != (sizes["n"], 2) or not np.isfinite(texture).all()):
+        raise MeshError(f"texture coordinates must be finite, of the shape {(sizes['n'], 2)}")
 
 
 def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     if int(data["version"]) > VERSION:
         raise MeshError(f"{file} was written by a later facewrinkle (format {data['version']}, known is {VERSION}).")
-    mesh = _restored(data)
+    parts = sorted({key.split("/")[0] for key in _within(data, f"{_PARTS}/")})
+    for key in ("", *(f"{_PARTS}/{name}/" for name in parts)):
+        try:
+            _check(_within(data, key))
+        except MeshError as problem:
+            raise MeshError(
+                f"{file} was not written by facewrinkle, or is damaged: its {key}{problem}. Write it again: "
+                "facewrinkle fit MESH."
+            ) from None
+    unit, mesh = float(data["unit"]), _restored(data)
+    if not SIZES[0] < unit * mesh.length < SIZES[1]:
+        raise MeshError(
+            f"{file} is damaged: its face is {unit * mesh.length:g} mm large. Write it again: facewrinkle fit MESH."
+        )
     names = data["landmark_names"].tolist()
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     of_parts = _within(data, f"{_PARTS}/")
     brows = _within(data, _BROWS)
-    unit, parts = float(data["unit"]), sorted({key.split("/")[0] for key in of_parts})
     others: dict[str, Any] = {
         "estimated": tuple(data["estimated"].tolist()),
         "parts": {name: _part(_within(of_parts, f"{name}/")) for name in parts},

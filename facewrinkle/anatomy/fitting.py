@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array
-from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
+from ..errors import LandmarkError, MeshError, ParameterError, check_type, unknown_name, warn
 from ..mesh import (
     CleanSurface,
     MeshLike,
@@ -106,6 +106,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     >>> bool(default_face({"width": 1.0}).mesh.bounds[1] > face.mesh.bounds[1])
     True
     """
+    check_type("atlas", atlas, Atlas, optional=True)
     person = Identity.of(identity)
     head = head_of(person)
     mesh = to_polydata(head.points, head.triangles)
@@ -192,8 +193,7 @@ def fit_face(
     >>> face.unit
     25.4
     """
-    if not isinstance(atlas, Atlas | None):
-        raise ParameterError(f"atlas must be an Atlas, such as read_atlas(path) gives, received {atlas!r}.")
+    check_type("atlas", atlas, Atlas, optional=True)
     if units is not None:
         millimetres(units)  # raises before the search
     if texture is not None:
@@ -250,7 +250,8 @@ def _left_out(face: Face) -> list[str]:
         which = {"l": "the left eye", "r": "the right eye", "lr": "both eyes"}["".join(sides)]
         said.append(f"The skin has no opening before {which}, closed or one piece with it: such lids do not move.")
     if face.muscles and not face.mouth_opens:
-        said.append("The skin has no opening between the lips: the jaw stays, and the mouth does not open.")
+        what = "an opening between the lips on one side only" if face.mouth_half_open else "no opening between the lips"
+        said.append(f"The skin has {what}: the jaw stays, and the mouth does not open.")
     return said
 
 

@@ -27,14 +27,17 @@ HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
 TONES = np.array(
     # the value of `skin`, red, green and blue of the forehead
     [
-        (-1.0, 248, 236, 228), (-0.75, 246, 230, 219), (-0.5, 252, 232, 208), (-0.25, 240, 216, 186),
-        (0.0, 216, 174, 145), (0.2, 168, 123, 86), (0.4, 136, 89, 67), (0.6, 100, 63, 52), (0.8, 66, 48, 38),
-        (1.0, 48, 36, 29),
+        (-1.0, 239, 202, 177), (-0.75, 234, 195, 169), (-0.5, 228, 188, 159), (-0.25, 222, 181, 151),
+        (0.0, 216, 174, 145), (0.2, 195, 150, 119), (0.4, 174, 128, 97), (0.6, 151, 106, 79), (0.8, 126, 86, 65),
+        (1.0, 98, 69, 54),
     ]
 )  # fmt: skip
-"""The ten tones of the Monk Skin Tone Scale (E. Monk, Google, 2022). They are redder than its swatches, as faces
-are: a* of CIELAB is larger by a fifth of b*, and the two darkest have more color. The fifth is the mean head, whose
-forehead is nearest to that swatch.
+"""Ten tones in the order of the Monk Skin Tone Scale (E. Monk, Google, 2022); the fifth is the mean head.
+
+Its swatches, from L* 94 to 14, are what a chart shows, not what skin reflects: in the light of a scene they would be
+chalk and coal. These run in even steps of L* through the classes of skin by the angle arctan((L* - 50) / b*) (A.
+Chardon, I. Cretois and C. Hourseau, Int. J. Cosmetic Science 13, 1991), from very light, above 55 degrees, to dark,
+below -30.
 """
 
 GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])

@@ -16,7 +16,7 @@ from ..array_types import Array
 from .atlas import Atlas
 from .face import FOLDS, Face, per_face
 
-VERSION = 3
+VERSION = 4
 """Another number where skin rests at other places, or lines are found otherwise: what was stored is then found anew."""
 
 OF_HEAD = Path(__file__).parent / "data" / "folds.npz"
@@ -24,6 +24,9 @@ OF_HEAD = Path(__file__).parent / "data" / "folds.npz"
 
 KEY, SHAPE, LINES = "key", "shape: ", "lines: "
 """The array that tells of what atlas the others are, and beginnings of their names."""
+
+COLUMNS = ("compression", "wave", "phase", "share", "level")
+"""What is stored of the lines of each family: at the face's points, and at those of its zone, split `level` times."""
 
 STEP = 1e-5
 """Moves are stored as whole multiples of this, mm."""
@@ -76,14 +79,35 @@ def to_store(face: Face) -> dict[str, npt.NDArray[Any]]:
 
 
 def restore(face: Face, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Let a face know what :func:`to_store` returned, unless that was found by another atlas, or in another way."""
+    """Let a face know what :func:`to_store` returned, unless that was found by another atlas, in another way, or is
+    damaged: it is found anew then.
+    """
     if KEY not in arrays or str(arrays[KEY]) != atlas_key(face.atlas):
         return
     known, rest = known_folds(face), face.points * face.unit
     moves = {name: values for name, values in arrays.items() if name.startswith(SHAPE)}
     lines = {name: values for name, values in arrays.items() if name.startswith(LINES)}
+    of_points = all(values.shape == rest.shape and values.dtype.kind == "i" for values in moves.values())
+    if not of_points or not face.atlas.action_units.keys() >= {name.removeprefix(SHAPE) for name in moves}:
+        return
+    if not _are_lines(lines, len(rest)):
+        return
     known.shapes = {name.removeprefix(SHAPE): rest + STEP * values for name, values in moves.items()}
     known.lines = {name.removeprefix(LINES): values for name, values in lines.items()}
+
+
+def _are_lines(arrays: Mapping[str, npt.NDArray[Any]], n: int) -> bool:
+    """Tell whether the arrays of the lines of a face of n points are those that are stored."""
+    try:
+        for k in range(len(arrays[LINES + "names"])):
+            compression, wave, phase, share, level = (arrays[f"{LINES}{name} {k}"] for name in COLUMNS)
+            finite = all(np.isfinite(values).all() for values in (compression, wave, phase, share))
+            alike = compression.shape == (n,) and wave.shape == (*phase.shape, 3) and phase.shape == share.shape
+            if not (finite and alike and level >= 0 and 4 ** int(level) <= 4 * len(phase)):
+                return False
+    except (LookupError, TypeError, ValueError):
+        return False
+    return True
 
 
 def atlas_key(atlas: Atlas) -> str:

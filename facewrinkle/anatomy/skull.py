@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,10 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
-from ..array_types import Array, BoolArray
+from ..array_types import Array, BoolArray, IntArray
 from ..geometry.laplacian import graph_laplacian, symmetric_factors
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import boundary_loops, unique_edges
+from ..geometry.topology import unique_edges
 from .landmarks import FaceFrame, mouth_middle
 from .muscles import JawMuscle, JointWeights
 
@@ -75,13 +75,21 @@ class Tissue:
     bulge: Array
 
 
-def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Array, Array], size: float) -> Tissue:
+def tissue_of(
+    points: Array,
+    triangles: npt.NDArray[np.int32],
+    loops: Sequence[IntArray],
+    samples: tuple[Array, Array],
+    size: float,
+) -> Tissue:
     """Return the soft tissue, from samples of its depth and mechanics at landmarks.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
+    loops : sequence of ndarray of int
+        Vertices around each hole of the mesh.
     samples : tuple of ndarray
         Positions (k, 3), and what holds there (k, 4): depth in the unit of the mesh, relative stiffness along and
         across the skin, and bulge.
@@ -98,9 +106,11 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     A sheet 40 mm wide, with samples of 4 mm at its left border and 12 mm at its right:
 
     >>> import pyvista as pv
+    >>> from facewrinkle.geometry.topology import boundary_loops
     >>> sheet = pv.Plane(i_size=40.0, j_size=40.0, i_resolution=4)
     >>> samples = np.array([[-20.0, 0, 0], [20, 0, 0]]), np.array([[4.0, 1, 1, 0.5], [12, 0.5, 1, 0.5]])
-    >>> tissue = tissue_of(sheet.points.astype(float), sheet.triangulate().regular_faces, samples, size=63.0)
+    >>> triangles = sheet.triangulate().regular_faces
+    >>> tissue = tissue_of(sheet.points.astype(float), triangles, boundary_loops(triangles), samples, size=63.0)
     >>> tissue.depth[:5].round(1)
     array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
@@ -110,7 +120,7 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
-    near_border = np.exp(-((_distance_to_border(points, triangles) / (BORDER_FADE * size)) ** 2))
+    near_border = np.exp(-((_distance_to_border(points, loops) / (BORDER_FADE * size)) ** 2))
     stiffness = stiffness * (1.0 + BORDER_STIFFNESS * near_border)
     smooth = _smoother(points, triangles, SMOOTHING * size)
     normals = smooth(vertex_normals(points, triangles))
@@ -122,9 +132,8 @@ def tissue_of(points: Array, triangles: npt.NDArray[np.int32], samples: tuple[Ar
     return Tissue(depth, stiffness, normals, anchors, across, bulge)
 
 
-def _distance_to_border(points: Array, triangles: npt.NDArray[np.int32]) -> Array:
+def _distance_to_border(points: Array, loops: Sequence[IntArray]) -> Array:
     """Distance of each vertex from the longest boundary loop; infinite where there is none."""
-    loops = boundary_loops(triangles)
     lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
     if not loops:
         return np.full(len(points), np.inf)

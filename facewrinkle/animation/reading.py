@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from ..errors import MeshError, ParameterError
-from ..files import check_file, reading
+from ..files import check_file, path_of, reading
 from ..geometry.normals import vertex_normals
 from ..mesh import UNIT, read_surface
 from ..mesh.arrays import MOVED, PART, blended, drop_frame_data, is_frame, with_data
@@ -98,7 +97,7 @@ def read_animation(
     >>> mesh.n_cells, round(recorded.duration, 6)
     (4517, 0.4)
     """
-    path = Path(os.path.expanduser(path))
+    path = path_of(path)
     check_file(path)
     if shapes is not None and path.suffix.lower() not in GLTF:
         raise ParameterError(f"shapes can be asked for in .glb and .gltf files, received {path.name}.")

@@ -36,6 +36,12 @@ class HairLines:
     side: Array
     up: Array
 
+    def lift(self, some: IntArray, surface: tuple[Array, IntArray], deep: float, clear: Array) -> None:
+        """Raise some hairs where they lie less than `deep` under a surface, until it is `clear` (knots,) below them."""
+        place, up = (part[some].reshape(-1, 3) for part in (self.points, self.up))
+        height = height_above(place, up, surface, deep).reshape(len(some), -1)
+        self.points[some] += np.maximum(height + clear, 0.0)[..., None] * self.up[some]
+
     def every(self, step: int) -> HairLines:
         """Return one hair of so many."""
         return HairLines(self.points[::step], self.side[::step], self.up[::step])
@@ -176,16 +182,9 @@ class Brows(Hairs):
         strands = HairLines(beside.reshape(-1, *lines.shape[1:]), *each)
         if surface is not None:
             for brow in self._sides:
-                self._lift(strands, brow.hairs, *surface)
+                own = (self.STRANDS * brow.hairs[:, None] + np.arange(self.STRANDS)).ravel()
+                strands.lift(own, surface, self._deepest, self.hairs.heights)
         return strands
-
-    def _lift(self, lines: HairLines, hairs: IntArray, points: Array, triangles: IntArray) -> None:
-        """Raise the strands of some hairs, where they came to lie under a surface."""
-        strands = (self.STRANDS * hairs[:, None] + np.arange(self.STRANDS)).ravel()
-        place, up = (part[strands].reshape(-1, 3) for part in (lines.points, lines.up))
-        height = height_above(place, up, (points, triangles), self._deepest)
-        rise = np.maximum(height.reshape(len(strands), -1) + self.hairs.heights, 0.0)
-        lines.points[strands] += rise[..., None] * lines.up[strands]
 
 
 class _Stiffness:
@@ -295,6 +294,7 @@ class Lashes(Hairs):
         self._droops: list[Array] = []
         size, random = face.frame.pupil_distance, np.random.default_rng(11)
         t = np.linspace(0.0, 1.0, self.KNOTS)
+        self._deepest = 0.012 * size
         half, tint = [], []
         opening = face.eyelid_openings.get(eye.side)
         margins = [] if opening is None else [(UPPER_LASHES, opening.upper), (LOWER_LASHES, opening.lower)]
@@ -323,8 +323,8 @@ class Lashes(Hairs):
         """Height of the upper margin above the lower one, on average."""
         return float((roots[0].mean(axis=0) - roots[-1].mean(axis=0)) @ self.eye.up)
 
-    def lines(self, points: Array) -> HairLines:
-        """Return the lashes on the lids of a face with vertices at `points` (n, 3)."""
+    def lines(self, points: Array, surface: tuple[Array, IntArray] | None = None) -> HairLines:
+        """Return the lashes on the lids of a face with vertices at `points` (n, 3), and out of a surface over them."""
         roots = self._rooted(points)
         shut = float(smoothstep(1.0 - self._gap(roots) / self._open_gap))
         rows = [
@@ -332,7 +332,10 @@ class Lashes(Hairs):
             for root, path, droop in zip(roots, self._paths, self._droops, strict=True)
         ]
         lines, out = (np.concatenate(parts) for parts in zip(*rows, strict=True))
-        return HairLines(lines, _across(lines, self.eye.gaze), out)
+        hairs = HairLines(lines, _across(lines, self.eye.gaze), out)
+        if surface is not None:
+            hairs.lift(np.arange(len(lines)), surface, self._deepest, np.linspace(0.0, self._deepest, self.KNOTS) / 4.0)
+        return hairs
 
     def _row(self, root: Array, path: Array) -> tuple[Array, Array]:
         """Return lashes (k, p, 3) along paths [aside, up, ahead] from roots (k, 3), and the directions ahead (k, p, 3).

@@ -11,13 +11,14 @@ import pyvista as pv
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.parts import Part
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from ..mesh import split_at_seams, with_normals
 from ..mesh.arrays import has_colours, is_frame, rest_of
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOUR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
+from .smooth_skin import SmoothSkin
 
 FEWER_LASHES, FEWER_BROWS = 2, 6
 """Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""
@@ -127,13 +128,19 @@ class Seen:
         self.skin, self.pose = with_normals(frame), self._state.head
 
     @cached_property
-    def _refined(self) -> Array:
-        """Points (n, 3) of the skin on the head at rest; base vertices first."""
-        return self._state.to_rest(np.asarray(self.skin.points))
+    def smooth(self) -> SmoothSkin:
+        """The smooth surface of the skin, on which all else stands."""
+        return SmoothSkin(self._of.face, self.skin, self.pose)
+
+    @cached_property
+    def _surface(self) -> tuple[Array, IntArray]:
+        """Points and triangles of the smooth skin on the head at rest."""
+        return self.smooth.on_head[0], self.smooth.split.triangles
 
     @cached_property
     def _points(self) -> Array:
-        return self._refined[: len(self._state.points)]
+        """The vertices (n0, 3) of the face on the head at rest."""
+        return self._state.to_rest(self._state.points)
 
     @cached_property
     def eyes(self) -> dict[str, pv.PolyData]:
@@ -184,7 +191,7 @@ class Seen:
     @cached_property
     def lashes(self) -> dict[str, HairLines]:
         """Lashes by side."""
-        return {row.eye.side: row.lines(self._points) for row in self._of.lashes}
+        return {row.eye.side: row.lines(self._points, self._surface) for row in self._of.lashes}
 
     @cached_property
     def brows(self) -> HairLines | None:
@@ -194,8 +201,7 @@ class Seen:
             return None
         normals = np.asarray(self.skin.point_data["Normals"])[:n] @ self.pose[:3, :3]
         normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        refined = self._refined, np.asarray(self.skin.regular_faces)
-        return brows.lines(self._points, self._of.face.triangles, normals, refined)
+        return brows.lines(self._points, self._of.face.triangles, normals, self._surface)
 
     @cached_property
     def own(self) -> dict[str, pv.PolyData]:
@@ -212,7 +218,7 @@ class Seen:
     @cached_property
     def shade(self) -> npt.NDArray[np.uint8] | None:
         """Factors (n, 3) of the skin's colours in furrows, as bytes; None for a frame without heights."""
-        return cavity_shading(self.skin) if is_frame(self.skin) else None
+        return cavity_shading(self.skin, self._of.face.unit) if is_frame(self.skin) else None
 
 
 def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> dict[str, pv.PolyData]:

@@ -49,8 +49,8 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
 
 BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
-SHAVED = 0.35
-"""Share of the hair's colour on a shaved head: dense hair would end in a line as coarse as the mesh."""
+SHAVED = 0.10
+"""Share of the hair's colour on a shaved head: more looks like a cap, and ends in a line as coarse as the mesh."""
 
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
@@ -248,38 +248,44 @@ def relief_strength(points: Array, face: Face) -> Array:
 
 # --- the shading of furrows -------------------------------------------------------------------------------------------
 
-FURROW_SHADE, FURROW_DEPTH = 0.42, 0.6
-"""Share of the light that deep furrows lose, and the depth at which they lose two thirds of that, mm."""
+FURROW_SHADE, FURROW_DEPTH = 0.22, 0.6
+"""Share of the light that deep furrows are held to lose, and the depth at which they lose two thirds of that, mm."""
+
+STEEPER, DARKEST, FLOOR = 2.0, 0.6, 0.15
+"""Loss of light at the floor of a furrow relative to that by its mean slopes; the largest; the depth of a floor, mm."""
 
 FURROW_RINGS = 3
 """Rings of triangles around a vertex that tell furrows from pits: the width of a furrow, as refinement samples it."""
 
 
 def furrow_shade(height: Array) -> Array:
-    """Return the share (n,) of the light that furrows lose, by the heights (n,) of their vertices, mm."""
+    """Return about the share (n,) of the light that furrows lose, by the heights (n,) of their vertices, mm."""
     return np.asarray(-FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH))
 
 
-def cavity_shading(skin: pv.PolyData) -> npt.NDArray[np.uint8]:
+def cavity_shading(skin: pv.PolyData, unit: float = 1.0) -> npt.NDArray[np.uint8]:
     """Return factors (n, 3) of a frame's colours, as bytes: furrows get less light, and lose less of the red.
 
-    Dimples, whose walls stand around them instead of facing each other, are shaded by their slopes alone.
+    Between walls of the slope s the sky is 1 / sqrt(1 + s^2) of what it is in the open: a slit is dark, a valley of
+    the same depth is not. Dimples, whose walls stand around them instead of facing each other, are lit by the lamps
+    alone. The `unit` of the mesh is in mm.
     """
     height = np.ascontiguousarray(skin.point_data["W"], np.float64)
-    dark = furrow_shade(height)
+    dark = np.clip(-height / FLOOR, 0.0, 1.0)
     if dark.any():
         rest = rest_of(skin)  # without its furrows
-        dark *= _coherence(rest, height, skin.regular_faces, dark > 0.0)
+        coherence, square = _slopes(rest, height / unit, skin.regular_faces, dark > 0.0)
+        dark *= np.minimum(STEEPER * coherence**2 * (1.0 - 1.0 / np.sqrt(1.0 + square)), DARKEST)
     factors = np.empty((len(dark), 3), np.uint8)
     factors[:, 0], factors[:, 1:] = np.rint(255.0 - 191.25 * dark), np.rint(255.0 - 255.0 * dark)[:, None]
     return factors
 
 
-def _coherence(points: Array, height: Array, triangles: IntArray, deep: BoolArray) -> Array:
-    """Coherence (n,) of the directions in which a height rises, at the vertices `deep` (n,) and around them; else 1.
+def _slopes(points: Array, height: Array, triangles: IntArray, deep: BoolArray) -> tuple[Array, Array]:
+    """Coherence (n,) of the directions in which a height rises, and its mean square slope, around vertices `deep` (n,).
 
-    That of the structure tensor, ((p - q) / (p + q))^2 with its two eigenvalues p and q, in means over some rings of
-    triangles: 1 on a furrow, 0 in a round pit.
+    Coherence is that of the structure tensor, ((p - q) / (p + q))^2 with its two eigenvalues p and q: 1 on a furrow, 0
+    in a round pit. Both are means over some rings of triangles.
     """
     around = deep.copy()
     for _ in range(FURROW_RINGS):
@@ -299,4 +305,4 @@ def _coherence(points: Array, height: Array, triangles: IntArray, deep: BoolArra
         sums = to_corners.T @ means[near].sum(axis=1)
     trace = sums[:, [0, 4, 8]].sum(axis=1)
     coherence = 2.0 * (sums**2).sum(axis=1) / np.maximum(trace**2, 1e-300) - 1.0
-    return np.where(area > 0.0, np.clip(coherence, 0.0, 1.0), 1.0)
+    return np.clip(coherence, 0.0, 1.0), trace / np.maximum(area, 1e-300)

@@ -69,12 +69,15 @@ def dataset(
         report.say(f"{_preview(spec, where.with_name(where.name + '.png'), report)}")
         return
     generate(spec, where, count=count, workers=workers, scheduler=scheduler, progress=report.progress)
-    attempts = read_table(where, ("attempt",))["attempt"]
+    table = read_table(where, ("index", "attempt"))
+    attempts, missing = table["attempt"], count - len({*table["index"]})
     again = sum(map(bool, attempts))
     report.say(
         f"{where}: {len(attempts)} pictures of {count} samples; the first draw of {again} was not fit, and another was "
         "made. See README.md there."
     )
+    if missing:
+        raise OutputError(f"{missing} of {count} samples are missing in {str(where)!r}; the note says why.")
 
 
 def _preview(spec: Spec, path: Path, report: Report) -> Path:

@@ -271,7 +271,7 @@ def _facts(face: Face, peak: pv.PolyData) -> dict[str, str]:
     height = np.asarray(peak["W"])
     compression = np.max(peak["epsilon"], where=height != 0.0, initial=0.0)
     return {
-        "triangles": f"{face.mesh.n_cells} → {peak.n_cells}",
+        "triangles": f"{face.mesh.n_cells} to {peak.n_cells}",
         "highest bulge": f"{height.max():.2f} mm",
         "deepest furrow": f"{-height.min():.2f} mm",
         "largest compression": f"{compression:.2f}",

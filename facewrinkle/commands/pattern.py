@@ -186,7 +186,7 @@ def _record(clip: Clip, simulation: Simulation, recorder: Recorder) -> None:
             images = [scenes.picture(frame, style) for frame in (face.mesh, top)]
             images.append(picture(top, face, replace(style, wireframe=True)))
             recorder.save_picture(side_by_side(images), suffix)
-    facts = {"triangles": f"{face.mesh.n_cells} → {top.n_cells}"}
+    facts = {"triangles": f"{face.mesh.n_cells} to {top.n_cells}"}
     if not face.landmarks:
         facts["unit of the mesh"] = f"{face.unit:g} mm"
     for name, height in (("highest", top["W"].max()), ("deepest", -top["W"].min())):

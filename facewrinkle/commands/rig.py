@@ -115,7 +115,7 @@ def rig(
     size = files[0].stat().st_size / 1e6
     rows = {
         "shapes": f"{len(made.names)}, of {len(made.parts)} meshes: {', '.join(made.parts)}",
-        "vertices of the skin": f"{loaded.mesh.n_points} → {len(made.parts['face'].points)}",
+        "vertices of the skin": f"{loaded.mesh.n_points} to {len(made.parts['face'].points)}",
     }
     if made.drivers:
         rows["driven by products of weights"] = f"{len(made.drivers)} of them, listed in {stem}.rig.json"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Iterator
 from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from ..progress import Progress, bar
 from .card import write_card
 from .plan import first_sample_of
 from .sample import Sample, SampleMaker
-from .shards import STATE, Shard, State, arrow, read_state, shards_of, write_shard
+from .shards import STATE, Shard, State, arrow, failures_in, read_state, shards_of, write_shard
 from .spec import Spec, code_digest
 
 
@@ -71,6 +72,11 @@ def generate(
     MissingPackageError
         Without pyarrow, or for a scheduler without Dask.
 
+    Warns
+    -----
+    FaceWrinkleWarning
+        For samples that could not be made; they are left out.
+
     Examples
     --------
     >>> import tempfile
@@ -95,6 +101,11 @@ def generate(
     for _ in (progress or bar)(_samples(spec, shards, folder, workers, scheduler), "Making samples", count):
         pass
     write_card(folder, spec, count)
+    if failures := failures_in(folder):
+        warn(
+            f"{len(failures)} of {count} samples could not be made and are left out (shard-*.failed.json); the "
+            f"first is {failures[0]}. To try them again, remove their shards, and run the same again."
+        )
     return folder
 
 
@@ -183,7 +194,8 @@ def _distributed(spec: Spec, shards: list[Shard], folder: Path, workers: int, sc
 def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
     """Processes here, or the workers of a scheduler."""
     if scheduler is None:
-        with ProcessPoolExecutor(workers, get_context("spawn")) as pool:  # VTK does not get over a fork
+        spawn = get_context("spawn")  # VTK does not get over a fork
+        with ProcessPoolExecutor(workers, spawn, _end_with_parent) as pool:
             yield pool
         return
     with optional_imports("a scheduler needs"):
@@ -197,6 +209,17 @@ def _executor(workers: int, scheduler: str | None) -> Iterator[Executor]:
         ) from None
     with client:
         yield client.get_executor(pure=False)
+
+
+def _end_with_parent() -> None:
+    """Have a worker end when its parent has, even if that was killed."""
+    threading.Thread(target=_outlive, daemon=True).start()
+
+
+def _outlive() -> None:
+    if (parent := parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _made(spec: Spec, shard: Shard, folder: Path, inside: bool) -> None:

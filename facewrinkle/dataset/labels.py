@@ -92,7 +92,7 @@ def labels_of(
     number, furrows = furrows_of(frame, families, face.unit)
     if tracker is not None:
         number, furrows = tracker(np.asarray(frame.point_data["rest"]), number, furrows)
-    arrays = skin_labels(face, frame, hits, camera, number)
+    arrays = skin_labels(face, solid["skin"], hits, camera, seen.smooth.split.values(number))
     arrays["part"] = np.array([*(class_of(name) for name in (*solid, *before)), 0], np.uint8)[whole.part]
     label_irises(arrays["part"], Appearance.of(face), buffer, solid)
     facts: dict[str, Any] = {"landmarks": landmark_labels(face, frame, hits, others, camera), "furrows": []}
@@ -113,7 +113,7 @@ def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:
     on_head |= {f"skin at eye {side}": mesh for side, mesh in seen.lid_margins.items()}
     on_head |= {"mouth": seen.pocket} if seen.pocket is not None else {}
     on_head |= seen.inside_mouth
-    posed = {"skin": seen.skin} | {name: mesh for name, mesh in on_head.items() if mesh.n_cells}
+    posed = {"skin": seen.smooth.mesh} | {name: mesh for name, mesh in on_head.items() if mesh.n_cells}
     if not np.array_equal(seen.pose, np.eye(4)):
         posed |= {name: mesh.transform(seen.pose, inplace=False) for name, mesh in posed.items() if name != "skin"}
     posed |= {name: mesh for name, mesh in seen.own.items() if mesh.n_cells}
@@ -159,7 +159,7 @@ def class_of(name: str) -> int:
     return PARTS.index({"fuzz": "hair", "beard": "hair"}.get(word, word))
 
 
-def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furrow: Array) -> dict[str, Any]:
+def skin_labels(face: Face, skin: pv.PolyData, hits: Hits, camera: Camera, furrow: Array) -> dict[str, Any]:
     """Return depth, normals, heights, places at rest, regions and furrows, of the pixels that show skin.
 
     Returns
@@ -171,10 +171,10 @@ def skin_labels(face: Face, frame: pv.PolyData, hits: Hits, camera: Camera, furr
         :data:`REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    unit, height = face.unit, hits.interpolated(np.asarray(frame.point_data["W"]))
-    turned = hits.interpolated(np.asarray(frame.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
+    unit, height = face.unit, hits.interpolated(np.asarray(skin.point_data["W"]))
+    turned = hits.interpolated(np.asarray(skin.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
     length = np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
-    rest = hits.interpolated(rest_of(frame))
+    rest = hits.interpolated(rest_of(skin))
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
     found = {
@@ -203,8 +203,9 @@ def landmark_labels(
 ) -> dict[str, Any]:
     """Return each landmark's place in 3D (unit of the mesh), in pixels, and if it is seen.
 
-    A landmark is seen if it lies in the picture and not behind the skin; half a percent of the distance between the
-    pupils is allowed for the slope of the skin within a pixel. `others` (h, w) are pixels where another part hides it.
+    A landmark is seen if it lies in the picture and not behind the skin; a percent of the distance between the
+    pupils is allowed for its slope within a pixel, and its roundness. `others` (h, w) are pixels where another part
+    hides it.
     """
     places = face.landmarks_on(frame)
     pixels, distance = camera.project(np.array(list(places.values())))
@@ -215,7 +216,7 @@ def landmark_labels(
         column, row = np.floor(pixel).astype(int)
         inside = 0 <= row < camera.size[1] and 0 <= column < camera.size[0]
         around = surface[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2]
-        hidden = not inside or away > np.max(around, initial=-np.inf) + 0.005 * face.frame.pupil_distance
+        hidden = not inside or away > np.max(around, initial=-np.inf) + 0.01 * face.frame.pupil_distance
         hidden = hidden or name.endswith("_centre")
         found[name] = {"point": places[name].tolist(), "pixel": pixel.tolist(), "visible": not hidden}
     return found

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from ..errors import OutputError, ParameterError, check_whole, optional_imports
-from ..files import write_whole, written
+from ..files import LARGEST_SETTINGS, bytes_of, opened, write_whole, written
 from ..schemas import Limits, conforming, table_of
 from .plan import person_at
 from .records import row_of
@@ -32,6 +32,10 @@ STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
 
 
+MOST_SHARDS = 100_000
+"""The most shards of a set."""
+
+
 @dataclass
 class State:
     """What the folder of a set says about it: digest, version and code of :class:`Spec`, number of samples."""
@@ -39,7 +43,7 @@ class State:
     digest: str
     version: str
     code: str
-    count: Annotated[int, Limits(1)]
+    count: Annotated[int, Limits(1, 10**12)]
     spec: dict[str, Any]
 
 
@@ -82,7 +86,7 @@ class Shard:
         lines = [f"# {spec}\n"]
         for name in self.files():
             if (folder / name).is_file():
-                with (folder / name).open("rb") as file:
+                with opened(folder / name, kept=False) as file:
                     lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n")
         return "".join(lines)
 
@@ -90,12 +94,22 @@ class Shard:
 def shards_of(count: int, size: int) -> list[Shard]:
     """Return the shards of a set.
 
+    Raises
+    ------
+    ParameterError
+        If there would be more than :data:`MOST_SHARDS`.
+
     Examples
     --------
     >>> [(shard.first, shard.last) for shard in shards_of(25, 10)]
     [(0, 10), (10, 20), (20, 25)]
     """
     starts = range(0, count, size)
+    if len(starts) > MOST_SHARDS:
+        raise ParameterError(
+            f"{count:,} samples make {len(starts):,} shards of {size:,}, and {MOST_SHARDS:,} are allowed. In the "
+            f"specification, set shard = {-(-count // MOST_SHARDS)} or more, or ask for fewer samples."
+        )
     return [Shard(number, first, min(first + size, count)) for number, first in enumerate(starts)]
 
 
@@ -163,7 +177,8 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {name: [] for name in columns}
     for path in sorted((folder / "index").glob("shard-*.parquet")):
         try:
-            table = parquet.read_table(path)
+            with opened(path, kept=False) as file:
+                table = parquet.read_table(file)
         except (OSError, pyarrow.ArrowException):
             raise OutputError(
                 f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
@@ -190,10 +205,16 @@ def arrow() -> tuple[Any, Any]:
 def read_state(folder: Path) -> State:
     """Return what a folder says about the set in it."""
     try:
-        found: State = conforming(table_of((folder / STATE).read_bytes()), State, "")
+        found: State = conforming(table_of(bytes_of(folder / STATE, LARGEST_SETTINGS, kept=False)), State, "")
         return found
     except (OSError, ValueError):
         raise OutputError(f"{str(folder)!r} holds no data set: {STATE} is missing or damaged.") from None
+
+
+def failures_in(folder: Path) -> list[str]:
+    """Return what is said of the samples of a set that could not be made, in the files beside its shards."""
+    found = (bytes_of(path, LARGEST_SETTINGS, kept=False) for path in sorted(folder.glob("shard-*.failed.json")))
+    return [f"{failure['index']:09d}: {failure['error']}" for content in found for failure in json.loads(content)]
 
 
 def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]]:
@@ -250,9 +271,10 @@ def check(folder: str | Path, remade: int = 3) -> Iterator[tuple[str, list[str]]
 def _problems(shard: Shard, folder: Path, digest: str) -> list[str]:
     """What is wrong with the files of a shard."""
     try:
-        known = (folder / shard.sums).read_text(encoding="utf-8", errors="replace").splitlines()
+        sums = bytes_of(folder / shard.sums, LARGEST_SETTINGS, kept=False)
     except OSError:
         return [f"{shard.sums} is missing"]
+    known = sums.decode(errors="replace").splitlines()
     of_set, *found = shard.sums_in(folder, digest).splitlines()
     problems = [] if known[:1] == [of_set] else ["is of another set"]
     problems += [f"{name} is missing" for name in shard.files()[:3] if not (folder / name).is_file()]
@@ -263,10 +285,14 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
     """Return which of some samples in whole shards, made again, are not as they are stored."""
     _, parquet = arrow()
     made: list[tuple[int, Shard]] = []
-    for shard in shards:
-        rows = parquet.read_table(folder / shard.files()[1], columns=["index"])
-        made += [(index, shard) for index in sorted({*rows["index"].to_pylist()})]
     problems = []
+    for shard in shards:
+        try:
+            with opened(folder / shard.files()[1], kept=False) as file:
+                rows = parquet.read_table(file).to_pylist()  # of none, it has no columns
+            made += [(index, shard) for index in sorted({row["index"] for row in rows})]
+        except Exception:  # its sums say that it is whole: it was damaged before they were made
+            problems.append(f"{shard.files()[1]} is damaged")
     with SampleMaker(spec) as maker:
         for place in sorted({round(k) for k in np.linspace(0, len(made) - 1, min(remade, len(made)))}):
             index, shard = made[place]
@@ -277,7 +303,10 @@ def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> 
 
 def _is_stored(sample: Sample, archive: Path) -> bool:
     """True if the files of a picture are in a shard as they are."""
-    with tarfile.open(archive) as tar:
-        stored = {member.name: tar.extractfile(member) for member in tar if member.name.startswith(f"{sample.key}.")}
-        contents = {name: file.read() for name, file in stored.items() if file is not None}
-    return contents == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}
+    try:
+        with opened(archive, kept=False) as whole, tarfile.open(fileobj=whole) as tar:
+            own = [member for member in tar if member.name.startswith(f"{sample.key}.")]
+            stored = {member.name: file.read() for member in own if (file := tar.extractfile(member)) is not None}
+    except (tarfile.TarError, OSError, RecursionError):  # damaged before its sums were made
+        return False
+    return stored == {f"{sample.key}.{ending}": content for ending, content in sample.files().items()}

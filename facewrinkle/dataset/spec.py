@@ -9,7 +9,8 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cache
-from glob import escape, glob
+from glob import escape, iglob
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -18,7 +19,7 @@ import numpy as np
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
-from ..files import LARGEST_SETTINGS, bytes_of
+from ..files import bytes_of, toml_of
 from ..schemas import Limits, Share, conforming, plain
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
@@ -44,6 +45,9 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "background": {"bottom": (0.0, 1.0), "top": (0.0, 1.0), "warmth": (-0.5, 0.5)},
 }  # fmt: skip
 """Numbers that are drawn, by table, and what is allowed of each."""
+
+MOST_FILES = 100_000
+"""The most files and folders that a pattern may match."""
 
 Finite = Annotated[float, Limits(-1e12, 1e12)]
 Weight = Annotated[float, Limits(0.0, 1e9)]
@@ -154,11 +158,12 @@ def _distribution(written: Any, name: str, kind: Any, limits: tuple[float, float
     if table.choice:
         values = conforming(table.choice, list[kind], name)
         weights = table.weights or [1.0] * len(values)
-        if len(weights) != len(values) or not sum(weights) > 0.0:
+        total = sum(weights)
+        if len(weights) != len(values) or not total > 0.0:
             raise ParameterError(
                 f"weights of {name} must be one for each of {len(values)} values, and one above 0, received {weights}."
             )
-        return Distribution(tuple(values), "choice", tuple(weight / sum(weights) for weight in weights))
+        return Distribution(tuple(values), "choice", tuple(weight / total for weight in weights))
     assert limits is not None
     low, high = conforming(table.uniform or table.within or limits, tuple[kind, kind], name)
     if low > high:
@@ -295,10 +300,10 @@ class Spec:
         """
         path = Path(path)
         try:
-            written = tomllib.loads(bytes_of(path, LARGEST_SETTINGS).decode())
+            written = toml_of(path)
         except OSError as problem:
             raise ParameterError(f"{str(path)!r} cannot be read: {problem.strerror}. Check the path.") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as problem:
+        except ValueError as problem:
             raise ParameterError(f"{path.name} is not valid TOML: {problem}.") from None
         try:
             return cls.of(written, path.parent)
@@ -323,7 +328,7 @@ class Spec:
         backgrounds = _files(whole["background"], "pictures", Path(folder))
         environments = _files(whole["lights"], "environment", Path(folder))
         contents = {
-            "faces": [faces.built_in, [(input_file(scan.path).digest, scan.weight) for scan in faces.scans]],
+            "faces": [faces.built_in, [(input_content(scan.path)[0].digest, scan.weight) for scan in faces.scans]],
             "background": whole["background"] | {"pictures": [(Path(f.path).name, f.digest) for f in backgrounds]},
             "lights": whole["lights"] | {"environment": [(Path(f.path).name, f.digest) for f in environments]},
         }
@@ -421,20 +426,26 @@ def _files(table: dict[str, Any], key: str, folder: Path) -> tuple[InputFile, ..
     if not pattern:
         return ()
     table[key] = str(Path(escape(str(folder.absolute()))) / Path(pattern).expanduser())
-    found = sorted(path for path in map(Path, glob(table[key], recursive=True)) if path.is_file())
+    if pattern.count("**") > 1:
+        raise ParameterError(f"{key}: ** may stand once in a pattern, received {pattern[:80]!r}.")
+    seen = list(islice(iglob(table[key], recursive=True), MOST_FILES + 1))
+    if len(seen) > MOST_FILES:
+        raise ParameterError(f"{key}: more than {MOST_FILES:,} files and folders are like {pattern!r}. Name fewer.")
+    found = sorted(path for path in map(Path, seen) if path.is_file())
     if not found:
         raise ParameterError(
             f"{key}: no file is like {table[key]!r}. A pattern such as 'folder/*.jpg' is relative to the specification."
         )
-    return tuple(input_file(str(path)) for path in found)
+    return tuple(input_content(str(path))[0] for path in found)
 
 
-def input_file(path: str) -> InputFile:
-    """Return a file as it is now."""
+def input_content(path: str) -> tuple[InputFile, bytes]:
+    """Return a file as it is now, and its content."""
     try:
-        return InputFile(path, hashlib.sha256(bytes_of(path)).hexdigest())
+        content = bytes_of(path)
     except OSError as problem:
         raise ParameterError(f"{path!r} cannot be read: {problem.strerror}.") from None
+    return InputFile(path, hashlib.sha256(content).hexdigest()), content
 
 
 def _expressions(table: Expressions) -> Expressions:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..array_types import Array
 from ..errors import OutputError
+from ..files import opened
 from .labels import PARTS
 from .sample import Sample
 
@@ -62,7 +63,7 @@ def sums_in(folder: Path) -> Sums:
     sums: Sums = {}
     for path in sorted((folder / "statistics").glob("shard-*.npz")):
         try:
-            with np.load(path) as stored:
+            with opened(path, kept=False) as file, np.load(file) as stored:
                 sums = added(sums, dict(stored))
         except (OSError, ValueError, BadZipFile):
             raise OutputError(

@@ -10,11 +10,14 @@ import pyvista as pv
 from scipy.ndimage import map_coordinates
 
 from ..array_types import Array, Image
-from ..errors import ParameterError
+from ..errors import MeshError, ParameterError
+from ..mesh.formats.radiance import radiance_of
+from ..mesh.formats.textures import decoded
 from ..plotting.scene import Scene
+from ..plotting.shaders import developed
 from ..plotting.views import LIGHTS, Lamp, View, add_lamps, placed
 from .plan import Person, Plan
-from .spec import InputFile, Spec, input_file
+from .spec import InputFile, Spec, input_content
 from .visible import Camera
 
 LIGHT = 1.8
@@ -98,18 +101,18 @@ def covering(file: InputFile, drawn: dict[str, float], size: tuple[int, int]) ->
     from PIL import ImageOps
 
     try:
-        with Pillow.open(unchanged(file)) as picture:
-            upright = ImageOps.exif_transpose(picture).convert("RGB")
-    except (OSError, Pillow.DecompressionBombError) as problem:
-        raise ParameterError(f"{file.path!r} cannot be read as a picture: {problem}.") from None
+        upright = Pillow.fromarray(decoded(content_of(file), Path(file.path).name, upright=True)[..., :3])
+    except MeshError as problem:
+        raise ParameterError(f"{file.path!r} cannot be read as a picture: {problem}") from None
     return np.array(ImageOps.fit(upright, size, centering=(drawn["across"], drawn["down"])))
 
 
-def unchanged(file: InputFile) -> str:
-    """Return the path of a file of a specification, whose content must be what it was when that was read."""
-    if input_file(file.path) != file:
+def content_of(file: InputFile) -> bytes:
+    """Return the content of a file of a specification, which must be what it was when that was read."""
+    found, content = input_content(file.path)
+    if found != file:
         raise ParameterError(f"{file.path!r} has changed since the set was begun. Put it back as it was.")
-    return file.path
+    return content
 
 
 # --- environment maps: the whole sphere as a picture, its middle behind the camera ----------------------------------
@@ -122,11 +125,9 @@ def environment(file: InputFile) -> Array:
     It is scaled so that its three lamps have :data:`LIGHT` together, and white in their light 1.
     """
     try:
-        read = pv.HDRReader(unchanged(file)).read()
-        width, height, _ = read.dimensions
-        radiance = np.asarray(read.active_scalars, np.float64).reshape(height, width, 3)[::-1]
-    except (AttributeError, ValueError):
-        raise ParameterError(f"{file.path!r} cannot be read as Radiance HDR.") from None
+        radiance = radiance_of(content_of(file), repr(file.path))
+    except MeshError as problem:
+        raise ParameterError(str(problem)) from None
     total = sum(intensity for _, _, intensity in lamps_in(radiance))
     return radiance * (LIGHT / max(total, 1e-300))
 
@@ -184,4 +185,4 @@ def seen_behind(camera: Camera, axes: Array, plan: Plan, spec: Spec) -> Image:
     ]
     seen = [map_coordinates(radiance[..., k], place, order=1, mode="grid-wrap") for k in range(3)]
     light = np.stack(seen, axis=-1).reshape(*camera.size[::-1], 3)
-    return np.array(np.rint(255.0 * np.clip(np.sqrt(light / (1.0 + 0.22 * light)), 0.0, 1.0)), np.uint8)  # as skin
+    return np.array(np.rint(255.0 * np.clip(developed(light), 0.0, 1.0)), np.uint8)

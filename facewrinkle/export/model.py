@@ -11,7 +11,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Array, Image, IntArray, Single
-from ..errors import MeshError, ParameterError
+from ..errors import MeshError, ParameterError, check_type
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
 from ..mesh.arrays import COLORS, has_colours, in_bytes
@@ -111,6 +111,7 @@ def is_hair(name: str) -> bool:
 
 def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
     """Return the skin of a frame, with the texture of its face."""
+    check_type("face", face, Face, optional=True)
     shaded = with_normals(frame)
     shaded.point_data[ORIGIN] = np.arange(frame.n_points)
     mesh = split_at_seams(shaded)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
@@ -14,7 +13,7 @@ import numpy as np
 
 from ..checks import picture
 from ..errors import ParameterError, check_range, optional_imports
-from ..files import not_written, output_file, replaced
+from ..files import not_written, output_file, path_of, replaced
 
 
 def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 25.0) -> Path:
@@ -57,7 +56,7 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 
     with movie_writer(path, fps=fps) as append:
         for image in images:
             append(image)
-    return Path(os.path.expanduser(path))
+    return path_of(path)
 
 
 @contextmanager

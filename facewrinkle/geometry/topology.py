@@ -75,13 +75,16 @@ def unique_edges(triangles: ArrayLike) -> tuple[IntArray, IntArray]:
     [[0, 1, 2], [1, 3, 4]]
     """
     array = as_triangles(triangles)
-    ends = np.stack([array, np.roll(array, -1, axis=1)], axis=2).reshape(-1, 2)
-    key = ends.min(axis=1) * (np.int64(array.max()) + 1) + ends.max(axis=1)  # the same in both directions
-    _, first, edge = np.unique(key, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    number = np.empty(len(order), np.int32)
-    number[order] = np.arange(len(order), dtype=np.int32)
-    return ends[first[order]], number[edge].reshape(-1, 3)
+    after = array[:, [1, 2, 0]]
+    key = (np.minimum(array, after) * (np.int64(array.max()) + 1) + np.maximum(array, after)).ravel()
+    order = np.argsort(key, kind="stable")  # equal keys in the order of the triangles, so the first names the edge
+    starts = np.append(True, np.diff(key[order]) != 0)
+    names = np.zeros(len(key), bool)
+    names[order[starts]] = True
+    number = np.cumsum(names, dtype=np.int32) - np.int32(1)
+    sides = np.empty_like(number)
+    sides[order] = number[order[starts]][np.cumsum(starts) - 1]
+    return np.stack([array.ravel()[names], after.ravel()[names]], axis=1), sides.reshape(-1, 3)
 
 
 def side_lengths(corners: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -191,9 +194,8 @@ def sheets(triangles: ArrayLike) -> IntArray:
     return numbered
 
 
-def _shared(triangles: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], BoolArray]:
+def _shared(triangles: IntArray, sides: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], BoolArray]:
     """Both half-edges of each edge with exactly two triangles, and True where they run in opposite directions."""
-    _, sides = unique_edges(triangles)
     order = np.argsort(sides, axis=None, kind="stable")
     valence = np.bincount(sides.ravel())
     start = (np.cumsum(valence) - valence)[valence == 2]
@@ -209,7 +211,8 @@ def is_oriented(triangles: ArrayLike) -> bool:
     >>> is_oriented([[0, 1, 2], [2, 1, 3]]), is_oriented([[0, 1, 2], [1, 2, 3]])
     (True, False)
     """
-    return bool(_shared(as_triangles(triangles))[2].all())
+    array = as_triangles(triangles)
+    return bool(_shared(array, unique_edges(array)[1])[2].all())
 
 
 def oriented(triangles: ArrayLike) -> IntArray:
@@ -229,7 +232,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     """
     array = as_triangles(triangles)
     m = len(array)
-    h, g, opposite = _shared(array)
+    h, g, opposite = _shared(array, unique_edges(array)[1])
     # Double cover: each triangle stands once as it is (t) and once flipped (m + t); consistent neighbours connect.
     t, u = h // 3, g // 3
     links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
@@ -260,10 +263,11 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
     [[0, 1, 3, 2]]
     """
     array = as_triangles(triangles)
-    excess = non_manifold_edges(array)
+    edges, sides = unique_edges(array)
+    excess = edges[np.bincount(sides.ravel()) > 2]
     if len(excess):
         raise MeshError(f"boundary loops need at most two triangles per edge; edge {excess[0].tolist()} has more.")
-    h, g, opposite = _shared(array)
+    h, g, opposite = _shared(array, sides)
     if not opposite.all():
         raise MeshError("boundary loops need a consistent orientation; mend it with oriented(triangles).")
     twin = np.full(array.size, -1)

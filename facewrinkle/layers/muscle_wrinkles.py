@@ -102,8 +102,10 @@ class MuscleWrinkles(Layer):
         self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
-        self._folds, self._places = Folds.none(0), Located.none(0)
+        self._folds = Folds.none(0)
         self._state: SurfaceState | None = None
+        self._vertices: list[tuple[slice | IntArray, SurfacePoints]] = []  # those of the last frame, and changes since
+        self._places, self._placed = dict[str, np.ndarray](), np.empty(0, int)
         self._missed = np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
         self._epsilon, self._relief = np.empty(0), Relief.flat(0)
@@ -114,9 +116,11 @@ class MuscleWrinkles(Layer):
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
-        located = Located.regions(created, self._muscles, self._located_zones)
-        self._places, self._state = self._places.followed(change.kept, located), None
-        self._leading: tuple[bytes, dict[str, np.ndarray], tuple[BoolArray, IntArray]] | None = None
+        self._vertices.append((change.kept, created))
+        places, self._state = located(created, self._muscles, self._located_zones, self._placed), None
+        before = self._places or {name: values[:0] for name, values in places.items()}
+        self._places = {name: np.concatenate([before[name][change.kept], new]) for name, new in places.items()}
+        self._leading: tuple[BoolArray, dict[str, np.ndarray], tuple[BoolArray, IntArray]] | None = None
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._relief = Relief.flat(len(self._folds.starts) - 1)
         met = np.zeros(len(self._zones), bool)
@@ -125,7 +129,8 @@ class MuscleWrinkles(Layer):
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
-        folds, relief, self._state = self._folds, self._relief, state
+        folds, relief = self._folds, self._relief
+        self._state, self._vertices = state, [(slice(None), state.vertices)]
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
@@ -158,25 +163,35 @@ class MuscleWrinkles(Layer):
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
-        contracting = (self.rates > 0.0).tobytes()
-        if self._leading is None or self._leading[0] != contracting:  # else all but the compression is as it was
-            found = self._folds.leading(self._epsilon, self.rates)
-            if len(self._places.muscle):
-                found = over(self._places.leading(np.zeros(len(self._places.muscle)), self.rates), found)
+        contracting = self.rates > 0.0
+        if self._leading is None or (self._leading[0] != contracting).any():  # else all but epsilon is as it was
+            found = over(self._placed_by(contracting), self._folds.leading(self._epsilon, self.rates))
             self._leading = contracting, found, self._folds.lead(self.rates)
         _, found, (where, lead) = self._leading
         return {**found, "epsilon": scattered(where, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
+
+    def _placed_by(self, contracting: BoolArray) -> dict[str, np.ndarray]:
+        """Return the places of all vertices in the regions of those muscles (k,) that contract."""
+        some = np.flatnonzero(self._located & contracting)
+        if self._state is not None and not np.array_equal(some, self._placed):
+            self._placed = some
+            self._places = located(self._state.vertices, self._muscles, self._located_zones, some)
+        return self._places
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
         its folds are those of another layer. Where its lines are waves, W is 0.
         """
         if self._located[muscle]:
-            places, epsilon = self._places, np.zeros(len(self._places.muscle))
-            if (state := self._state) is not None:
-                directions = self._muscles[muscle].fold_direction(state.vertices.points)
-                epsilon = state.compression(directions)[places.vertices]
-            return places.of(muscle, epsilon, np.zeros(len(epsilon)))
+            vertices = self._vertices[0][1]
+            for kept, created in self._vertices[1:]:
+                vertices = vertices.followed(kept, created)
+            found = located(vertices, self._muscles, self._located_zones, np.array([muscle]))
+            region, epsilon = found.pop("muscle") >= 0, np.zeros(len(vertices.points))
+            if self._state is not None:
+                compressed = self._state.compression(self._muscles[muscle].fold_direction(vertices.points))
+                epsilon = np.where(region, compressed, 0.0)
+            return {**found, "epsilon": epsilon, "W": np.zeros_like(epsilon), "region": region}
         if not self._drawn[muscle]:
             return None
         folds, k0 = self._folds, self._k0[muscle] * self.rates[muscle]
@@ -226,17 +241,13 @@ def outer_skin(face: Face) -> Array:
     return np.where(lined, 0.0, 1.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Located(Entries):
-    """The wrinkling regions of muscles, with one entry per vertex and muscle whose region it lies in.
+def located(
+    vertices: SurfacePoints, muscles: list[Muscle], zones: BoolArray, some: npt.NDArray[np.int64]
+) -> dict[str, np.ndarray]:
+    """Return lambda, gamma and the index of that muscle of `some` in whose wrinkling region each vertex lies, within
+    the base triangles (k, m0) that it may touch; of several, the one whose central fibre is nearest, by gamma.
 
-    Those of a vertex fall by the distance from the central fibre, gamma (sphincter: psi): the last is the nearest.
-
-    Attributes
-    ----------
-    muscle : ndarray of int32, shape (p,)
-    coordinates : ndarray, shape (p, 2)
-        lambda and gamma (sphincter: r and psi).
+    They are 0, and the index -1, in no region.
 
     Examples
     --------
@@ -244,81 +255,32 @@ class Located(Entries):
     >>> muscle = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=40.0)
     >>> points, up = np.array([[0.0, 20, 0], [30, 20, 0]]), np.tile([0.0, 0, 1], (2, 1))
     >>> vertices = SurfacePoints(points, up, np.zeros((2, 3), np.int32), np.full((2, 3), 1 / 3), np.zeros(2, np.int32))
-    >>> places = Located.regions(vertices, [muscle], np.array([[True]]))
-    >>> found = places.leading(epsilon=np.array([0.1]), rates=np.array([0.7]))
+    >>> found = located(vertices, [muscle], np.array([[True]]), np.array([0]))
     >>> found["muscle"].tolist(), found["lambda"].tolist()
     ([0, -1], [0.5, 0.0])
     """
-
-    muscle: IntArray
-    coordinates: Array
-
-    @classmethod
-    def regions(cls, vertices: SurfacePoints, muscles: list[Muscle], zones: BoolArray) -> Located:
-        """Locate vertices in the regions of muscles, each within the base triangles (k, m0) that it may touch."""
-        rows = np.flatnonzero(zones.any(axis=1))
-        touched, near = np.nonzero(zones[rows][:, vertices.host])
-        where, muscle, coordinates = [np.empty(0, int)], [np.empty(0, np.int32)], [np.empty((0, 2))]
-        for row in np.unique(touched).tolist():
-            k, own = rows[row], near[touched == row]
-            own = own[muscles[k].wrinkling_region(vertices.points[own])]
-            where.append(own)
-            muscle.append(np.full(len(own), k, np.int32))
-            coordinates.append(np.stack(muscles[k].coordinates(vertices.points[own]), axis=1))
-        columns = [np.concatenate(each) for each in (where, muscle, coordinates)]
-        falling = np.argsort(-np.abs(columns[2][:, 1]), kind="stable")
-        return Located(*sorted_by_vertex(*(each[falling] for each in columns), n=len(vertices.points)))
-
-    @classmethod
-    def none(cls, n: int) -> Self:
-        """Return no entries for n vertices."""
-        return cls(np.zeros(n + 1, np.int32), np.empty(0, np.int32), np.empty((0, 2)))
-
-    def leading(self, epsilon: Array, rates: Array) -> dict[str, np.ndarray]:
-        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index:
-        of the muscles that contract, by the rates (k,), the last entry, the one with the largest abs(H At).
-
-        They are 0, and the index -1, where none contracts.
-        """
-        where, lead = self.lead(rates)
-        columns = {
-            "lambda": (self.coordinates[lead, 0], 0.0),
-            "gamma": (self.coordinates[lead, 1], 0.0),
-            "epsilon": (epsilon[lead], 0.0),
-            "muscle": (self.muscle[lead], -1),
-        }
-        return {name: scattered(where, *column) for name, column in columns.items()}
-
-    def lead(self, rates: Array) -> tuple[BoolArray, IntArray]:
-        """Return where a muscle contracts (n,), by the rates (k,), and the last entry of such a muscle there."""
-        lead = np.full(len(self.starts) - 1, -1)
-        some = np.flatnonzero(rates[self.muscle] > 0.0)
-        lead[self.vertices[some]] = some  # of several, the last
-        return lead >= 0, lead[lead >= 0]
-
-    def of(self, muscle: int, epsilon: Array, height: Array) -> dict[str, np.ndarray]:
-        """Return lambda, gamma, and epsilon and W of the entries (p,), of one muscle, 0 outside of its region; and that
-        region.
-        """
-        entries = np.flatnonzero(self.muscle == muscle)
-        region = np.isin(np.arange(len(self.starts) - 1), self.vertices[entries])
-        columns = {
-            "lambda": self.coordinates[:, 0],
-            "gamma": self.coordinates[:, 1],
-            "epsilon": epsilon,
-            "W": height,
-        }
-        return {**{name: scattered(region, each[entries], 0.0) for name, each in columns.items()}, "region": region}
+    n = len(vertices.points)
+    along, across, nearest, lead = np.zeros(n), np.zeros(n), np.full(n, np.inf), np.full(n, -1, np.int32)
+    for k in some.tolist():
+        near = np.flatnonzero(zones[k][vertices.host])
+        first, second, inside = muscles[k].located(vertices.points[near])
+        own = np.flatnonzero(inside & (np.abs(second) <= nearest[near]))
+        where = near[own]
+        along[where], across[where], nearest[where], lead[where] = first[own], second[own], np.abs(second[own]), k
+    return {"lambda": along, "gamma": across, "muscle": lead}
 
 
 @dataclass(frozen=True, eq=False)
-class Folds(Located):
+class Folds(Entries):
     """Folds of all muscles, with one entry per vertex and muscle whose wrinkling region it lies in.
 
     The last one of a vertex is that of the dominant muscle: the entries rise by abs(H At), and where H is 0 by `swing`.
 
     Attributes
     ----------
+    muscle : ndarray of int32, shape (p,)
+    coordinates : ndarray, shape (p, 2)
+        lambda and gamma (sphincter: r and psi).
     height : ndarray, shape (p,)
         H At at k0 = 1.
     blunt : ndarray, shape (p,)
@@ -348,6 +310,8 @@ class Folds(Located):
     ([0, 1, 1], [[0.5, 0.0]], [5.33])
     """
 
+    muscle: IntArray
+    coordinates: Array
     height: Array
     blunt: Array
     swing: Array
@@ -408,6 +372,42 @@ class Folds(Located):
         e, i = np.empty(0), np.empty(0, np.int32)
         coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
         return cls(np.zeros(n + 1, np.int32), i, coordinates, e, e, e, e, e, direction, squares)
+
+    def leading(self, epsilon: Array, rates: Array) -> dict[str, np.ndarray]:
+        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index:
+        of the muscles that contract, by the rates (k,), the last entry, the one with the largest abs(H At).
+
+        They are 0, and the index -1, where none contracts.
+        """
+        where, lead = self.lead(rates)
+        columns = {
+            "lambda": (self.coordinates[lead, 0], 0.0),
+            "gamma": (self.coordinates[lead, 1], 0.0),
+            "epsilon": (epsilon[lead], 0.0),
+            "muscle": (self.muscle[lead], -1),
+        }
+        return {name: scattered(where, *column) for name, column in columns.items()}
+
+    def lead(self, rates: Array) -> tuple[BoolArray, IntArray]:
+        """Return where a muscle contracts (n,), by the rates (k,), and the last entry of such a muscle there."""
+        lead = np.full(len(self.starts) - 1, -1)
+        some = np.flatnonzero(rates[self.muscle] > 0.0)
+        lead[self.vertices[some]] = some  # of several, the last
+        return lead >= 0, lead[lead >= 0]
+
+    def of(self, muscle: int, epsilon: Array, height: Array) -> dict[str, np.ndarray]:
+        """Return lambda, gamma, and epsilon and W of the entries (p,), of one muscle, 0 outside of its region; and that
+        region.
+        """
+        entries = np.flatnonzero(self.muscle == muscle)
+        region = np.isin(np.arange(len(self.starts) - 1), self.vertices[entries])
+        columns = {
+            "lambda": self.coordinates[:, 0],
+            "gamma": self.coordinates[:, 1],
+            "epsilon": epsilon,
+            "W": height,
+        }
+        return {**{name: scattered(region, each[entries], 0.0) for name, each in columns.items()}, "region": region}
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:

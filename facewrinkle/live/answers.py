@@ -18,10 +18,10 @@ from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, Sphi
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
+from ..files import bytes_of
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
-from ..mesh.arrays import rest_of
 from ..plotting.views import VIEWS
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
@@ -264,18 +264,16 @@ class Answers:
         if asked.version != parts.version or max(corners) >= len(parts.origin):
             raise ParameterError("the mesh has changed. Click again.")
         frame, layers = stage.shown.frame, stage.shown.layers
-        origin = parts.origin[corners]
-        found = probe(frame, stage.face, layers, int(origin[int(np.argmax(shares))]))
-        rest = rest_of(frame)
-        found["rest"] = [float(x) for x in shares / shares.sum() @ rest[origin]]
+        origin, shares = parts.origin[corners], shares / shares.sum()
+        found = probe(frame, stage.face, layers, origin, shares)
         return found | {"names": labels(frame, layers)["family"]}
 
     def opened(self, folder: Path) -> dict[str, Any]:
         """Read what was dropped onto a page, a session, a face or a take, and show it; on a thread of its own."""
         files = list(folder.iterdir())
-        if len(files) == 1 and is_session(files[0].read_bytes()):
+        if len(files) == 1 and is_session(content := bytes_of(files[0])):
             with self._stage.condition:
-                self._kept.load(files[0].read_bytes())
+                self._kept.load(content)
             self._changed()
             return {"name": "", "said": []}
         try:
@@ -332,6 +330,7 @@ def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:
         "likeness": face.likeness,
         "off": without_effect(face, clip),
         "clip": None if clip is None else clip.duration,
+        "contracts": not isinstance(clip, Recorded),
     }
 
 

@@ -10,12 +10,13 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..array_types import Array
+from ..array_types import Array, IntArray
 from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS
+from ..mesh.arrays import rest_of
 from ..plotting.fields import FIELD_COLOURS, FOLDED
 from .protocol import Part
 from .visible_parts import VisibleParts
@@ -80,8 +81,9 @@ def labels(frame: pv.PolyData, layers: Sequence[Layer]) -> Mapping[str, list[str
     return {"muscle": muscles, "family": list(waves.lines) if waves is not None else []}
 
 
-def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) -> dict[str, Any]:
-    """Return what is known at a vertex of a frame.
+def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], corners: IntArray, shares: Array) -> dict[str, Any]:
+    """Return what is known at a place of a frame: numbers interpolated there, and what makes the fold at the nearest
+    corner.
 
     Parameters
     ----------
@@ -89,21 +91,25 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], vertex: int) 
     face : Face
     layers : sequence of Layer
         Those that made the frame, and nothing since.
-    vertex : int
+    corners : ndarray of int, shape (3,)
+        Vertices of a triangle.
+    shares : ndarray, shape (3,)
+        Barycentric coordinates in it.
 
     Returns
     -------
     dict
         With "made_by", "formula" with its "numbers", "values" of the fields, the "added" heights by name, mm, and
-        where the vertex is ("place"), and was ("rest").
+        where the place is ("place"), and was ("rest").
     """
     data = frame.point_data
     measured = [name for name in FIELDS if name not in ("muscle", "family", "level")]
-    values = {name: float(values_of(frame, name)[vertex]) for name in measured}
+    vertex = int(corners[int(np.argmax(shares))])
+    values = {name: float(shares @ values_of(frame, name)[corners]) for name in measured}
     found: dict[str, Any] = {
         "vertex": vertex,
-        "place": [round(float(x), 3) for x in np.asarray(frame.points)[vertex]],
-        "rest": [float(x) for x in np.asarray(data.get("rest", frame.points))[vertex]],
+        "place": [round(float(x), 3) for x in shares @ np.asarray(frame.points, np.float64)[corners]],
+        "rest": [float(x) for x in shares @ rest_of(frame)[corners]],
         "values": {name: round(value, 5) for name, value in values.items() if np.isfinite(value)},
         "level": int(np.asarray(data["level"])[vertex]) if "level" in data else 0,
     }

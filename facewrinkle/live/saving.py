@@ -23,7 +23,7 @@ from ..anatomy.face import Face
 from ..anatomy.face_file import write_face
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import write_mesh
-from ..files import output_folder, write_whole
+from ..files import bytes_of, output_folder, write_whole
 from ..plotting import save_picture
 from ..session import Session, Subject
 from ..session.player import Player, mixture_of, pictured, scene_of
@@ -107,7 +107,7 @@ class Kept:
         self._timer: threading.Timer | None = None
         self.when, self._found, self._own = "", b"", b""
         if folder is not None and (path := folder.path / SESSION).is_file():
-            self._found = path.read_bytes()
+            self._found = bytes_of(path)
             self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
 
     def resume(self) -> None:
@@ -156,7 +156,7 @@ class Kept:
     def _write(self, folder: Folder, version: int) -> None:
         path = folder.path / SESSION
         text = self._library.outside(self._document.session).to_json().encode()
-        if path.is_file() and path.read_bytes() != self._own:
+        if path.is_file() and bytes_of(path) != self._own:
             path.replace(folder.free(SESSION))
         write_whole(path, text)
         self._own, self._saved, self._failed = text, version, False

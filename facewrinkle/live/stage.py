@@ -311,12 +311,12 @@ class Stage(threading.Thread):
     def _step(self, session: Session, live: Mapping[str, float], playing: bool, late: float) -> None:
         player, timeline = self._player, session.timeline
         assert player is not None
-        if playing:
-            with self.condition:
+        with self.condition:
+            if playing:
                 self._time += self.time_step + late  # in real time, with fewer frames where they take longer
-                if self._time > timeline.length:
-                    self._time = 0.0 if timeline.loop else timeline.length
-                    self._playing = timeline.loop
+            if self._time > timeline.length:  # it may have become shorter, too
+                self._time = 0.0 if playing and timeline.loop else timeline.length
+                self._playing = self._playing and timeline.loop
         frame = player.step({**mixture_of(session, self._time), **live}, session.gaze, self._time)
         arrived = player.arrived and not player.cries(self._clock)
         self._clock += self.time_step

@@ -113,7 +113,7 @@ class VisibleParts:
         shade: Any = 0.0
         if is_frame(frame):
             dark = furrow_shade(np.asarray(frame.point_data["W"]))
-            shade = 1.0 - cavity_shading(frame)[:, 1] / 255.0 if exact and dark.any() else dark
+            shade = 1.0 - cavity_shading(frame, self.face.unit)[:, 1] / 255.0 if exact and dark.any() else dark
             shade = shade[self.origin]
         moving = {
             "position": self._same("skin", "position", self.box.quantised(points[self.origin])),

@@ -29,6 +29,7 @@ ARRAYS: Mapping[str, str] = MappingProxyType(
         "muscle": "index of the muscle whose contraction folds this place, -1 for none",
         "level": "level of refinement",
         "rest": "position at rest, in the unit of the mesh",
+        "host": "index of the triangle of the face's own mesh that this place lies in",
     }
 )
 """The point-data arrays of a frame and their contents."""

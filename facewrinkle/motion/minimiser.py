@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import SuperLU
 
 from ..array_types import Array
+from ..errors import ParameterError
 from ..geometry.laplacian import symmetric_factors
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
@@ -110,6 +111,11 @@ class Minimiser:
         """
         u, here, there = start.copy(), np.empty((2, *start.shape)), np.empty((2, *start.shape))
         before = value = self._evaluated(objective, u, here)
+        if not math.isfinite(value):
+            raise ParameterError(
+                "the energy of the skin is not finite: a length or strength of a muscle, a rate, or the material is "
+                "far too large. Give smaller ones."
+            )
         enough = LEFT_OVER * self._residual(here[1])
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)

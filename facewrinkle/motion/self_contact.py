@@ -54,6 +54,10 @@ BEYOND = 4.0
 """Samples no farther than this from straight above (or below) the other lip face its nearest triangle, mm."""
 
 
+TOUCHING = 2.0
+"""Vertices of closed lips that are no farther apart touch each other, mm."""
+
+
 def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     """Return the samples of each lip that face the other one.
 
@@ -87,6 +91,27 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
         samples = samples_of(face, faces, STIFFNESS * area, LIP_ROUNDING, allowed=LIP_DISTANCE)
         found.append(_faced(face, samples, face.triangles[surface].astype(np.int64), side))
     return Samples.joined(found)
+
+
+def tied_lips(face: Face) -> IntArray:
+    """Return pairs (k, 2) of vertices at which one lip touches the other.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> ends = face.points[tied_lips(face)]
+    >>> len(ends) > 20, float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()) < TOUCHING
+    (True, True)
+    """
+    each = np.ones(len(face.points))
+    lips = facing_lips(face, each, 0.5 * each)  # what looks up is the lower one
+    one = (lips.corners == lips.corners[:, :1]).all(axis=1)
+    own, other = lips.corners[one, 0], lips.partners[one]
+    away = np.linalg.norm(face.points[other] - face.points[own][:, None], axis=2) * face.unit
+    nearest = other[np.arange(len(own)), away.argmin(axis=1)]
+    touch = away.min(axis=1) < TOUCHING
+    return np.unique(np.sort(np.stack([own, nearest], axis=1)[touch], axis=1), axis=0)
 
 
 def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Samples:

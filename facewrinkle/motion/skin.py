@@ -18,8 +18,8 @@ from scipy.sparse import csr_array, diags_array
 
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle, SphincterMuscle, within
-from ..array_types import Array
-from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
+from ..array_types import Array, IntArray
+from ..errors import ParameterError, check_positive, check_range, check_type, check_whole, unknown_name
 from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
 from ..geometry.normals import double_areas, triangle_normals, vertex_areas
 from ..geometry.topology import unique_edges
@@ -29,7 +29,7 @@ from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
 from .minimiser import Factors, Minimiser
-from .self_contact import closing_forces
+from .self_contact import closing_forces, tied_lips
 from .skin_mesh import SKIN_VERTICES, SkinMesh
 
 INVERSION_STIFFNESS = 20.0
@@ -43,6 +43,9 @@ AT_REST = 1e-6
 
 MOST_HALVINGS = 2
 """A step that does not converge is halved at most this many times."""
+
+TIE = 10.0
+"""Stiffness of springs that tie lips, relative to those along edges."""
 
 THIN_LIDS = 0.97
 """Share of its bending stiffness that the skin of the lids, the thinnest of the body, lacks."""
@@ -162,6 +165,8 @@ class Skin:
         iterations: int = 25,
         vertices: int | None = SKIN_VERTICES,
     ) -> None:
+        check_type("face", face, Face)
+        check_type("material", material, SkinMaterial, optional=True)
         self.time_step = check_positive("time_step", time_step, "It is in seconds.")
         iterations = check_whole("iterations", iterations, 1, 1e9)
         m = self.material = material or SkinMaterial()
@@ -171,7 +176,7 @@ class Skin:
         whole, face = face, self.mesh.face
         self._rest_points, self._triangles = face.points * face.unit, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
-        self._build_springs(face)
+        self._build_springs(face, tied_lips(face) if whole.mouth_half_open else None)
         self._build_tethers(face)
         self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face, whole))
         self._bent = self._bending.indices.astype(np.uint32)
@@ -187,8 +192,8 @@ class Skin:
 
     # --- what the skin is made of -------------------------------------------------------------
 
-    def _build_springs(self, face: Face) -> None:
-        """Springs along the edges."""
+    def _build_springs(self, face: Face, tied: IntArray | None) -> None:
+        """Springs along the edges, and between vertices of the lips that are tied (k, 2)."""
         points = self._rest_points
         edges, sides = unique_edges(self._triangles)
         # Unsigned, for the loops: no number counts from the end.
@@ -200,6 +205,11 @@ class Skin:
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
         self._stiffness = firm * area_of_edge / self._length**2
+        if tied is not None:
+            ties = np.ascontiguousarray(points[tied[:, 1]] - points[tied[:, 0]])
+            self._edges, self._rest = np.vstack([self._edges, tied.astype(np.uint32)]), np.vstack([self._rest, ties])
+            self._length = np.append(self._length, np.linalg.norm(ties, axis=1))
+            self._stiffness = np.append(self._stiffness, np.full(len(tied), TIE * np.median(self._stiffness)))
 
     def _matrices(self, face: Face, whole: Face) -> tuple[csr_array, csr_array, Array]:
         """Return those of the stiffness in bending (n, n) and of the forces (3 n, k), and the resistance (n,)."""
@@ -301,7 +311,8 @@ class Skin:
 
         The line search makes up for effects that they leave out: springs beyond their threshold, and turned springs.
         """
-        direction = np.abs(self._rest / self._length[:, None])
+        # No exact zeros, of springs along an axis: all three matrices have the same entries.
+        direction = np.maximum(np.abs(self._rest / self._length[:, None]), 1e-9)
         columns, matrices = self._columns(), []
         sizes = np.sqrt([column.power(2).sum(axis=1) for column in columns])
         for k in range(3):

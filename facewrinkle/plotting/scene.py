@@ -16,12 +16,25 @@ from ..appearance.fibres import OPACITY, Fibres
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
-from ..errors import ParameterError
+from ..errors import ParameterError, check_type
 from ..mesh import split_at_seams
 from ..mesh.arrays import COLORS, corner_texture, has_colours
 from .fields import field_colouring
 from .images import begun, texels_per_pixel, texture, window_of
-from .shaders import EYE_MATERIAL, RELIEF, SKIN_MATERIAL, TEETH_MATERIAL, Material, Relief, hair, send_relief
+from .lighting import KeyLight
+from .shaders import (
+    CLAY_MATERIAL,
+    EYE_MATERIAL,
+    REACHED,
+    RELIEF,
+    SKIN_MATERIAL,
+    TEETH_MATERIAL,
+    Material,
+    Relief,
+    hair,
+    send,
+    send_background,
+)
 from .views import LIGHTS, Style, View, aim, height_of
 
 OWN_PREFIX = "own "
@@ -71,6 +84,8 @@ class Scene:
     """
 
     def __init__(self, face: Face, style: Style | None = None) -> None:
+        check_type("face", face, Face)
+        check_type("style", style, Style, optional=True)
         self.face, self.style = face, style or Style()
         # Drawn larger and reduced: in software that takes half the time of multisampling.
         self._samples = 1 if self.style.quick else 2
@@ -89,6 +104,7 @@ class Scene:
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
         self._relief = self._relief_at(pixel)
         self._colouring: tuple[bool, bool] | None = None
+        self._key: KeyLight | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
         self._own_textures = {
             name: _texture_of(face.parts[name].mesh, face.parts[name].texture, pixel) for name in appearance.own
@@ -165,12 +181,16 @@ class Scene:
         The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
         """
         self._wait()
+        check_type("frame", frame, pv.PolyData)
         by_view = self._visible is not None and self._visible.by_view
         now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
         if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
             return
         seen = self._appearance.at(frame)
+        self._key = self._key_light(seen)
         self._show_skin(seen)
+        if self._key is not None:
+            send_background(self._actors["skin"], self.plotter.renderer)
         self._show_mouth(seen)
         self._show_eyes(seen)
         self._show_hair(seen)
@@ -215,8 +235,17 @@ class Scene:
             followed, seen = (back, stay) if posed else (stay, pose)
             actor.user_matrix = followed if self.style.follow else seen
 
+    def _key_light(self, seen: Seen) -> KeyLight | None:
+        """The key light on a frame; None where none is drawn, or there is no skin to tell which way is up."""
+        if self._visible is None or self.style.quick:
+            return None
+        lamp = self.plotter.renderer.lights[0]
+        towards = np.subtract(lamp.position, lamp.focal_point)
+        return KeyLight(self.face, seen, towards / np.linalg.norm(towards), self.style.follow)
+
     def _show_skin(self, seen: Seen) -> None:
-        skin, options = seen.skin.copy(deep=False), dict(SKIN_LIGHTING)
+        drawn = seen.skin if self._visible is None else seen.smooth.mesh
+        skin, options = drawn.copy(deep=False), dict(SKIN_LIGHTING)
         viewpoint = np.append(self.plotter.camera.position, 1.0)
         viewpoint = (seen.pose @ viewpoint if self.style.follow else viewpoint)[:3]
         textured = self._texture is not None and skin.active_texture_coordinates is not None and not self.style.clay
@@ -224,7 +253,12 @@ class Scene:
         if paint is not None:
             skin.point_data["paint"] = paint  # colours, or factors of those of the texture
         if self._relief is not None:
-            skin.point_data[RELIEF] = self._relief.on(skin)
+            skin.point_data[RELIEF] = self._relief.on(seen.skin, seen.smooth.split)
+        if self._key is not None:
+            reached = self._key.on_skin()
+            if self.plotter.renderer.GetTexturedBackground():
+                reached[:, 3] = 1.0
+            skin.point_data[REACHED] = reached
         if self._visible is not None:
             skin = self._visible.of(skin, viewpoint)
         if self.style.scalars is not None:
@@ -239,9 +273,9 @@ class Scene:
         options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
-        self._add(skin, "skin", SKIN_MATERIAL, tinted=paint is not None, **options)
-        if self._relief is not None:
-            send_relief(self._actors["skin"])
+        material = CLAY_MATERIAL if self.style.clay else SKIN_MATERIAL
+        self._add(skin, "skin", material, tinted=paint is not None, **options)
+        send(self._actors["skin"], *(name for name in (RELIEF, REACHED) if name in skin.point_data))
         mapper = self._actors["skin"].GetMapper()
         mapper.SetInputData(skin)
         mapper.SetScalarVisibility(paint is not None)
@@ -251,29 +285,37 @@ class Scene:
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
         """Colours of the vertices, or factors of those of the texture; None if there are none."""
+        paint = None
         if self.style.clay:
-            return _clay(seen.skin.n_points, seen.shade)
-        if textured:
-            return seen.shade
-        if has_colours(seen.skin):
-            return np.asarray(seen.skin.point_data[COLORS])
-        return seen.paint if self._appearance.painter is not None else None
+            paint = _clay(seen.skin.n_points, seen.shade)
+        elif textured:
+            paint = seen.shade
+        elif has_colours(seen.skin):
+            paint = np.asarray(seen.skin.point_data[COLORS])
+        elif self._appearance.painter is not None:
+            paint = seen.paint
+        return paint if paint is None or self._visible is None else seen.smooth.split.values(paint)
 
     def _show_mouth(self, seen: Seen) -> None:
         if seen.pocket is not None:
             self._put_all({"mouth": seen.pocket}, "mouth", lighting=False)
-        self._put_all(seen.inside_mouth, "in mouth", TEETH_MATERIAL)
+        self._put_all(self._in_shade(seen.inside_mouth), "in mouth", TEETH_MATERIAL)
         if "in mouth" in self._actors:
             self._actors["in mouth"].visibility = bool(seen.inside_mouth)
 
     def _show_eyes(self, seen: Seen) -> None:
         eyes = {f"eye_{side}": seen.eyes[side] for side in self._eyes}
         if self.style.clay:
+            eyes = {name: eye.copy(deep=False) for name, eye in eyes.items()}
             for eye in eyes.values():
                 eye.point_data["paint"] = _clay(eye.n_points)
-        self._put_all(eyes, "eyes", EYE_MATERIAL, **EYE_LIGHTING)
+        self._put_all(self._in_shade(eyes), "eyes", EYE_MATERIAL, **EYE_LIGHTING)
         rims = {f"rim_{side}": rim for side, rim in seen.lid_margins.items()} if self.style.eyes else {}
-        self._put_all(rims, "rims", SKIN_MATERIAL, **SKIN_LIGHTING)
+        self._put_all(self._in_shade(rims), "rims", SKIN_MATERIAL, **SKIN_LIGHTING)
+
+    def _in_shade(self, parts: Mapping[str, pv.PolyData]) -> Mapping[str, pv.PolyData]:
+        """Painted parts in the shadow of the skin."""
+        return parts if self._key is None else {name: self._key.on_part(part) for name, part in parts.items()}
 
     def _show_hair(self, seen: Seen) -> None:
         hair = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
@@ -376,7 +418,8 @@ class Scene:
             hair(actor, 0 if quick else len(LIGHTS))
         elif material is not None and not quick:
             relief = self._relief.shading if name == "skin" and self._relief is not None else None
-            material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief)
+            reached = name == "skin" and self._key is not None
+            material.apply(actor, len(LIGHTS), textured, tinted, bool(options.get("show_edges")), relief, reached)
 
 
 def _clay(n: int, shade: npt.NDArray[np.uint8] | None = None) -> npt.NDArray[np.uint8]:

@@ -15,20 +15,21 @@ highlights are. In software a pixel costs as much as its shader has operations.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from ..anatomy.face import Face, per_face
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
+from ..geometry.smooth_split import SmoothSplit
 from ..mesh.arrays import AGE, is_frame, rest_of
 from .views import VIEW_ANGLE
 
@@ -48,23 +49,30 @@ SLOW_START = """
   facing = dot(N, towards);
   float glance = 1.0 - max(facing, 0.0);
   float fresnel = 1.0 + 4.0 * glance * glance * glance;
-  scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y);
+  vec3 open = vec3(%(open)s);
+  open /= open + (1.0 - open) * vec3(0.50, 0.66, 0.73); // skin throws light at skin, most of it red
+  vec3 reach;
+  scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y) * open;
   vec3 bleed = vec3(%(bleed)s);
   glints = vec3(0.0);
 """
 
 SLOW_OF_LIGHT = """
-  scattered += clamp((bleed - dot(N, lightDirectionVC%(number)d)) / (1.0 + bleed), 0.0, 1.0) * lightColor%(number)d;
   {
     float slope = -dot(N, lightDirectionVC%(number)d);
-    float seen = fresnel * clamp(4.0 * slope, 0.0, 1.0);
+    reach = %(reach)s;
+    scattered += clamp((bleed + slope) / (1.0 + bleed), 0.0, 1.0) * lightColor%(number)d * reach;
+    float seen = fresnel * clamp(4.0 * slope, 0.0, 1.0) * reach.g * %(bare)s;
     vec3 halfway = normalize(towards - lightDirectionVC%(number)d);
     %(statement)s
   }
 """
 
+IN_SHADE = "1.0 - (1.0 - %(key)s) * vec3(0.86, 0.92, 0.94)"
+"""Share of the key light that is left in its shadow: of the red a little more, which comes through the skin."""
+
 SHARP = """gleam%(number)d = seen;
-    vec3 aside = normalize(cross(halfway, vec3(0.0, 0.0, 1.0)));
+    vec3 aside = normalize(cross(vec3(0.0, 1.0, 0.0), halfway));
     mirror%(number)d = vec3(dot(N, aside), dot(N, cross(halfway, aside)), dot(N, halfway));"""
 """The normal, in axes of which the last is half-way between light and camera."""
 
@@ -98,7 +106,8 @@ FRAGMENT_START = """
 FRAGMENT_OF_LIGHT = """
   {
     vec3 C = lightColor%(number)d;
-    float near = max(mirror%(number)d.z, 0.0) * inversesqrt(dot(mirror%(number)d, mirror%(number)d));
+    vec3 mirrored = mirror%(number)d * inversesqrt(dot(mirror%(number)d, mirror%(number)d));
+    float near = max(mirrored.z, 0.0);
     %(bumped)s
     %(powers)s
     shine += C * (gleam%(number)d * (%(shine)s));
@@ -109,11 +118,29 @@ FRAGMENT_END = """
   albedo *= albedo;
   vec3 lit = albedo * %(light)s + (%(gloss)s) * shine;
   %(behind)s
-  fragOutput0 = vec4(sqrt(lit / (1.0 + 0.22 * lit)), opacity);
+  fragOutput0 = vec4(sqrt(lit * (4.0 * lit + 0.05) / (lit * (2.3 * lit + 2.5) + 0.14)), opacity);
+  %(far)s
 """
 
-RELIEF = "relief"
-"""Array of a drawn skin with what :class:`Relief` gives each vertex."""
+FADING_OUT = "fragOutput0.rgb = mix(mix(bottom, top, gl_FragCoord.y / rows), fragOutput0.rgb, far);"
+"""The end of a bust goes over into the background; see :func:`send_background`."""
+
+
+def developed(light: Array) -> Array:
+    """Return the brightness, 0 to 1, of light in a picture, as the last line of the shaders has it.
+
+    It is the curve of a film: shadows sink, what is in between keeps its contrast, and highlights are held.
+
+    Examples
+    --------
+    >>> developed(np.array([0.0, 0.03, 0.3, 1.0, 2.0])).round(2)
+    array([0.  , 0.15, 0.58, 0.9 , 1.04])
+    """
+    return np.asarray(np.sqrt(light * (4.0 * light + 0.05) / (light * (2.3 * light + 2.5) + 0.14)))
+
+
+RELIEF, REACHED = "relief", "reached"
+"""Arrays of a drawn skin: what :class:`Relief` gives each vertex; its openness, and its share of the key light."""
 
 LEAN = """
   {
@@ -193,7 +220,8 @@ class Material:
         Wrap of diffuse light: cosines by which red, green and blue reach past the border of light and shade.
     shine : str
         Share of light that is reflected at the surface, by the light's colour `C`, the cosine `near` between the normal
-        and the half-way direction, and powers of it (`near8`).
+        and the half-way direction, and powers of it (`near8`); of sharp highlights also by the normal `mirrored`, in
+        axes of which the last is that direction.
     gloss : str
         Factor of it, by the `albedo` of a pixel, its reflectance.
     sharp : int
@@ -226,6 +254,7 @@ class Material:
         tinted: bool = False,
         edges: bool = False,
         relief: tuple[float, float] | None = None,
+        reached: bool = False,
     ) -> None:
         """Draw an actor with this material, under two to four directional lights.
 
@@ -242,6 +271,8 @@ class Material:
         relief : tuple of float, optional
             Depth of the relief, in the unit of the mesh, and the angle of a pixel, radians, for skin with the array
             `RELIEF`. Not where edges are drawn.
+        reached : bool
+            True for a mesh with the array `REACHED`. Not where edges are drawn.
         """
         if edges:
             _shade(actor, f"//VTK::Light::Impl\n{self.code(lights, textured)}", textured)
@@ -249,14 +280,20 @@ class Material:
         tint, albedo = (
             ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
         )
-        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint, relief)
+        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint, relief, reached)
         actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
         actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
         actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
         _shade(actor, f"//VTK::Light::Impl\n{fragment}", textured)
 
     def _sources(
-        self, lights: int, place: str, albedo: str, tint: str = "vec3(1.0)", relief: tuple[float, float] | None = None
+        self,
+        lights: int,
+        place: str,
+        albedo: str,
+        tint: str = "vec3(1.0)",
+        relief: tuple[float, float] | None = None,
+        reached: bool = False,
     ) -> tuple[dict[str, Any], str, str]:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
@@ -268,17 +305,24 @@ class Material:
         for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
             parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
         parts |= {"lean": "", "bumps": "", "bumped": "", "light": "scattered"}
+        parts |= dict(zip(("open", "key", "bare"), 3 * ["1.0"], strict=True)) | {"far": ""}
+        if reached:
+            parts |= {"open": f"{REACHED}MC.x", "key": f"{REACHED}MC.y", "bare": f"{REACHED}MC.z", "far": FADING_OUT}
+            parts["sent"] += f"in vec4 {REACHED}MC;\nout float far;\n"
+            parts["received"] += "in float far;\n"
+            parts["lean"] += f"far = {REACHED}MC.w;"
         if relief is not None:
-            parts["lean"] = LEAN % {"depth": f"{relief[0]:.9f}", "pixel": f"{relief[1]:.9f}"}
+            parts["lean"] += LEAN % {"depth": f"{relief[0]:.9f}", "pixel": f"{relief[1]:.9f}"}
             parts |= {"bumps": BUMPS, "bumped": "near = clamp(near - tilt - 0.5 * dot(bump, bump), 0.0, 1.0);"}
             # Light that enters the skin comes out again around the place: it shows less of the relief.
-            parts["light"] = "scattered * (1.0 - 0.5 * min(gleam0, 1.0) * tilt)"
+            parts["light"] = "scattered * (1.0 - 0.6 * min(gleam0, 1.0) * tilt)"
             parts["sent"] += f"in vec4 {RELIEF}MC;\nout vec2 lean;\nout vec4 ground;\nflat out float plane;\n"
             parts["received"] += "in vec2 lean;\nin vec4 ground;\nflat in float plane;\n"
         slow = SLOW_START % parts
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
-            slow += SLOW_OF_LIGHT % {"number": k, "statement": statement}
+            reach = "open" if k else IN_SHADE % parts
+            slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
 
@@ -332,17 +376,20 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 SKIN_MATERIAL = Material(
     "0.060, 0.046, 0.040",
     "0.110, 0.112, 0.120",
-    "0.20, 0.14, 0.11",
-    "0.022 * near8 + 0.05 * near32 * near8",
+    "0.22, 0.15, 0.12",
+    "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
+CLAY_MATERIAL = replace(SKIN_MATERIAL, bleed="0.14, 0.14, 0.14")  # no light enters it
+# In an eye one sees the lamps: soft boxes with a bar across.
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
-    "0.22, 0.23, 0.25",
+    "0.15, 0.155, 0.165",
     "0.30, 0.22, 0.20",
-    "0.03 * near32 + 2.2 * C.g * C.g * smoothstep(0.9960, 0.9990, near)",
+    "0.03 * near32 + 1.7 * C.g * C.g * step(0.5, near) * smoothstep(0.0, 0.04, 0.075 - abs(mirrored.x))"
+    " * smoothstep(0.0, 0.04, 0.115 - abs(mirrored.y)) * (1.0 - 0.5 * smoothstep(0.016, 0.006, abs(mirrored.y)))",
 )
 TEETH_MATERIAL = Material(
     "0.05, 0.045, 0.04",
@@ -388,8 +435,8 @@ class Relief:
         """Depth and angle of a pixel for :meth:`Material.apply`."""
         return STRONGEST * self._fade * self._face.frame.scale * OLD_DEPTH, self._angle
 
-    def on(self, skin: pv.PolyData) -> npt.NDArray[np.float32]:
-        """Return what the shader needs of each vertex of a frame (n, 4).
+    def on(self, skin: pv.PolyData, split: SmoothSplit | None = None) -> npt.NDArray[np.float32]:
+        """Return what the shader needs of each vertex of a frame (n, 4), or of one whose triangles were split.
 
         These are its place at rest, in fields of the relief, the plane of the axes that it faces there (0: xy, 1: zy,
         2: xz), and as the fraction of the same number the strength, which is less on younger skin. The frame tells the
@@ -398,7 +445,13 @@ class Relief:
         age = float(skin.field_data[AGE][0]) if is_frame(skin) and AGE in skin.field_data else max(self._face.age, 0.0)
         points = rest_of(skin).copy()
         make = partial(_on_skin, points, np.asarray(skin.regular_faces), age, self._face)
-        return per_face(self._face, "relief", (age, points.tobytes()), make)
+        relief = per_face(self._face, "relief", (age, points.tobytes()), make)
+        if split is None:
+            return relief
+        plane = np.floor(relief[:, 3])
+        places = split.values(np.column_stack([relief[:, :3], relief[:, 3] - plane]))
+        places[:, 3] += split.values(plane.astype(np.int32))
+        return places
 
 
 def _on_skin(points: Array, triangles: IntArray, age: float, face: Face) -> npt.NDArray[np.float32]:
@@ -411,8 +464,18 @@ def _on_skin(points: Array, triangles: IntArray, age: float, face: Face) -> npt.
     return np.column_stack([face.frame.local_mm(points) / field, plane + strength]).astype(np.float32)
 
 
-def send_relief(actor: vtkActor) -> None:
-    """Give an actor a mapper that sends the array `RELIEF` of its mesh to the shader; PyVista's cannot."""
+def send(actor: vtkActor, *arrays: str) -> None:
+    """Give an actor a mapper that sends arrays of its mesh to the shader; PyVista's cannot."""
     mapper = vtkPolyDataMapper()
-    mapper.MapDataArrayToVertexAttribute(f"{RELIEF}MC", RELIEF, 0, -1)
+    for array in arrays:
+        mapper.MapDataArrayToVertexAttribute(f"{array}MC", array, 0, -1)
     vtkActor.SetMapper(actor, mapper)
+
+
+def send_background(actor: vtkActor, renderer: vtkRenderer) -> None:
+    """Tell the shader of a bust the colours and the height, in pixels, of the background that it ends in."""
+    bottom = renderer.GetBackground()
+    uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
+    uniforms.SetUniform3f("bottom", bottom)
+    uniforms.SetUniform3f("top", renderer.GetBackground2() if renderer.GetGradientBackground() else bottom)
+    uniforms.SetUniformf("rows", renderer.GetRenderWindow().GetSize()[1])

@@ -115,9 +115,9 @@ VIEW_ANGLE = 15.0
 Lamp = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 LIGHTS: tuple[Lamp, ...] = (
-    ((-0.6, 0.6, 0.75), (1.0, 0.95, 0.88), 1.12),
-    ((0.9, 0.1, 0.6), (0.94, 0.97, 1.0), 0.2),
-    ((0.65, 0.45, -0.8), (1.0, 0.98, 0.95), 0.9),
+    ((-0.75, 0.75, 0.7), (1.0, 0.94, 0.86), 1.12),
+    ((0.75, -0.05, 0.8), (0.86, 0.93, 1.0), 0.28),
+    ((0.75, 0.35, -0.6), (1.0, 0.97, 0.92), 0.75),
 )
 """A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], colour, intensity."""
 

@@ -44,7 +44,8 @@ vec3 studio(vec3 r, vec3 around, float film, float bead)
   box *= step(0.0, dot(r, %(key)s));
   float strip = smoothstep(0.90, 0.97, dot(r, %(fill)s));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
-  float glow = pow(clamp(dot(r, %(key)s), 0.0, 1.0), 7.0);
+  vec3 lamps = clamp(vec3(dot(r, %(key)s), dot(r, %(fill)s), dot(r, %(rim)s)), 0.0, 1.0);
+  float glow = dot(pow(lamps, vec3(7.0)), vec3(1.0, 0.45, 0.6));
   return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }
 """
@@ -65,8 +66,8 @@ TEAR_COLOUR = """//VTK::Light::Impl
   float lit = dot(tilt, normalize(towards + 1e-5));
   float film = smoothstep(0.0, %(film).8f, depthVSOutput);
   float bead = smoothstep(0.0, %(bead).8f, depthVSOutput);
-  colour *= mix(vec3(1.0), vec3(0.935, 0.905, 0.885), film);  // wet skin is darker, and redder
-  colour *= 1.0 + bead * (0.75 * clamp(-lit, 0.0, 1.0) - 0.30 * clamp(lit, 0.0, 1.0));
+  colour *= mix(vec3(1.0), vec3(0.955, 0.935, 0.925), film);  // wet skin is darker, and redder
+  colour *= 1.0 + bead * (1.0 * clamp(-lit, 0.0, 1.0) - 0.25 * clamp(lit, 0.0, 1.0));
   colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
   gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
 """
@@ -156,10 +157,10 @@ def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
     film : float
         Thickness from which a film of tears darkens the skin in full, in the unit of the mesh.
     """
-    key, fill = (np.array(direction) / np.linalg.norm(direction) for direction, _, _ in LIGHTS[:2])
+    key, fill, rim = (np.array(direction) / np.linalg.norm(direction) for direction, _, _ in LIGHTS)
     side = np.cross([0.0, 1.0, 0.0], key)
     side /= np.linalg.norm(side)
-    directions = {"key": key, "fill": fill, "side": side, "up": np.cross(key, side)}
+    directions = {"key": key, "fill": fill, "rim": rim, "side": side, "up": np.cross(key, side)}
     values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
     values |= {"index": 1.33, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}
     return STUDIO % values, TEAR_COLOUR % values

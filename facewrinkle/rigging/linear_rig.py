@@ -13,7 +13,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Array, Single
-from ..errors import ParameterError, check_range, check_whole, unknown_name, warn
+from ..errors import ParameterError, check_range, check_type, check_whole, unknown_name, warn
 from ..export.model import Model, Morphs
 from ..mesh import to_polydata
 from ..progress import Progress, bar
@@ -326,6 +326,7 @@ def rig(
     >>> bool(np.linalg.norm(moved[sideways > 10.0], axis=1).max() > 8.0), bool(moved[sideways < -10.0].any())
     (True, False)
     """
+    check_type("face", face, Face)
     level = (0 if wrinkles == "maps" else 2) if level is None else level
     level = check_whole("level", level, 0, 5, "Each level has up to four times as many triangles.")
     correctives = check_whole("correctives", correctives, 0, 200, "They are pairs of shapes.")

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
 from ..array_types import Array
-from ..errors import ParameterError, check_range, warn
+from ..errors import ParameterError, check_range, check_type, warn
 from ..geometry.interpolation import smoothstep
 from ..geometry.topology import vertex_rings
 from ..geometry.untangling import Untangling
@@ -326,6 +326,8 @@ class Performer(Undriven):
         speed: float = 1.0,
         head: bool = True,
     ) -> None:
+        check_type("take", take, Take)
+        check_type("face", face, Face)
         self.take, self.face, self.head = take, face, head and take.head is not None
         self.speed = check_range("speed", speed, 1e-6, 1e6)
         used = [name for name, most in zip(take.names, take.weights.max(axis=0), strict=True) if most > 0.0]

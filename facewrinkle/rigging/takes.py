@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from ..animation.recorded import Track
 from ..array_types import Array, BoolArray, IntArray
 from ..checks import finite
 from ..errors import LARGEST, ParameterError, check_range, warn
-from ..files import check_file, reading, text_of
+from ..files import check_file, path_of, reading, text_of
 from .tables import (
     CAMERA,
     FRAMES,
@@ -208,7 +207,7 @@ def read_take(
     >>> take, take.names
     (Take(3 shapes, 0.1 s), ('jawOpen', 'mouthFrownLeft', 'mouthFrownRight'))
     """
-    path = Path(os.path.expanduser(path))
+    path = path_of(path)
     check_file(path)
     for name, number in (("fps", fps), ("full", full)):
         if number is not None:

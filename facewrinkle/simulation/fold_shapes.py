@@ -83,7 +83,8 @@ def find_folds(face: Face) -> KnownFolds:
     ['AU1', 'AU2', 'AU4']
     """
     known = known_folds(face)
-    if not known.shapes:
+    needed = {unit for units in unit_groups(face).values() for unit in units}
+    if not known.shapes or not known.shapes.keys() >= needed:
         known.shapes = relaxed_shapes(face)
         known.lines = found_lines(face, in_families(face, known.shapes), 1.0, Style())
     return known

@@ -105,6 +105,7 @@ class FrameMaker:
         n = len(vertices.points)
         blank = {name: np.zeros(n) for name in ("lambda", "gamma", "epsilon")} | {"muscle": np.full(n, -1, np.int32)}
         all_data = {**given, **blank, **data, "rest": vertices.points, "level": forest.vertex_level}
+        all_data["host"] = vertices.host
         frame = to_polydata(vertices.points, forest.triangles, all_data, copy=False)  # frames are copies of it
         frame.SetFieldData(self._common.GetFieldData())
         use_texture(frame, source.active_texture_coordinates_name)

@@ -22,7 +22,7 @@ from ..anatomy.muscles import EyeMuscle
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
-from ..errors import ParameterError, check_range, check_whole, type_of, unknown_name, warn
+from ..errors import ParameterError, check_range, check_type, check_whole, type_of, unknown_name, warn
 from ..geometry.interpolation import displaced, interpolated, smoothstep
 from ..geometry.normals import details_normals, normalise, vertex_normals
 from ..geometry.refinement import Change, RedGreenForest
@@ -124,6 +124,7 @@ class Simulation:
         motion: Motion | Recorded | None = None,
         folds: Folds = "wave",
     ) -> None:
+        check_type("refinement", refinement, Refinement, optional=True)
         self.seconds = dict.fromkeys(("precompute", "skin", "refinement", "wrinkles", "frame"), 0.0)
         if not isinstance(face, Face):
             face = surface(face)
@@ -135,6 +136,7 @@ class Simulation:
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
         self.refinement = refinement_for(folds, refinement)
         self._wanted: BoolArray | None = None
+        self._shaped: tuple[Array, Array] | None = None
         self._late = False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):

@@ -4,16 +4,14 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from ..geometry.closest_point import closest_in_triangle
 from ..geometry.compilation import compiled
-from ..geometry.interpolation import balls_around, overlapping
-from ..geometry.topology import pairs_of
+from ..geometry.interpolation import overlapping
 
-REACH = 2.5
-"""Distance from the skin, in heights of the tear, within which other skin is looked up."""
+SHARE = 0.45
+"""Share of the way to other skin that a tear is high at most."""
 
 
 def kept_off(
@@ -43,41 +41,59 @@ def kept_off(
     array([0.45])
     """
     points, at_rest, triangles = skin
-    lowered, reach = height.copy(), REACH * height.max(initial=0.0)
+    if not len(height):
+        return height.copy()
+    lowered, reach = np.empty_like(height), height.max() / SHARE
     beside = triangles[overlapping(points, triangles, bottom.min(axis=0) - reach, bottom.max(axis=0) + reach)]
-    corners = points[beside]
-    balls = balls_around(corners)
-    near = cKDTree(bottom).query_ball_point(balls[:, :3], balls[:, 3] + reach, return_sorted=False)
-    triangle, vertex = pairs_of(near)
+    axis = int(np.ptp(bottom, axis=0).argmax())
+    order = np.argsort(bottom[:, axis])
     least = 6e-8 * width  # nearer along its ray, a vertex only meets the triangle that it lies on
-    _limit_heights(
-        bottom, rest, normals, vertex, triangle, corners, balls, balls_around(at_rest[beside]), least, lowered
-    )
+    limits = height[order]
+    _limit_heights(bottom[order], rest[order], normals[order], axis, points[beside], at_rest[beside], least, limits)
+    lowered[order] = limits
     return lowered
 
 
 @compiled
-def _limit_heights(bottom, rest, normals, vertex, triangle, corners, balls, balls_at_rest, least, height):
+def _limit_heights(bottom, rest, normals, axis, corners, corners_at_rest, least, height):
     """Lower heights so that every vertex stays less than half way to the skin ahead of it, and to other skin near it.
 
-    Vertex `vertex[p]` is near triangle `triangle[p]` of those with these `corners` (k, 3, 3) and balls (k, 4), centres
-    and radii, around them in the frame and at rest.
+    Vertices are sorted along an axis, in which they spread most; triangles have these corners (k, 3, 3).
     """
-    weights, asked = np.empty(3), height.copy()
-    for p in range(len(vertex)):
-        i, j = vertex[p], triangle[p]
-        nearest = height[i] / 0.45
-        away, apart = 0.0, 0.0
+    weights, ball, ball_at_rest = np.empty(3), np.empty(4), np.empty(4)
+    asked, along, most = height.copy(), bottom[:, axis].copy(), height.max() / SHARE
+    for j in range(len(corners)):
+        ball_around(corners[j], ball)
+        ball_around(corners_at_rest[j], ball_at_rest)
+        reach = ball[3] + most
+        first, last = np.searchsorted(along, ball[axis] - reach), np.searchsorted(along, ball[axis] + reach)
+        for i in range(first, last):
+            nearest = height[i] / SHARE
+            away, apart = 0.0, 0.0
+            for k in range(3):
+                away += (bottom[i, k] - ball[k]) ** 2
+                apart += (rest[i, k] - ball_at_rest[k]) ** 2
+            if away > (nearest + ball[3]) ** 2:
+                continue
+            nearest = _met(bottom[i], normals[i], corners[j], least, nearest)
+            if np.sqrt(apart) > ball_at_rest[3] + 4.0 * asked[i]:
+                square = closest_in_triangle(bottom[i], corners[j, 0], corners[j, 1], corners[j, 2], weights)
+                nearest = min(nearest, np.sqrt(square))
+            height[i] = min(height[i], SHARE * nearest)
+
+
+@compiled
+def ball_around(corners, out):
+    """Write the centre and the radius (4,) of a ball around the corners (3, 3) of a triangle."""
+    largest = 0.0
+    for k in range(3):
+        out[k] = (corners[0, k] + corners[1, k] + corners[2, k]) / 3.0
+    for c in range(3):
+        square = 0.0
         for k in range(3):
-            away += (bottom[i, k] - balls[j, k]) ** 2
-            apart += (rest[i, k] - balls_at_rest[j, k]) ** 2
-        if np.sqrt(away) - balls[j, 3] > nearest:
-            continue
-        nearest = _met(bottom[i], normals[i], corners[j], least, nearest)
-        if np.sqrt(apart) > balls_at_rest[j, 3] + 4.0 * asked[i]:
-            square = closest_in_triangle(bottom[i], corners[j, 0], corners[j, 1], corners[j, 2], weights)
-            nearest = min(nearest, np.sqrt(square))
-        height[i] = min(height[i], 0.45 * nearest)
+            square += (corners[c, k] - out[k]) ** 2
+        largest = max(largest, square)
+    out[3] = np.sqrt(largest)
 
 
 @compiled

@@ -343,6 +343,43 @@ def test_tissue_has_to_be_there(face, read, text):
         fw.fit_face(face.mesh, face.landmarks, atlas=read(text))
 
 
+SHEET = 'base = "facewrinkle"\n[muscles.frontalis_inner]\n'
+TISSUE = "[[tissue]]\nat = {{nose_tip = 1.0}}\nstiffness = 1.0\ndepth = {}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"{SHEET}length = {value}", rf"atlas\.muscles\.frontalis_inner\.length must .* received {told}")
+        for value, told in (("inf", "inf"), ("nan", "nan"), ("1e30", r"1e\+30"), ("true", "True"), ('"x"', "'x'"),
+                            ("1" + 30 * "0", r"1e\+30"))
+    ] + [
+        (f"{SHEET}kind = 3", r"frontalis_inner\.kind must be a word, received 3"),
+        (f"{SHEET}paired = 1", r"frontalis_inner\.paired must be True or False"),
+        (f"{SHEET}attachment = [{{nose_tip = true}}]", r"attachment\.nose_tip must be a number, received True"),
+        (TISSUE.format('"x"'), r"atlas\.tissue\.depth must be a number, received 'x'"),
+        (TISSUE.format("1" + 30 * "0"), r"atlas\.tissue\.depth must lie in"),
+        ("a" + 50_000 * ".a" + " = 1", "a name has more than 64 parts"),
+        ("x = {" + "a." * 50_000 + "a = 1}", "a name has more than 64 parts"),
+        ("x = " + 50_000 * "[", "nested too deeply|not valid TOML"),
+    ],
+)  # fmt: skip
+def test_numbers_that_no_face_has_are_refused(read, text, message):
+    with pytest.raises(FaceWrinkleError, match=message):
+        read(text)
+
+
+def test_depth_of_tissue_is_a_number(read, face):
+    with pytest.raises(FaceWrinkleError, match=r"depth of tissue must be a number, received \[\]"):
+        fw.default_face(atlas=read('base = "facewrinkle"\n' + TISSUE.format("[]")))
+
+
+def test_a_line_of_many_numbers_has_no_deep_name(read):
+    numbers = ", ".join(["0.5"] * 200)
+    with pytest.raises(FaceWrinkleError, match="unknown table 'x'"):
+        read(f'# {"..." * 60}\nbase = "facewrinkle"\nx = [{numbers}]')
+
+
 @pytest.mark.parametrize("what", [5, [1], None])
 def test_mixtures_are_names_or_dictionaries(what):
     with pytest.raises(ParameterError, match="is a name, a text such as .*, or a dictionary"):

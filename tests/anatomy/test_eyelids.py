@@ -151,11 +151,12 @@ def test_lids_follow_the_gaze_and_closing_takes_its_place(face):
 
 def test_lids_before_a_socket_are_those_before_a_hole(face):
     points, triangles = filled(face, (1.6, 2.0), (1.8, 8.0), (0.9, 16.0))
-    eyes = place_eyeballs(face.landmarks, face.frame, points, triangles)
+    loops = boundary_loops(triangles)
+    eyes = place_eyeballs(face.landmarks, face.frame, points, triangles, loops)
     for eye, other in zip(face.eyes, eyes, strict=True):
         assert other.radius == pytest.approx(eye.radius, rel=0.03)
         first = lid_weights(face.eyelid_openings[eye.side], face.points, face.triangles)
-        opening = eyelid_opening(other, points, triangles, boundary_loops(triangles), face.landmarks)
+        opening = eyelid_opening(other, points, triangles, loops, face.landmarks)
         second = lid_weights(opening, points, triangles)
         turns = np.zeros((2, len(points)))
         for angles, lids in zip(turns, (first, second), strict=True):
@@ -283,3 +284,16 @@ def test_lines_end_where_the_lids_begin(face, shut):
     assert not face.shut_lids.any()
     forehead = np.linalg.norm(shut.points - shut.landmarks["forehead_mid"], axis=1).argmin()
     assert soft[forehead] > 0.8 * (1.0 - GAP)
+
+
+def test_lids_that_were_scanned_shut_do_not_part(face):
+    """Although a slit is between them."""
+    asleep = Face.from_landmarks(
+        to_polydata(face.points + settled(face, "AU45") @ face.frame.axes, face.triangles), face.landmarks, 1.0
+    )
+    assert not asleep.eyelid_openings
+    assert set(asleep.lid_rims) == {"l", "r"}
+    for what in ("AU5", "AU1+AU2"):
+        moved = settled(asleep, what)
+        for chain in margins_of(face, "l"):
+            assert np.linalg.norm(moved[chain], axis=1).max() < 0.1

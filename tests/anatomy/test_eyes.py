@@ -14,6 +14,7 @@ from facewrinkle.anatomy.eyelid_opening import place_eyeballs
 from facewrinkle.anatomy.muscles import EyeMuscle, LidMuscle
 from facewrinkle.appearance.hair import Lashes
 from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.geometry.topology import boundary_loops
 from facewrinkle.plotting import Scene, Style
 
 
@@ -23,8 +24,8 @@ def test_the_lids_tell_how_deep_an_eye_lies(face, shift):
     for eye, sign in zip(face.eyes, (1.0, -1.0), strict=True):
         marks[f"eye_{eye.side}_centre"] = eye.centre + np.array(shift) * [sign, 1.0, 1.0]
     names = ("eye_l_centre", "eye_r_centre")
-    found = place_eyeballs(marks, face.frame, face.points, face.triangles, names)
-    given = place_eyeballs(marks, face.frame, face.points, face.triangles)
+    found = place_eyeballs(marks, face.frame, face.points, face.triangles, face.boundary_loops, names)
+    given = place_eyeballs(marks, face.frame, face.points, face.triangles, face.boundary_loops)
     for eye, there, kept in zip(face.eyes, found, given, strict=True):
         assert np.linalg.norm(there.centre - eye.centre) < 0.5 * np.linalg.norm(shift)
         assert there.radius == pytest.approx(eye.radius, rel=0.1)
@@ -51,7 +52,8 @@ def test_an_eye_with_no_skin_before_it_stays(face):
     low = face.points[:, 1] < face.landmarks["nose_tip"][1]
     below = face.triangles[low[face.triangles].all(axis=1)]
     used, numbers = np.unique(below, return_inverse=True)
-    found = place_eyeballs(face.landmarks, face.frame, face.points[used], numbers.reshape(-1, 3))
+    mask = face.points[used], numbers.reshape(-1, 3)
+    found = place_eyeballs(face.landmarks, face.frame, *mask, boundary_loops(mask[1]))
     for eye in found:
         np.testing.assert_array_equal(eye.centre, face.landmarks[f"eye_{eye.side}_centre"])
 
@@ -63,7 +65,7 @@ def test_balls_lie_behind_lids_that_are_shut(face, shift):
     for side in "lr":
         marks[f"eye_{side}_centre"] = marks[f"eye_{side}_centre"] + shift * face.frame.axes[2]
     points, triangles = skin_with("shut")
-    for eye in place_eyeballs(marks, face.frame, points, triangles):
+    for eye in place_eyeballs(marks, face.frame, points, triangles, boundary_loops(triangles)):
         offset = points - eye.centre
         assert np.linalg.norm(offset[offset @ eye.gaze > 0.0], axis=1).min() > eye.radius
         assert eye.centre == pytest.approx(face.landmarks[f"eye_{eye.side}_centre"], abs=1.5)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.known_folds import STEP, known_folds
+from facewrinkle.anatomy.known_folds import STEP, folds_of_head, known_folds
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
 from facewrinkle.mesh.arrays import PIECE
@@ -131,10 +132,10 @@ def test_other_files_are_refused(face, tmp_path):
         arrays = {name: stored[name] for name in stored.files}
     for change, message in (
         ({"version": 99}, "later facewrinkle"),
-        ({"triangles": np.array([[0, 1, 99999]])}, "must use"),
+        ({"triangles": np.array([[0, 1, 99999]])}, "its triangles must be whole numbers"),
         ({"landmarks": arrays["landmarks"][:, :2]}, "was not written by facewrinkle"),
         ({"confidences": arrays["confidences"][:3]}, "was not written by facewrinkle"),
-        ({"points": np.array(["x"])}, "points must be an array of real numbers"),
+        ({"points": np.array(["x"])}, "its points must be numbers of the shape"),
     ):
         with path.open("wb") as file:
             np.savez(file, **{**arrays, **change})
@@ -146,6 +147,75 @@ def test_other_files_are_refused(face, tmp_path):
         fw.read_face(path)
     with pytest.raises(OutputError, match="cannot be written"):
         fw.write_face(face, good / "a.face")
+
+
+DAMAGE = {
+    "unit": [0.0, np.nan, np.inf, -1.0, 1e300, 1e-12, "mm", [1.0, 2.0]],
+    "age": [np.nan, 7.0],
+    "points": [0.0, np.nan, 1e300, 1e45],
+    "triangles": [-1, 0.5, 10**9],
+    "landmarks": [np.nan, 1e60],
+    "texture": [0.5, np.int64(7), np.zeros((0, 4, 3), np.uint8), np.zeros(4, np.uint8), np.zeros((4, 4, 2), np.uint8)],
+    "brows/triangles": [10**6, -1, 0.5, np.zeros((3, 2), np.int64)],
+    "brows/weights": [np.nan, 1e9, np.zeros((2, 2, 3))],
+    "brows/heights": [np.nan, np.zeros(99)],
+    "brows/colour": [np.nan, 300.0, np.zeros(4)],
+    "point_data/Texture Coordinates": [np.nan],
+    "parts/eye_l/points": [np.nan],
+    "parts/eye_l/triangles": [np.zeros((0, 3), np.int64), 10**6],
+    "source_points": [-1, 0.5],
+}
+
+
+@pytest.fixture(scope="module")
+def arrays_of_all(tmp_path_factory):
+    """The arrays of a file of a face with all that may be in one."""
+    face = fw.default_face()
+    ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
+    whole = dataclasses.replace(
+        face, parts={"eye_l": Part(ball, "eye", "l")}, source_points=np.arange(face.mesh.n_points)
+    )
+    with np.load(fw.write_face(whole, tmp_path_factory.mktemp("face") / "a.face")) as stored:
+        return dict(stored) | {f"folds/{name}": values for name, values in folds_of_head().items()}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in DAMAGE.items() for value in values])
+def test_damaged_numbers_are_refused_where_they_come_in(arrays_of_all, tmp_path, name, value):
+    """One number that cannot be, or an array of another size or kind."""
+    if np.ndim(value) or isinstance(value, str) or name == "unit":
+        changed = np.asarray(value)
+    else:
+        kept = arrays_of_all[name]
+        changed = kept.astype(np.result_type(kept, np.asarray(value).dtype))
+        changed[...] = np.where(np.arange(kept.size).reshape(kept.shape) == 0, value, changed) if value else 0.0
+    with (tmp_path / "a.face").open("wb") as file:
+        np.savez(file, **{**arrays_of_all, name: changed})
+    with pytest.raises(MeshError, match=r"a\.face (was not written by facewrinkle, or )?is damaged.*facewrinkle fit"):
+        fw.read_face(tmp_path / "a.face")
+
+
+BROKEN = {
+    "shape: AU1": [None, np.zeros((3, 3), np.int32), 0.5],
+    "lines: names": [None, np.array(["brows"] * 9)],
+    "lines: compression 0": [None, np.zeros(3), np.nan],
+    "lines: wave 1": [None, np.zeros((3, 3)), np.inf],
+    "lines: phase 0": [np.zeros(3), np.array(["x"])],
+    "lines: level 0": [None, np.array(60), np.array(-1), np.array("x")],
+}
+
+
+@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in BROKEN.items() for value in values])
+def test_folds_that_are_damaged_are_found_anew(arrays_of_all, tmp_path, monkeypatch, name, value):
+    changed = dict(arrays_of_all)
+    kept = changed.pop(f"folds/{name}")
+    if value is not None:
+        changed[f"folds/{name}"] = kept + value if isinstance(value, float) else value
+    with (tmp_path / "a.face").open("wb") as file:
+        np.savez(file, **changed)
+    face = fw.read_face(tmp_path / "a.face")
+    monkeypatch.setattr(fold_shapes, "relaxed_shapes", Mock(side_effect=InterruptedError("they are found")))
+    with pytest.raises(InterruptedError):
+        fold_shapes.find_folds(face)
 
 
 def test_files_that_would_fill_the_memory_are_refused(face, tmp_path, monkeypatch):

@@ -132,27 +132,28 @@ def test_skin_and_hair_get_darker_and_hair_turns_grey() -> None:
     assert brightness(old, False) == pytest.approx(brightness(young, False), rel=0.02)
 
 
-MONK = ("f6ede4", "f3e7db", "f7ead0", "eadaba", "d7bd96", "a07e56", "825c43", "604134", "3a312a", "292420")
-"""The published colours of the ten tones of the Monk Skin Tone Scale (skintone.google, 2022)."""
-
-
 def cielab(colours: np.ndarray) -> np.ndarray:
     return cv2.cvtColor(np.float32(colours).reshape(1, -1, 3) / 255.0, cv2.COLOR_RGB2LAB)[0]
 
 
-def test_each_tone_of_skin_is_nearest_to_its_own_swatch() -> None:
+def test_tones_of_skin_run_evenly_from_very_light_to_dark() -> None:
+    """By the angle of Chardon et al. (1991): very light above 55 degrees, dark below -30."""
     mean = load_head()
     forehead = np.linalg.norm(mean.points - mean.landmarks["forehead_mid"], axis=1) < 15.0
-    swatches = cielab(np.array([list(bytes.fromhex(tone)) for tone in MONK]))
-    lightness = []
-    for tone, skin in enumerate(TONES[:, 0], start=1):
-        person = Identity(skin=float(skin))
-        colour = cielab(head_of(person).colour[forehead].mean(axis=0))[0]
-        assert 1 + np.linalg.norm(swatches - colour, axis=1).argmin() == person.monk == tone
-        hue = np.degrees(np.arctan2(*colour[:0:-1]) - np.arctan2(*swatches[tone - 1, :0:-1]))
-        assert abs(hue) < 25.0
-        lightness.append(colour[0])
-    assert np.abs(lightness - swatches[:, 0]).max() < 5.0
+    people = [Identity(skin=float(skin)) for skin in TONES[:, 0]]
+    assert [person.monk for person in people] == list(range(1, 11))
+    lightness, redness, yellowness = np.array(
+        [cielab(head_of(person).colour[forehead].mean(axis=0))[0] for person in people]
+    ).T
+    angle = np.degrees(np.arctan2(lightness - 50.0, yellowness))
+    assert angle[0] > 55.0
+    assert angle[-1] < -30.0
+    assert (np.diff(angle) < 0.0).all()
+    for steps in (np.diff(lightness[:5]), np.diff(lightness[4:])):  # fairer and darker than the mean head
+        assert steps.max() < 0.0
+        np.testing.assert_allclose(steps, steps.mean(), rtol=0.12)
+    assert redness.min() > 7.0  # blood shows through all of them
+    assert (np.degrees(np.arctan2(redness, yellowness)) < 45.0).all()
 
 
 def test_brows_are_darker_than_any_skin() -> None:

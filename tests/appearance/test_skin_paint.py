@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 import pyvista as pv
 from scipy.spatial.transform import Rotation
 from synthetic_faces import head_with, ring
@@ -113,20 +114,31 @@ def test_thick_lids_are_flesh_behind_their_front_edges(face):
 # --- the shading of furrows -----------------------------------------------------------------------
 
 
-def test_furrows_are_dark_and_dimples_are_not():
-    """A furrow and a round pit, equally deep and wide, with as many vertices across as refinement gives them."""
-    x, y = np.meshgrid(np.linspace(-8.0, 8.0, 21), np.linspace(-8.0, 8.0, 21))
+def shaded_plane(depth_at, step):
+    """Largest loss of light, 0 to 1, on a turned plane with a depth, as far apart as refinement places its vertices."""
+    x, y = np.meshgrid(np.arange(-8.0, 8.01, step), np.arange(-8.0, 8.01, step))
     turn = Rotation.from_rotvec([0.4, 0.7, -0.2]).as_matrix()
-    darkest = []
-    for distance in (np.abs(x), np.hypot(x, y), np.hypot(x, y + 100.0)):
-        plane = pv.StructuredGrid(x, y, 0.0 * x).extract_surface(algorithm=None).triangulate()
-        plane.point_data["rest"] = plane.points @ turn.T
-        plane.point_data["W"] = -np.exp(-((distance.T.ravel() / 2.0) ** 2))
-        shade = cavity_shading(plane)
-        assert shade.shape == (plane.n_points, 3)
-        darkest.append(255 - int(shade[:, 1].min()))
-        assert (shade[:, 0] >= shade[:, 1]).all()
-        assert (shade[plane["W"] > -1e-3] == 255).all()
-    assert darkest[0] > 80
-    assert darkest[1] < 0.25 * darkest[0]
-    assert darkest[2] == 0
+    plane = pv.StructuredGrid(x, y, 0.0 * x).extract_surface(algorithm=None).triangulate()
+    plane.point_data["rest"] = plane.points @ turn.T
+    plane.point_data["W"] = -depth_at(*plane.points[:, :2].T)
+    shade = cavity_shading(plane)
+    assert shade.shape == (plane.n_points, 3)
+    assert (shade[:, 0] >= shade[:, 1]).all()
+    assert (shade[plane["W"] > -1e-3] == 255).all()
+    return 1.0 - shade[:, 1].min() / 255.0
+
+
+@pytest.mark.parametrize(("width", "depth"), [(2.0, 1.0), (4.0, 1.0), (6.0, 1.5), (8.0, 0.5)])
+def test_furrows_lose_the_light_that_their_walls_take(width, depth):
+    """At the floor of a groove of width w and depth d the share 1 - w / sqrt(w^2 + 4 d^2) of the sky is lost."""
+    lost = shaded_plane(lambda x, _: depth * np.exp(-((2.0 * x / width) ** 2)), width / 5.0)
+    assert lost == pytest.approx(1.0 - width / np.hypot(width, 2.0 * depth), rel=0.25)
+
+
+def test_dimples_are_not_dark():
+    furrow, pit, far = (
+        shaded_plane(lambda x, y, away=away: np.exp(-((away(x, y) / 2.0) ** 2)), 0.8)
+        for away in (lambda x, y: x, np.hypot, lambda x, y: np.hypot(x, y + 100.0))
+    )
+    assert pit < 0.25 * furrow
+    assert far == 0.0

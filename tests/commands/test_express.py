@@ -63,7 +63,7 @@ def test_express_series_holds_every_step(surprise):
 def test_express_reports_what_it_did(tmp_path, run):
     out, err = run("express", "AU4", *FEW, "--no-movie", "--out", str(tmp_path))
     assert err == ""
-    assert "4517 → " in out
+    assert "4517 to " in out
     assert "mm" in out
     for path in tmp_path.iterdir():
         assert path.name in out or path.name == ".AU4.files"
@@ -106,7 +106,7 @@ def test_express_on_another_mesh(tmp_path, run):
     write_landmarks({name: point * 0.001 for name, point in head.landmarks.items()}, tmp_path / "head.json")
     source = ["--face", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "head.json"), "--units", "m"]
     few = [*FEW, "--no-movie", "--max-level", "1", "--depth", "0.1", "--view", "front"]
-    assert "4517 → " in run("express", "AU46", *source, *few, "--out", str(tmp_path / "out")).out
+    assert "4517 to " in run("express", "AU46", *source, *few, "--out", str(tmp_path / "out")).out
     assert (tmp_path / "out" / "AU46.png").is_file()
 
 

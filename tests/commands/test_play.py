@@ -49,7 +49,7 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
         *names,
     }
     assert pv.read_texture(tmp_path / "brows.png").to_array().shape[:2] == (132, 2 * 64 + 4)
-    for line in ("0.40 s, 10 steps", *deepest, "4517 →"):
+    for line in ("0.40 s, 10 steps", *deepest, "4517 to"):
         assert line in said
     # The last frame of the series is the face at rest, in the file's unit and place.
     rest, _ = fw.read_animation(file)

@@ -59,8 +59,9 @@ def front(face, frame):
     return labelled(face, frame)
 
 
-def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
+def test_depth_is_that_of_rays_through_the_middles_of_pixels(face, front, frame):
     arrays, _, camera = front
+    drawn = Appearance.of(face).at(frame).smooth.mesh
     own = Camera.of(camera, SIZE)
     rows, columns = np.nonzero(arrays["part"] == PARTS.index("skin"))
     some = np.random.default_rng(3).choice(len(rows), 60, replace=False)
@@ -68,7 +69,7 @@ def test_depth_is_that_of_rays_through_the_middles_of_pixels(front, frame):
     errors = []
     for row, column, ray in zip(rows[some], columns[some], own.rays(rows[some], columns[some]), strict=True):
         towards = own.extrinsic[:3, :3].T @ ray
-        hits, _ = frame.ray_trace(position, position + 3000.0 * towards / np.linalg.norm(towards))
+        hits, _ = drawn.ray_trace(position, position + 3000.0 * towards / np.linalg.norm(towards))
         if len(hits):
             along = ((hits - position) @ own.extrinsic[2, :3]).min()
             errors.append(abs(arrays["depth"][row, column] * DEPTH_STEP - along))
@@ -96,7 +97,7 @@ def test_triangles_are_those_that_vtk_draws(face, frame, front):
     drawn = plotter.screenshot(return_img=True).astype(int) @ [1 << 16, 1 << 8, 1] - 1
     plotter.close()
     assert (buffer.numbers >= 0).mean() > 0.2
-    assert np.mean(drawn == buffer.numbers) > 0.999  # a middle on an edge is on either side
+    assert np.mean(drawn == buffer.numbers) > 0.998  # a middle on an edge is on either side
 
 
 def test_landmarks_are_where_vtk_projects_them(front, face, frame):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import zlib
+
 import cv2
 import numpy as np
 import pytest
@@ -10,7 +13,8 @@ from PIL import Image
 from facewrinkle.dataset import SampleMaker, Spec, generate
 from facewrinkle.dataset.plan import plan_of
 from facewrinkle.dataset.surroundings import covering, lamps_in
-from facewrinkle.errors import ParameterError
+from facewrinkle.errors import MeshError, ParameterError
+from facewrinkle.mesh.formats.radiance import radiance_of
 from tests.dataset.conftest import SPEC
 
 SIZE = 64
@@ -174,6 +178,75 @@ def test_the_environment_is_seen_behind(tmp_path):
 def test_wrong_values(tmp_path, written, message):
     with pytest.raises(ParameterError, match=message):
         Spec.of(written, tmp_path)
+
+
+HEADER = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y %d +X %d\n"
+
+
+@pytest.mark.parametrize("size", [(5, 8), (3, 200), (2, 7)])
+def test_radiance_is_read_as_opencv_reads_it(tmp_path, size):
+    """Packed rows with runs and without, and those that are too narrow for it."""
+    room = np.random.default_rng(5).uniform(0.0, 9.0, (*size, 3)).astype(np.float32)
+    room[:, : size[1] // 2] = room[0, 0]
+    room[0, -1] = 0.0
+    cv2.imwrite(str(tmp_path / "a.hdr"), room)
+    data = (tmp_path / "a.hdr").read_bytes()
+    known = cv2.imread(str(tmp_path / "a.hdr"), cv2.IMREAD_UNCHANGED)[..., ::-1]
+    np.testing.assert_array_equal(radiance_of(data, "a.hdr"), known)
+    start = data.index(b"\n", data.index(b"+X")) + 1
+    for cut in range(start, len(data)):
+        with pytest.raises(MeshError, match="a.hdr cannot be read as Radiance HDR: its data do not hold"):
+            radiance_of(data[:cut], "a.hdr")
+
+
+@pytest.mark.parametrize(
+    ("data", "reason"),
+    [
+        (HEADER % (100_000, 100_000), "100000 x 100000 pixels"),
+        (HEADER % (0, 0), "0 x 0 pixels"),
+        (HEADER % (10**7, 1), "do not hold"),
+        (HEADER.replace(b"-Y", b"+Y") % (1, 1) + bytes(4), "no header"),
+        (HEADER.replace(b"rgbe", b"xyze") % (1, 1) + bytes(4), "no header"),
+        (HEADER % (1, 1) + bytes([1, 1, 1, 9]), "do not hold"),
+        (HEADER % (1, 8) + bytes([2, 2, 0, 8, 0] + [9] * 40), "do not hold"),
+        (HEADER % (1, 8) + bytes([2, 2, 0, 8] + 4 * [255, 9] + [9] * 40), "do not hold"),
+        (b"", "no header"),
+        (b"\x89PNG\r\n", "no header"),
+    ],
+)
+def test_radiance_that_is_damaged_is_refused(data, reason):
+    with pytest.raises(MeshError, match=f"a.hdr cannot be read as Radiance HDR: .*{reason}"):
+        radiance_of(data, "a.hdr")
+
+
+def test_a_picture_that_pillow_gives_up_on_ends_the_set(tmp_path):
+    """With words, and not as a sample that failed."""
+    data = io.BytesIO()
+    Image.new("RGB", (8, 8)).save(data, "PNG")
+    long = zlib.compress(b" " * 2**21)
+    chunk = b"zTXt" + b"a\0\0" + long
+    chunk = (len(chunk) - 4).to_bytes(4, "big") + chunk + zlib.crc32(chunk).to_bytes(4, "big")
+    (tmp_path / "long.png").write_bytes(data.getvalue()[:33] + chunk + data.getvalue()[33:])
+    spec = Spec.of({**STILL, "background": {"pictures": "long.png"}}, tmp_path)
+    with pytest.raises(ParameterError, match="long.png' cannot be read as a picture: .*Decompressed data too large"):
+        generate(spec, tmp_path / "set", count=1)
+
+
+def test_pictures_stand_as_the_camera_was_held(tmp_path):
+    flag = np.zeros((20, 40, 3), np.uint8)
+    flag[:, :20, 0] = 255
+    turned = Image.Exif()
+    turned[0x0112] = 6  # the left side was up
+    Image.fromarray(flag).save(tmp_path / "flag.png", exif=turned)
+    (file,) = Spec.of({**STILL, "background": {"pictures": "flag.png"}}, tmp_path).backgrounds
+    found = covering(file, {"across": 0.5, "down": 0.5}, (20, 40))
+    np.testing.assert_array_equal(found, np.rot90(flag, -1))
+
+
+def test_patterns_end(tmp_path):
+    for pattern in ("**/**/*.png", "/".join(["**"] * 200)):
+        with pytest.raises(ParameterError, match=r"pictures: \*\* may stand once in a pattern"):
+            Spec.of({**STILL, "background": {"pictures": pattern}}, tmp_path)
 
 
 @pytest.mark.parametrize(("table", "key"), [("background", "pictures"), ("lights", "environment")])

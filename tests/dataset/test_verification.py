@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
 import shutil
 import subprocess
+import sys
+import time
 from dataclasses import replace
 
 import pytest
 
 from facewrinkle.cli import main
-from facewrinkle.dataset import check, generate
-from facewrinkle.errors import OutputError
+from facewrinkle.dataset import SampleMaker, check, generate, shards
+from facewrinkle.errors import FaceWrinkleError, OutputError
 from tests.dataset.conftest import SPEC
 
 pq = pytest.importorskip("pyarrow.parquet", reason="data sets need pyarrow")
@@ -124,6 +128,86 @@ def test_samples_made_again_are_compared(small, folder, remembered, backwards, m
     assert [problems for _, problems in check(small, remade=2)][-1] == ["000000002 differs from what is stored"]
     (folder / OTHER).write_bytes(b"")  # samples of a shard that is damaged are not looked at
     assert [problems for _, problems in check(folder, remade=2)][-1] == []
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+@pytest.mark.parametrize("name", ["dataset.json", SUMS, SHARD, TABLE, STATISTICS])
+def test_named_pipes_in_a_set_are_not_waited_for(folder, name):
+    (folder / name).unlink()
+    os.mkfifo(folder / name)
+    if name == "dataset.json":
+        with pytest.raises(OutputError, match="holds no data set"):
+            list(check(folder, remade=0))
+    else:
+        assert any(problems for _, problems in check(folder, remade=0))
+
+
+def test_sets_that_were_signed_again_are_not_believed(folder, remembered):
+    """Who changes a table or a shard and its sums can be told only by making samples again."""
+    for name, shard in ((TABLE, SHARD), (OTHER, OTHER)):
+        (folder / name).write_bytes(b"PAR1")
+        sums = folder / shard.replace("tar", "sha256")
+        lines = sums.read_text().splitlines()
+        new = hashlib.sha256(b"PAR1").hexdigest()
+        sums.write_text("".join(f"{new}  {name}\n" if line.endswith(name) else f"{line}\n" for line in lines))
+    *stored, (_, remade) = check(folder, remade=9)
+    assert [problems for _, problems in stored] == [[], [], []]
+    assert remade == [f"{TABLE} is damaged", "000000002 differs from what is stored"]
+
+
+@pytest.mark.parametrize("count", [10**9, 10**12, 10**400], ids=["9", "12", "400"])
+def test_counts_that_no_disk_holds(folder, count):
+    state = (folder / "dataset.json").read_text()
+    (folder / "dataset.json").write_text(state.replace('"count": 3', f'"count": {count}'))
+    with pytest.raises(FaceWrinkleError, match="100,000 are allowed.*set shard = |holds no data set"):
+        list(check(folder))
+    with pytest.raises(FaceWrinkleError, match="100,000 are allowed.*set shard = |must be a number"):
+        generate(SPEC, folder, count=count)
+
+
+def test_samples_that_failed_are_told(tmp_path, monkeypatch, capsys):
+    class Unlucky(SampleMaker):
+        def pictures(self, index):
+            raise ZeroDivisionError("never")
+
+    monkeypatch.setattr(shards, "SampleMaker", Unlucky)
+    (tmp_path / "spec.toml").write_text("size = [48, 48]\nshard = 2\n")
+    assert main(["dataset", str(tmp_path / "spec.toml"), "--count", "3", "--out", str(tmp_path / "set")]) == 1
+    out, err = capsys.readouterr()
+    assert "0 pictures of 3 samples" in out
+    assert "3 of 3 samples could not be made" in err
+    assert "the first is 000000000: ZeroDivisionError: never" in err
+    assert f"3 of 3 samples are missing in '{tmp_path}/set'" in err
+    assert main(["dataset", "check", str(tmp_path / "set")]) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="processes are listed by /proc")
+def test_workers_end_with_a_parent_that_is_killed(tmp_path):
+    (tmp_path / "spec.toml").write_text("size = [48, 48]\nshard = 1\n")
+    words = ["dataset", "spec.toml", "--count", "2000", "--workers", "2", "--quiet"]
+    command = [sys.executable, "-m", "facewrinkle", *words]
+    reading, writing = os.pipe()  # which stays open as long as a process of them lives
+    run = subprocess.Popen(command, cwd=tmp_path, stdout=writing, stderr=writing, pass_fds=[writing])
+    os.close(writing)
+    try:
+        deadline = time.monotonic() + 240
+        while not list((tmp_path / "dataset").glob("*.tar")):  # whole, or not yet
+            assert time.monotonic() < deadline
+            assert run.poll() is None
+            time.sleep(0.1)
+    finally:
+        run.kill()
+        run.wait()
+    os.set_blocking(reading, False)
+    deadline = time.monotonic() + 30
+    while True:
+        try:
+            if os.read(reading, 1024) == b"":
+                return
+        except BlockingIOError:
+            assert time.monotonic() < deadline, "workers go on"
+            time.sleep(0.1)
 
 
 def test_a_damaged_table_is_told_in_a_line(folder, capsys):

@@ -12,6 +12,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.layers.entries import Relief
 from facewrinkle.live.fields import probe
+from facewrinkle.mesh import values_at
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +49,29 @@ def test_the_numbers_add_up_to_the_heights(happy):
             assert each["W"] == pytest.approx(product)
 
 
+def at(vertex):
+    """A corner of a triangle."""
+    return np.array([vertex, 0, 1]), np.array([1.0, 0.0, 0.0])
+
+
+def test_the_card_tells_what_pin_and_program_tell(happy, face):
+    """At ten places between vertices: the same interpolation, in the triangle."""
+    sim, frame = happy
+    generator, triangles = np.random.default_rng(0), frame.regular_faces
+    folded = triangles[(np.abs(frame["W"][triangles]) > 0.05).all(axis=1)]
+    for corners in generator.choice(folded, 10):
+        shares = generator.dirichlet([2.0, 2.0, 2.0])
+        told = probe(frame, face, sim.layers, corners, shares)
+        assert told["values"]["W"] == pytest.approx(shares @ frame["W"][corners], abs=1e-5)
+        assert values_at(frame, "W", [told["rest"]])[0] == pytest.approx(told["values"]["W"], abs=1e-4)
+
+
 def test_the_maker_is_the_deepest(happy, face):
     sim, frame = happy
     creases = sim.fields("zygomaticus_major_l")["W"]
-    told = probe(frame, face, sim.layers, int(np.argmin(creases)))
+    told = probe(frame, face, sim.layers, *at(np.argmin(creases)))
     assert told["made_by"] == "zygomaticus_major_l"
     assert told["added"]["zygomaticus_major_l"] == pytest.approx(creases.min(), abs=1e-3)
     assert "k0 (mm)" in told["numbers"]
     dimple = int(np.argmin(frame["pattern_mine"]))
-    assert probe(frame, face, sim.layers, dimple)["made_by"] == "the pattern 'mine'"
+    assert probe(frame, face, sim.layers, *at(dimple))["made_by"] == "the pattern 'mine'"

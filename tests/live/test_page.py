@@ -726,6 +726,10 @@ def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
     page.get_by_role("slider", name="Time", exact=True).fill("1.5")
     until(lambda: abs(studio.stage.shown.time - 1.5) < 1e-6 and studio.stage.settled)
     assert page.locator(SLIDER.format("Jaw drop")).is_disabled()
+    page.locator("#muscles").check()  # its fibers show what the take contracts; nobody else can pull
+    until(lambda: page.evaluate("app.view.parts.has('fibres')"))
+    assert page.locator("#overlay circle").count() == 0
+    page.locator("#muscles").uncheck()
 
 
 def test_the_tour_leads_through_the_page(page):

@@ -75,8 +75,11 @@ def test_a_take_moves_the_face_that_is_shown(studio, face):
     moved = [np.asarray(each.points)[:n] for each in (frame, own, rest)]
     assert np.abs(moved[0] - moved[1]).max() < 0.1
     assert np.abs(moved[0] - moved[2]).max() > 10.0
+    assert studio.stage.shown.rates["zygomaticus_major_l"] == pytest.approx(0.5, abs=0.1)  # and so redden the fibers
     with page(studio) as seen:
-        assert set(seen.heard("welcome")["off"].values()) == {"a recorded animation moves this face"}
+        welcome = seen.heard("welcome")
+    assert set(welcome["off"].values()) == {"a recorded animation moves this face"}
+    assert welcome["contracts"]
     studio.stage.go_to(0.0)
     assert np.abs(np.asarray(studio.frame().points)[:n] - moved[2]).max() < 0.1
     studio.undo()

@@ -333,6 +333,16 @@ def test_the_timeline_plays_and_is_scrubbed(studio):
     studio.stage.play(False)
 
 
+def test_the_playhead_stays_on_a_timeline_that_becomes_shorter(studio):
+    studio.change(timeline={"length": 100.0})
+    studio.stage.go_to(90.0)
+    studio.frame()
+    studio.change(timeline={"length": 4.0})
+    studio.frame()
+    assert studio.stage.shown.time == 4.0
+    assert studio.session.time == 4.0
+
+
 def test_a_slow_machine_plays_in_real_time(studio, monkeypatch):
     step = Player.step
 

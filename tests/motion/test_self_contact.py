@@ -7,13 +7,15 @@ pairs of vertices and triangles        each lies behind the other at rest, by do
 a lining drawn through the skin        it is pushed back, towards where it was
 lips that are rolled in                the oracle: not in each other
 violent mixtures on the built-in head  the oracle: lips in each other, triangles turned over
+a mouth that is half sewn              the vertices of its rim: they stay together
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from skins import held
+from skins import held, settled
+from synthetic_faces import half_sewn
 
 import facewrinkle as fw
 from facewrinkle.motion._contact_kernels import gaps_of
@@ -164,3 +166,19 @@ def test_mixtures_turn_no_lip_inside_out(face, skin, index, frames):
         assert found.lips < DEEPEST
         assert not found.inverted
     skin.reset()
+
+
+def test_a_mouth_that_is_open_on_one_side_only_stays_closed():
+    """As the other side would hold: the jaw stays, and what draws a lip down takes the other one along."""
+    whole = fw.default_face()
+    torn, upper, lower = half_sewn()
+    assert (whole.mouth_opens, whole.mouth_half_open) == (True, False)
+    assert (torn.mouth_opens, torn.mouth_half_open) == (False, True)
+    apart = np.linalg.norm(whole.points[upper] - whole.points[lower], axis=1)
+    for what in ("AU26", "AU16"):
+        opened = []
+        for face in (whole, torn):
+            now = face.points + settled(face, what) @ face.frame.axes
+            opened.append((np.linalg.norm(now[upper] - now[lower], axis=1) - apart).max())
+        assert opened[0] > 2.0
+        assert opened[1] < 0.1

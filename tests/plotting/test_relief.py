@@ -13,10 +13,10 @@ import facewrinkle as fw
 from facewrinkle.appearance.skin_paint import DEPTH, OLD_DEPTH
 from facewrinkle.plotting import Scene, Style, View, picture
 from facewrinkle.plotting.images import rendered
-from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL, Relief, send_relief
+from facewrinkle.plotting.shaders import RELIEF, SKIN_MATERIAL, Relief, send
 from facewrinkle.plotting.views import LIGHTS, VIEW_ANGLE, VIEWS
 
-NEAR = View((0.0, 0.0, 1.0), "malar_l", (0.0, -0.1, 0.0), height=0.5)
+NEAR = View((0.0, 0.0, 1.0), "malar_r", (0.0, -0.1, 0.0), height=0.5)
 
 
 def patch(face, **options):
@@ -67,7 +67,7 @@ def sheet(stretch, depth):
     actor = plotter.add_mesh(plane, color=(0.8, 0.6, 0.5), smooth_shading=False, ambient=1.0, diffuse=1.0)
     actor.prop.interpolation = "phong"
     SKIN_MATERIAL.apply(actor, len(LIGHTS), relief=(depth, np.radians(VIEW_ANGLE) / pixels))
-    send_relief(actor)
+    send(actor, RELIEF)
     actor.GetMapper().SetInputData(plane)
     plotter.camera_position = [(0.0, 0.0, 1.6), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0)]
     plotter.camera.view_angle = VIEW_ANGLE

@@ -35,7 +35,7 @@ def test_wrinkles_show_on_the_forehead_and_nowhere_else(face, wrinkled, bare):
     assert images[0].dtype == np.uint8
     region = np.zeros(changed.shape, bool)
     region[int(rows.min()) - 3 : int(rows.max()) + 4, int(columns.min()) - 3 : int(columns.max()) + 4] = True
-    assert changed[region].mean() > 0.1
+    assert changed[region].mean() > 0.06
     assert changed[~region].mean() < 0.002
     assert rows.max() < SMALL[1] / 2
 
@@ -138,11 +138,11 @@ def test_a_camera_that_moves_shows_the_frame_from_there(face, quick):
     frame = held("surprise")
     with Scene(face, Style(SMALL, quick=quick)) as scene, Scene(face, Style(SMALL, quick=quick)) as other:
         before = scene.picture(frame)
-        times = [actor.mapper.dataset.GetMTime() for actor in scene.plotter.actors.values()]
+        times = [actor.GetMapper().GetInput().GetMTime() for actor in scene.plotter.actors.values()]
         for plotter in (scene.plotter, other.plotter):
             plotter.camera.azimuth += 20.0
         after = scene.picture(frame)
-        assert [actor.mapper.dataset.GetMTime() for actor in scene.plotter.actors.values()] == times
+        assert [actor.GetMapper().GetInput().GetMTime() for actor in scene.plotter.actors.values()] == times
         assert (after != before).any(axis=2).mean() > 0.2
         np.testing.assert_array_equal(after, other.picture(frame))
 

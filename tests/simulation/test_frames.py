@@ -37,6 +37,7 @@ def test_frames_carry_what_they_promise(face, played, name):
         "muscle",
         "level",
         "rest",
+        "host",
         "theta",
         "family",
     }
@@ -60,6 +61,9 @@ def test_frames_carry_what_they_promise(face, played, name):
     assert np.array_equal(frame["rest"][:base], face.points)
     assert (frame["level"][:base] == 0).all()
     assert (frame["level"][base:] >= 1).all()
+    hosts = face.points[face.triangles[frame["host"]]]
+    flat = np.cross(hosts[:, 1] - hosts[:, 0], hosts[:, 2] - hosts[:, 0])
+    assert np.abs(((frame["rest"] - hosts[:, 0]) * flat).sum(axis=1)).max() < 1e-6
     assert np.isfinite(frame.points).all()
 
 

@@ -13,10 +13,12 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
+from PIL import Image
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
@@ -25,6 +27,8 @@ from facewrinkle.dataset.spec import Spec
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.export.gltf import gltf
 from facewrinkle.export.model import Morphs, WeightTrack, skin_model
+from facewrinkle.mesh.formats.radiance import radiance_of
+from facewrinkle.mesh.formats.textures import image_of_file
 from facewrinkle.session import Session
 
 from .runner import OUTPUT, run
@@ -90,6 +94,9 @@ READERS: dict[str, Callable[[Path], object]] = {
     **dict.fromkeys(("clip.glb", "clip.vtkhdf", "clip.usda"), fw.read_animation),
     **dict.fromkeys(("take.csv", "take.json"), fw.read_take),
     ".face": fw.read_face,
+    "arrays.face": lambda path: fw.Simulation(fw.read_face(path)).step(),
+    **dict.fromkeys((".png", ".jpg", ".gif", ".bmp", ".tif", ".webp"), image_of_file),
+    ".hdr": lambda path: radiance_of(path.read_bytes(), path.name),
     ".toml": fw.read_atlas,
     "spec.toml": Spec.read,
     "landmarks.json": read_landmarks,
@@ -151,7 +158,14 @@ def _seeds(folder: Path, kind: str) -> list[bytes]:
             return [f"OFF\n{ball.n_points} {ball.n_cells} 0\n".encode() + "\n".join(rows).encode()]
         case ".usda" | ".usdc":
             return [_usd(ball, path)]
-        case ".face":
+        case ".png" | ".jpg" | ".gif" | ".bmp" | ".tif" | ".webp":
+            Image.fromarray(np.arange(24 * 32 * 3, dtype=np.uint8).reshape(24, 32, 3)).save(path)
+            return [path.read_bytes()]
+        case ".hdr":
+            head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X 16\n"
+            row = bytes([2, 2, 0, 16]) + 3 * bytes([144, 200]) + bytes([8, *range(120, 128), 136, 129])
+            return [head + 3 * row, head.replace(b"16", b"4") + bytes(range(100, 148))]
+        case ".face" | "arrays.face":
             return [fw.write_face(fw.default_face(), path).read_bytes()]
         case ".toml":
             return [DEFAULT_ATLAS.read_bytes()]
@@ -251,9 +265,20 @@ def outcome(path: Path) -> str:
 
 def mutant(kind: str, number: int, folder: Path) -> Path:
     """Write one of the mutants of a kind into a folder, and return its path."""
-    found = seeds(kind)
+    found, generator = seeds(kind), np.random.default_rng(number)
     path = folder / file_name(kind)
-    path.write_bytes(mutated(found[number % len(found)], np.random.default_rng(number)))
+    if kind == "arrays.face":  # a zip tells when its bytes were changed; who makes one changes arrays
+        with np.load(BytesIO(found[0])) as stored:
+            arrays = dict(stored)
+        name = sorted(arrays)[int(generator.integers(len(arrays)))]
+        changed = mutated(arrays[name].tobytes(), generator)
+        kind_of, size = arrays[name].dtype, max(arrays[name].dtype.itemsize, 1)
+        flat = np.frombuffer(changed[: len(changed) // size * size], kind_of)
+        arrays[name] = flat.reshape(arrays[name].shape) if flat.size == arrays[name].size else flat
+        with path.open("wb") as file:
+            np.savez(file, **arrays)
+        return path
+    path.write_bytes(mutated(found[number % len(found)], generator))
     return path
 
 
@@ -263,15 +288,17 @@ def play(kind: str, number: int) -> str:
         return outcome(mutant(kind, number, Path(scratch)))
 
 
-def fuzzing(kind: str, /, *, count: int = 10000, workers: int = 1, minutes: float = np.inf, out: Path = OUTPUT) -> None:
+def fuzzing(
+    kind: str = "all", /, *, count: int = 10000, workers: int = 1, minutes: float = np.inf, out: Path = OUTPUT
+) -> None:
     """Read mutated files, and keep those that neither are refused nor become a mesh.
 
     Parameters
     ----------
     kind
-        Ending of the files, such as .obj, or a name, such as clip.glb.
+        Ending of the files, such as .obj, or a name, such as clip.glb; or "all".
     count
-        Files.
+        Files, of all kinds together.
     workers
         Processes.
     minutes
@@ -279,15 +306,21 @@ def fuzzing(kind: str, /, *, count: int = 10000, workers: int = 1, minutes: floa
     out
         Folder for fuzzing/KIND.jsonl, which a later run continues, and for files beside it that make readers fail.
     """
-    if kind not in READERS:
-        raise SystemExit(f"No reader is tried with {kind}. Kinds are {', '.join(sorted(READERS))}.")
-    folder = out / "fuzzing"
-    path, cases = folder / f"{kind.removeprefix('.')}.jsonl", [(kind, number) for number in range(count)]
-    outcomes = run(path, play, cases, workers=workers, minutes=minutes, seconds=SECONDS)
-    for (_, number), came in outcomes.items():
-        if came not in ("read", "refused"):
-            print(number, came)
-            kept = folder / str(number)
-            kept.mkdir(exist_ok=True)
-            mutant(kind, number, kept)
-    print(kind, Counter(came if came in ("read", "refused") else "failed" for came in outcomes.values()))
+    if kind not in (*READERS, "all"):
+        raise SystemExit(f"No reader is tried with {kind}. Kinds are all, {', '.join(sorted(READERS))}.")
+    folder, totals = out / "fuzzing", Counter[str]()
+    kinds = sorted(READERS) if kind == "all" else [kind]
+    for each in kinds:
+        path = folder / f"{each.removeprefix('.')}.jsonl"
+        cases = [(each, number) for number in range(-(-count // len(kinds)))]
+        outcomes = run(path, play, cases, workers=workers, minutes=minutes, seconds=SECONDS)
+        for (_, number), came in outcomes.items():
+            if came not in ("read", "refused"):
+                print(number, came)
+                kept = folder / str(number)
+                kept.mkdir(exist_ok=True)
+                mutant(each, number, kept)
+        found = Counter(came if came in ("read", "refused") else "failed" for came in outcomes.values())
+        totals += found
+        print(each, dict(found))
+    print(f"{totals.total()} files of {len(kinds)} kinds:", dict(totals))

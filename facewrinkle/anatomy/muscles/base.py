@@ -227,6 +227,10 @@ class Muscle:
         """True (n,) for points (n, 3) in the wrinkling region."""
         return np.zeros(len(checked_points(points)), dtype=bool)
 
+    def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
+        """The two coordinates of (n, 3) points, and whether they lie in the wrinkling region."""
+        return *self.coordinates(points), self.wrinkling_region(points)
+
     @property
     def reach(self) -> tuple[Array, float]:
         """Centre (3,) and radius of a ball that holds the wrinkling region, and beyond which :meth:`force` and

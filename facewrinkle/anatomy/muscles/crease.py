@@ -1,4 +1,4 @@
-"""Creases: furrows along a curve through given points, with the crest of the fold on one side."""
+"""Creases: folds along a curve through given points, steps of flesh that age wears to lines."""
 
 from __future__ import annotations
 
@@ -15,11 +15,21 @@ from ...errors import ParameterError, check_positive, check_range
 from ...geometry.interpolation import smoothstep
 from .base import Muscle, checked_points, checked_size, unit
 
+LINE, SHARPER = 0.6, 0.7
+"""A line is this much as wide as the step that it is worn into, and its `alpha` is so much larger."""
+
+ROUND, FAR = 0.3, 0.5
+"""The furrow of a step is averaged over this share of its half width to either side, and its far wall is this much
+wider than its near one.
+"""
+
 
 @dataclass(frozen=True, eq=False)
 class Crease(Muscle):
     """A region of folds along a curve, such as the nasolabial fold: the furrow lies where the skin is bound to what is
     below it, and the loose skin on one side of it rolls over it. It does not pull.
+
+    In the young it is a step, rounded and without a far wall that one would see; in the old, a line.
 
     Parameters
     ----------
@@ -29,6 +39,9 @@ class Crease(Muscle):
         Direction from the furrow towards the crest of the fold; the side on which the skin bulges.
     width : float
         Width of the region across the furrow, > 0.
+    worn : float
+        In [0, 1], from a step of flesh to a line, which is narrower and sharper: :class:`facewrinkle.Creases` sets it
+        by the age.
     span : pair of float
         The part of the path, between 0 and 1, along which the skin folds: several muscles may fold parts of one line.
     thickness : float, optional
@@ -47,13 +60,14 @@ class Crease(Muscle):
     ``f(x) = h x (c - x)`` through the three points. Points (x, y) have the coordinates ``lambda = x / c`` and, across,
     ``q = (y - f) / sqrt(1 + f'^2)``, the distance from the furrow up to the second order of f'.
 
-    H is a furrow of half the width and the broad crest that its skin makes on one side of it. With u half the width,
-    a = u / 2, b = 3 a and beta = 8 / (2 + alpha)::
+    H is a furrow and the broad crest that its skin makes on one side of it. At `worn` = w, let u be half the width
+    times 1 - 0.4 w, a = u / 2, b = 3 a and c = a (1.5 - 0.5 w), and F the furrow ``(1 - |s|)^(1 + alpha + 0.7 w)``
+    averaged over r = 0.3 (1 - w) to either side and 1 deep::
 
-        H(q) = 2^alpha (beta t (1 - t)^2 - (1 - |q| / a)^(1 + alpha)) / (1 + 4 beta / 27),  t = q / b,
+        H(q) = 2^alpha (beta t (1 - t)^2 - F((1 + r) s)) / (1 + 4 beta / 27),  t = q / b,  s = q / a (q > 0) or q / c,
 
-    each term being 0 outside of (0, b) and (-a, a). The crest is highest at q = a, from bulge to furrow it is 2^alpha
-    as in all wrinkles, and the integral is 0. `taper` acts along the furrow.
+    each term being 0 outside of (0, b) and (-c, a), where beta makes the integral 0. The crest is highest at q = a, and
+    from bulge to furrow it is 2^alpha as in all wrinkles. `taper` acts along the furrow.
 
     Examples
     --------
@@ -74,6 +88,7 @@ class Crease(Muscle):
     span: tuple[float, float] = (0.0, 1.0)
     thickness: float = 0.0
     variety: float = 0.0
+    worn: float = 0.0
 
     def __post_init__(self) -> None:
         self._check_common()
@@ -88,7 +103,8 @@ class Crease(Muscle):
         if not 0.0 < (path[1] - path[0]) @ chord < length**2:
             raise ParameterError("the second point of the path must lie between the first and the third.")
         width = check_positive("width", self.width)
-        check_range("variety", self.variety, 0.0, 1.0)
+        for name in ("variety", "worn"):
+            check_range(name, getattr(self, name), 0.0, 1.0)
         thickness = checked_size("thickness", self.thickness) or 0.3 * length
         self._set(path=path, crest=crest, span=self._checked_span(), width=width, thickness=thickness)
 
@@ -129,7 +145,12 @@ class Crease(Muscle):
     @property
     def _furrow(self) -> float:
         """a, half the width of the furrow; the crest reaches three times as far."""
-        return 0.25 * self.width
+        return 0.25 * self.width * (1.0 - (1.0 - LINE) * self.worn)
+
+    @property
+    def _far(self) -> float:
+        """c, how far the furrow reaches on the side without a crest."""
+        return self._furrow * (1.0 + FAR * (1.0 - self.worn))
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points."""
@@ -137,8 +158,8 @@ class Crease(Muscle):
         return x / self._axes[0], q / self.width
 
     def of_person(self, rng: np.random.Generator) -> Self:
-        """Return the crease of a person: its depth times ``1 + variety r``, and ``variety r / 2`` of its width towards
-        the crest or away from it, each with a random number r in [-1, 1].
+        """Return the crease of a person: its depth times ``1 + variety r``, and ``variety r / 2`` of its width as a
+        line towards the crest or away from it, each with a random number r in [-1, 1].
 
         Examples
         --------
@@ -148,7 +169,7 @@ class Crease(Muscle):
         (0.68, [-1.84, 40.0, 0.0])
         """
         deeper, aside = (self.variety * rng.uniform(-1.0, 1.0, 2)).tolist()
-        path = self.path + 0.5 * aside * self.width * self._axes[2]
+        path = self.path + 0.5 * aside * LINE * self.width * self._axes[2]
         return self.replaced(path=path, depth=(1.0 + deeper) * self.wrinkles.depth)
 
     def points_at(self, along: npt.ArrayLike, across: npt.ArrayLike) -> Array:
@@ -162,7 +183,7 @@ class Crease(Muscle):
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda within the span, and within the width and the thickness."""
         x, q, _, away = self._plane(points)
-        place, across = x / self._axes[0], (q <= 3.0 * self._furrow) & (q >= -self._furrow)
+        place, across = x / self._axes[0], (q <= 3.0 * self._furrow) & (q >= -self._far)
         return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
 
     @property
@@ -180,26 +201,27 @@ class Crease(Muscle):
         return np.where(self.wrinkling_region(points), self._tapered(place), 0.0)
 
     def cover(self, points: npt.ArrayLike) -> Array:
-        """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the outer borders."""
-        q = self._plane(points)[1] / self._furrow
+        """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the borders of the line."""
+        q = self._plane(points)[1] / (0.25 * LINE * self.width)
         return self.envelope(points) * (1.0 - smoothstep(np.where(q > 0.0, q / 3.0, -q)))
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
-        """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side."""
-        check_range("blunt", blunt, 0.0, 1.0)
-        q, alpha = self._plane(points)[1] / self._furrow, self.wrinkles.alpha
-        t, beta = np.clip(q / 3.0, 0.0, 1.0), 8.0 / (2.0 + alpha)
-        if blunt > 0.0:
-            furrow = (_dug(q + blunt, alpha) - _dug(q - blunt, alpha)) / (2.0 * blunt)
-        else:
-            furrow = np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (1.0 + alpha)
+        """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side at least."""
+        rounded = max(check_range("blunt", blunt, 0.0, 1.0), ROUND * (1.0 - self.worn))
+        q, alpha = self._plane(points)[1], self.wrinkles.alpha
+        sharp, t = alpha + SHARPER * self.worn, np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
+        s = (1.0 + rounded) * q / np.where(q > 0.0, self._furrow, self._far)
+        deepest = float(_averaged(np.zeros(1), sharp, rounded)[0])
+        taken = (1.0 + self._far / self._furrow) / ((2.0 + sharp) * (1.0 + rounded) * deepest)
+        furrow = _averaged(s, sharp, rounded) / deepest
+        beta = 4.0 * taken
         return np.asarray(2.0**alpha * (beta * t * (1.0 - t) ** 2 - furrow) / (1.0 + 4.0 * beta / 27.0))
 
     def loose_share(self, points: npt.ArrayLike) -> Array:
         """Share (n,) in which points lie on the side of the crest, where skin is loose: 0 up to three eighths of the
-        width before the furrow, 1 from an eighth of it beyond.
+        width of the line before the furrow, 1 from an eighth of it beyond.
         """
-        return smoothstep(2.0 * self._plane(points)[1] / self.width + 0.75)
+        return smoothstep(2.0 * self._plane(points)[1] / (LINE * self.width) + 0.75)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
         """Unit directions across the furrow, towards the crest: those of the gradient of q."""
@@ -212,12 +234,19 @@ class Crease(Muscle):
 
     @property
     def half_wavelength(self) -> float:
-        """Half the width: furrow and crest make one cycle."""
-        return 0.5 * self.width
+        """Half the width, as worn: furrow and crest make one cycle."""
+        return 2.0 * self._furrow
 
     def half_cycles(self, points: npt.ArrayLike) -> Array:
         """From the bottom of the furrow to the top of the crest, for (n, 3) points: half as much."""
         return np.full(len(checked_points(points)), self._furrow)
+
+
+def _averaged(q: Array, alpha: float, width: float) -> Array:
+    """``(1 - |q|)^(1 + alpha)``, 0 beyond 1, averaged over a width to either side."""
+    if width > 0.0:
+        return (_dug(q + width, alpha) - _dug(q - width, alpha)) / (2.0 * width)
+    return np.asarray(np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (1.0 + alpha))
 
 
 def _dug(q: Array, alpha: float) -> Array:

@@ -118,9 +118,18 @@ class LinearMuscle(Muscle):
         """lambda_w <= lambda <= 1 and gamma <= 1, in front of the attachment; where furrows are round, with r / R for
         lambda.
         """
-        along, angle, offset = self._polar(points)
+        return self._region(*self._polar(points))[1]
+
+    def _region(self, along: Array, angle: Array, offset: Array) -> tuple[Array, BoolArray]:
+        """The place along the muscle, by which furrows lie, and the wrinkling region."""
         lam = self._towards_folds(along, offset) / self.radius
-        return (lam >= self.wrinkles.start) & (lam <= 1.0) & (angle <= self.max_angle) & (along > 0.0)
+        return lam, (lam >= self.wrinkles.start) & (lam <= 1.0) & (angle <= self.max_angle) & (along > 0.0)
+
+    def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
+        """See :class:`Muscle`."""
+        along, angle, offset = self._polar(points)
+        place = equations.linear_coordinates(along, angle, self.radius, self.max_angle)
+        return *place, self._region(along, angle, offset)[1]
 
     @property
     def reach(self) -> tuple[Array, float]:
@@ -130,10 +139,10 @@ class LinearMuscle(Muscle):
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 11)."""
         along, angle, offset = self._polar(points)
-        style, lam = self.wrinkles, self._towards_folds(along, offset) / self.radius
+        style, (lam, inside) = self.wrinkles, self._region(along, angle, offset)
         fade = equations.attenuation(equations.band(angle, style.core * self.max_angle, self.max_angle), style.falloff)
         fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
-        return np.where(self.wrinkling_region(points), fade, 0.0)
+        return np.where(inside, fade, 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 4-6)."""
@@ -245,8 +254,7 @@ class SheetMuscle(Muscle):
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
-        along, across, _ = self._plane(points)
-        return equations.sheet_coordinates(along, across, self.length, 2.0 * self._half_width(along))
+        return self.located(points)[:2]
 
     def _half_width(self, along: Array) -> Array:
         """Ws / 2 at each distance from the attachment line."""
@@ -254,9 +262,14 @@ class SheetMuscle(Muscle):
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """lambda_w <= lambda <= 1 and gamma <= 1, within the sheet's thickness."""
-        lam, gamma = self.coordinates(points)
-        near = self._plane(points)[2] <= self.thickness
-        return (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & near
+        return self.located(points)[2]
+
+    def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
+        """See :class:`Muscle`."""
+        along, across, away = self._plane(points)
+        lam, gamma = equations.sheet_coordinates(along, across, self.length, 2.0 * self._half_width(along))
+        inside = (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & (away <= self.thickness)
+        return lam, gamma, inside
 
     @property
     def reach(self) -> tuple[Array, float]:
@@ -271,10 +284,10 @@ class SheetMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
-        style, (lam, gamma) = self.wrinkles, self.coordinates(points)
+        style, (lam, gamma, inside) = self.wrinkles, self.located(points)
         fade = equations.attenuation(equations.band(gamma, style.core, 1.0), style.falloff)
         fade = fade * self._tapered((lam - style.start) / (1.0 - style.start))
-        return np.where(self.wrinkling_region(points), fade, 0.0)
+        return np.where(inside, fade, 0.0)
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H (Eqs. 4-6)."""
@@ -474,14 +487,18 @@ class SphincterMuscle(Muscle):
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """The relative radius r (Eq. 14) and the signed angle psi of (n, 3) points."""
-        s, t, _ = self._local(points)
-        return equations.sphincter_coordinates(s, t, self.semi_major, self.semi_minor)
+        return self.located(points)[:2]
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
         """-beta1 <= psi <= beta2 and rw <= r <= 1, within the muscle's thickness."""
-        r, psi = self.coordinates(points)
-        near = self._local(points)[2] <= self.thickness
-        return (psi >= -self.beta1) & (psi <= self.beta2) & (r >= self.inner) & (r <= 1.0) & near
+        return self.located(points)[2]
+
+    def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
+        """See :class:`Muscle`."""
+        s, t, away = self._local(points)
+        r, psi = equations.sphincter_coordinates(s, t, self.semi_major, self.semi_minor)
+        around = (psi >= -self.beta1) & (psi <= self.beta2)
+        return r, psi, around & (r >= self.inner) & (r <= 1.0) & (away <= self.thickness)
 
     @property
     def reach(self) -> tuple[Array, float]:
@@ -490,11 +507,11 @@ class SphincterMuscle(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At on the inner and outer band (Eqs. 17-18)."""
-        r, psi = self.coordinates(points)
+        r, psi, inside = self.located(points)
         style = self.wrinkles
         fade = equations.ring_attenuation(r, self.inner, style.core, style.falloff)
         fade = fade * self._tapered((psi + self.beta1) / (self.beta1 + self.beta2))
-        return np.where(self.wrinkling_region(points), fade, 0.0)
+        return np.where(inside, fade, 0.0)
 
     @property
     def _half_angle(self) -> float:

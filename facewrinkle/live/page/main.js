@@ -106,9 +106,10 @@ class App {
     this.sliders.setOff(face.off);
     this.panels.face.take(face);
     this.panels.setClosed(face.closed);
-    const pulls = Object.keys(face.pulls).length && !face.clip;
-    if (!pulls && $("muscles").checked) $("muscles").click();
-    $("muscles").disabled = !pulls;
+    const muscles = Object.keys(face.pulls).length && face.contracts, box = $("muscles");
+    if (!muscles && box.checked) box.click();
+    box.disabled = !muscles;
+    box.parentElement.title = muscles ? this.shownMuscles : "No muscle moves this face: a recorded animation does, or it has none";
     this.handlesOf(this.panels.opened);
     if (other && this.welcome) $("view").value = "front";
   }
@@ -118,7 +119,7 @@ class App {
     if (!this.overlay) return;
     const kind = { Face: this.panels.face?.shown.checked ? "landmarks" : "", Patterns: "patterns", Tears: "tears" }[title];
     const some = kind && (kind === "landmarks" || Object.keys(this.handles?.[kind] ?? {}).length);
-    this.overlay.show(some || !$("muscles").checked ? kind ?? "" : "pulls");
+    this.overlay.show(some || !$("muscles").checked || this.face.clip ? kind ?? "" : "pulls");
   }
 
   /** Offer the session that an earlier studio left in the folder. */
@@ -155,6 +156,7 @@ class App {
     $("search").oninput = () => this.sliders.search($("search").value);
     $("view").onchange = () => this.view.take($("view").value);
     $("wireframe").onchange = () => { this.view.wireframe = $("wireframe").checked; this.view.request(); };
+    this.shownMuscles = $("muscles").parentElement.title;
     $("muscles").onchange = () => { this.handlesOf(this.panels.opened); this.askShown(); };
     for (const button of document.querySelectorAll(".drawer")) button.onclick = () => this.drawer(button.getAttribute("aria-controls"));
     this.reveal($("left"));

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -24,7 +25,7 @@ from scipy.sparse import csr_array
 from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
-from ...errors import MeshError, optional_imports
+from ...errors import MeshError, optional_imports, warn
 from ...files import bytes_of, sibling_file
 from .gltf_materials import Materials, moved_texture
 from .merging import srgb
@@ -43,6 +44,12 @@ DRACO = "KHR_draco_mesh_compression"
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 COMPRESSED = {DRACO: "DracoPy", **dict.fromkeys(MESHOPT, "meshoptimizer")}
 """Extensions, and the packages that decode them."""
+
+KNOWN = re.compile("KHR_(mesh_quantization|materials_|lights_|texture_)|EXT_texture_|MSFT_texture_|VRM")
+"""Other extensions without which the triangles are as they should be; images that cannot be read are told."""
+
+AT_ONCE, PER_BYTE = 2**29, 64
+"""Bytes that the numbers of a file may take, as doubles, and the further ones for each byte of its buffers."""
 
 MOST_BYTES = 2**30
 """A part that would be larger, when it is decoded, is taken for damaged."""
@@ -88,6 +95,9 @@ class Document:
         for extension in self.file.get("extensionsRequired") or []:
             if extension in COMPRESSED:
                 decoder(extension, path.name)
+            elif not KNOWN.match(str(extension)):
+                warn(f"{path.name} says that it needs {extension}, which is not known here and is left out.")
+        self._left = AT_ONCE
         self._buffers: dict[int, bytes] = {}
         self._views: dict[int, bytes] = {}
         self._decoded: dict[int, npt.NDArray[Any]] = {}
@@ -107,6 +117,15 @@ class Document:
             at += 8 + size
         return found.get(b"JSON", b""), found.get(b"BIN\0", b"")
 
+    def _spend(self, count: int) -> None:
+        """Count numbers before they are made: many parts of a small file may share the same data, or have none."""
+        self._left -= 8 * count
+        if self._left < 0:
+            raise MeshError(
+                f"{self.path.name} cannot be read: its parts would take more memory than files of its size do. It is "
+                "damaged, or has very many copies or shapes: export it again, with fewer of them."
+            )
+
     # --- numbers -----------------------------------------------------------------------------------
 
     def _at(self, kind: str, index: Any) -> dict[str, Any]:
@@ -121,6 +140,7 @@ class Document:
         if index not in self._buffers:
             uri = self._at("buffers", index).get("uri")
             self._buffers[index] = self._blob if uri is None else self._linked(uri)
+            self._left += PER_BYTE * len(self._buffers[index])
         return self._buffers[index]
 
     def _linked(self, uri: str) -> bytes:
@@ -186,13 +206,14 @@ class Document:
         accessor = self._at("accessors", index)
         kind, count, width = COMPONENTS[accessor["componentType"]], int(accessor["count"]), WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
+        self._spend(count * width)
         if index in self._decoded:
             values = self._decoded[index]
             if values.shape != (count, width):
                 raise self.broken(f"{count} rows are announced, and its compressed data hold {len(values)}")
         elif "bufferView" in accessor:
             values = self._rows(accessor, kind, count, width)
-        elif sparse is not None and 0 < count <= 10**8:
+        elif sparse is not None and count > 0:
             values = np.zeros((count, width), kind)
         else:
             raise self.broken(f"accessor {index} has no data")
@@ -302,6 +323,7 @@ class Document:
                 raise self.broken(f"its faces use points up to {order.max()}, and it has {n}")
         triangles = _of_mode(mode, order.astype(np.int64))
         targets = [target.get("POSITION") for target in primitive.get("targets") or []]
+        self._spend(3 * n * len(targets))
         shapes = np.array([np.zeros((n, 3)) if t is None else self._vectors(t, 3) for t in targets]).reshape(-1, n, 3)
         weights = None if bones is None else self._weights(attributes, n, len(bones))
         turn = np.broadcast_to(world, (n, 4, 4))

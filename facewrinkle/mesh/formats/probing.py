@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 from ...errors import MeshError
+from ...files import is_inside_only
 
 SECONDS, PER_SECOND = 8, 1_000_000
 """Processor time that reading may take, s, and the bytes of the file for each further second."""
@@ -27,10 +28,13 @@ OF_VTK = {
 }
 """Classes of VTK by the ending of the file, with their modules."""
 
+OF_HDF = (".vtkhdf", ".hdf")
+"""Endings of files that may link to others in ways that only their library sees."""
+
 PROGRAM = """
 import importlib, json, os, sys
 
-path, reader, seconds, memory, sys.path[:] = json.loads(sys.argv[1])
+path, reader, seconds, memory, alone, sys.path[:] = json.loads(sys.argv[1])
 try:
     import resource
 except ImportError:
@@ -45,6 +49,8 @@ def read_with_vtk():
     module, name = reader.split(".")
     source = getattr(importlib.import_module("vtkmodules." + module), name)()
     source.SetFileName(path)
+    if alone:
+        only_one_file(source)
     source.UpdateInformation()
     steps = source.GetNumberOfSteps() if hasattr(source, "GetNumberOfSteps") else 1
     for step in range(max(steps, 1)):
@@ -52,6 +58,15 @@ def read_with_vtk():
             source.SetStep(step)
         source.Update()
         check(source.GetOutputDataObject(0))
+
+def only_one_file(source):
+    # Let one file be open at a time, so that no other can be read; errors then end the process.
+    if "resource" not in globals():  # it cannot be had here
+        os._exit(1)
+    free = os.open(path, os.O_RDONLY)
+    os.close(free)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (free + 1, free + 1))
+    source.AddObserver("ErrorEvent", lambda *_: os._exit(1))
 
 def check(data):
     if hasattr(data, "GetNumberOfBlocks"):
@@ -94,14 +109,15 @@ def probe(path: Path) -> None:
     size = path.stat().st_size
     seconds, memory = SECONDS + size // PER_SECOND, MEMORY + PER_BYTE * size
     reader = OF_VTK.get(path.suffix.lower())
-    arguments = json.dumps([str(path), reader, seconds, memory, sys.path])
+    alone = is_inside_only() and path.suffix.lower() in OF_HDF  # whose data may lie in any file
+    arguments = json.dumps([str(path), reader, seconds, memory, alone, sys.path])
     try:
         run = subprocess.run(
             [sys.executable, "-S", "-c", PROGRAM, arguments],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             check=False,
-            timeout=20 * seconds,
+            timeout=5 * seconds,
         )
         whole = run.stdout.endswith(b"whole")
     except subprocess.TimeoutExpired:
@@ -109,6 +125,11 @@ def probe(path: Path) -> None:
     except OSError:  # no processes can be started here
         return
     if not whole:
+        if alone:
+            raise MeshError(
+                f"{path.name} cannot be read by itself: it is damaged, or its data lie in other files, which are not "
+                "read. Export it as one file, or, if you trust it, read it without --no-outside."
+            )
         raise MeshError(
             f"{path.name} cannot be read: {'VTK' if reader else 'USD'} does not get through it. The file is damaged or "
             "of another format: export it again, or as OBJ or PLY."

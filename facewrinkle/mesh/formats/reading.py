@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import os
 import re
 from pathlib import Path
 from typing import Any, Protocol
@@ -13,7 +12,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 
 from ...errors import MeshError
-from ...files import check_file, check_inside, reading, text_of
+from ...files import check_file, check_inside, path_of, reading, text_of
 from ..arrays import COLORS, IMAGE, NAME, TEXTURE, drop_labels, numbers, to_polydata, use_texture
 from .gltf import read_gltf_file
 from .merging import from_dataset, merged_primitives, surface_of
@@ -81,7 +80,7 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     12
     """
     if isinstance(source, str | Path):
-        path = Path(os.path.expanduser(source))  # Path.expanduser fails for unknown users
+        path = path_of(source)
         check_file(path)
         with reading(path):
             return _read_by_ending(path)

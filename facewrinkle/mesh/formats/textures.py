@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ import pyvista as pv
 
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
-from ...files import bytes_of, check_file, is_outside, reading
+from ...files import bytes_of, check_file, is_outside, path_of, reading
 from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colours, listed_labels
 from .gltf import Document
 from .merging import linear_light, set_texture, srgb
@@ -57,7 +56,7 @@ def as_texture(image: object) -> Image:
     from PIL import Image as Pillow
 
     if isinstance(image, str | Path):
-        image = image_of_file(Path(os.path.expanduser(image)))
+        image = image_of_file(path_of(image))
     if isinstance(image, pv.Texture):
         image = image.to_array()
     elif isinstance(image, Pillow.Image):
@@ -107,7 +106,7 @@ def read_texture(source: MeshLike) -> Image | None:
     (4, 8, 3)
     """
     if isinstance(source, str | Path):
-        source = Path(os.path.expanduser(source))
+        source = path_of(source)
     elif (image := _of_object(source)) is not None:
         return image
     else:
@@ -197,7 +196,7 @@ def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
     """Return a sentence on images that a mesh file names outside of its folder, if it does; `mesh` is what was read."""
     if not isinstance(source, str | Path):
         return ()
-    folder = Path(os.path.expanduser(source)).parent
+    folder = path_of(source).parent
     outside = [str(Path(name).resolve()) for name in listed_labels(mesh, IMAGE) if is_outside(folder, name)]
     return (f"Read images from outside the folder of the mesh: {', '.join(outside)}.",) if outside else ()
 
@@ -270,10 +269,10 @@ def image_of_file(path: Path) -> Image:
     return decoded(bytes_of(path), path.name)
 
 
-def decoded(data: bytes, name: str) -> Image:
-    """Decode the bytes of an image, as `image_of_file` does."""
+def decoded(data: bytes, name: str, *, upright: bool = False) -> Image:
+    """Decode the bytes of an image, as `image_of_file` does; `upright` as the camera was held, if they tell."""
     from PIL import Image as Pillow
-    from PIL import UnidentifiedImageError
+    from PIL import ImageOps, UnidentifiedImageError
 
     try:
         with Pillow.open(io.BytesIO(data)) as image:
@@ -284,7 +283,8 @@ def decoded(data: bytes, name: str) -> Image:
                     f"and {Pillow.MAX_IMAGE_PIXELS} in all: make it smaller."
                 )
             mode = "RGBA" if image.has_transparency_data else "RGB"
-            return np.array(_in_eight_bits(image).convert(mode))
+            eight = _in_eight_bits(image)
+            return np.array((ImageOps.exif_transpose(eight) if upright else eight).convert(mode))
     except MeshError:
         raise
     except UnidentifiedImageError:

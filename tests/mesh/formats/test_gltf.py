@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import resource
 import sys
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import pyvista as pv
 from glb_files import GltfFile, write_glb
 
-from facewrinkle.errors import MeshError, MissingPackageError
+from facewrinkle.errors import FaceWrinkleWarning, MeshError, MissingPackageError
 from facewrinkle.mesh import read_surface
 from facewrinkle.mesh.formats.polygons import polygon_triangles
 
@@ -285,6 +286,37 @@ def test_other_versions_and_files_without_triangles(tmp_path):
         file["meshes"][0]["primitives"][0]["mode"] = points_and_lines
         with pytest.raises(MeshError, match="holds no triangles"):
             read_surface(made.glb(tmp_path / "a.glb"))
+
+
+def many_shapes(file):
+    file["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": 0}] * 10**4
+
+
+def many_copies(file):
+    file["meshes"][0]["primitives"] *= 10**4
+
+
+def many_rows(file):
+    file["accessors"][0] |= {"count": 10**8, "sparse": {"count": 1, "indices": {}, "values": {}}}
+    del file["accessors"][0]["bufferView"]
+
+
+@pytest.mark.parametrize("ask", [many_shapes, many_copies, many_rows])
+def test_small_files_do_not_take_much_memory(tmp_path, ask):
+    made, file = document(np.tile(POINTS, (2000, 1)))
+    ask(file)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(MeshError, match="would take more memory than files of its size do"):
+        read_surface(made.glb(tmp_path / "a.glb"))
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 2 * 2**20  # kB
+
+
+def test_what_a_file_needs_and_nobody_knows_is_told(tmp_path):
+    made, file = document()
+    file["extensionsRequired"] = ["KHR_materials_unlit", "KHR_texture_transform", "EXT_ghosts"]
+    with pytest.warns(FaceWrinkleWarning, match="it needs EXT_ghosts, which is not known here") as told:
+        read_surface(made.glb(tmp_path / "a.glb"))
+    assert len(told) == 1
 
 
 STRIP = [0, 1, 2, 3, 3, 4, 4, 0, 1], [[0, 1, 2], [1, 3, 2], [4, 0, 1]]  # two strips, joined by triangles without area

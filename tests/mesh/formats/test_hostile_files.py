@@ -9,6 +9,7 @@ import sys
 import warnings
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 import pyvista as pv
@@ -140,6 +141,31 @@ def test_usd_layers_and_pictures_outside_the_folder(secret):
     with inside_only(), pytest.raises(MeshError, match="outside its folder and is not read"):
         fw.read_surface(folder / "scene.usda")
     assert fw.read_surface(folder / "scene.usda").n_cells == 1
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="open files are limited by the system")
+@pytest.mark.parametrize("how", ["data", "link"])
+def test_hdf_that_lies_in_other_files(secret, how):
+    """HDF5 itself opens what a file names: its numbers may be those of any other."""
+    path, other = secret.parent / "mesh" / "ball.vtkhdf", secret.parent / "other"
+    pv.Icosphere(nsub=1).save(path)
+    with inside_only():
+        whole = fw.read_surface(path)
+    with h5py.File(path, "r+") as file:
+        points = file["VTKHDF/Points"][:]
+        del file["VTKHDF/Points"]
+        if how == "data":
+            other.write_bytes(points.tobytes())
+            file["VTKHDF"].create_dataset(
+                "Points", points.shape, points.dtype, external=[(str(other), 0, points.nbytes)]
+            )
+        else:
+            file["VTKHDF/Points"] = h5py.ExternalLink(str(other), "/points")
+            with h5py.File(other, "w") as linked:
+                linked["points"] = points
+    np.testing.assert_array_equal(fw.read_surface(path).points, whole.points)
+    with inside_only(), pytest.raises(MeshError, match="cannot be read by itself: .* its data lie in other files"):
+        fw.read_surface(path)
 
 
 def test_a_data_set_does_not_name_pictures(secret):

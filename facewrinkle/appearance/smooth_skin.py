@@ -1,0 +1,140 @@
+"""The skin as it is drawn: the smooth surface through the vertices of the face, in triangles too small to be seen."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+import pyvista as pv
+
+from ..anatomy.face import Face, per_face
+from ..array_types import Array, IntArray
+from ..geometry.interpolation import barycentric, interpolated
+from ..geometry.normals import normalise, vertex_normals
+from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
+from ..geometry.visibility import openness
+from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
+
+LONGEST, BEND, SAGITTA = 8.0, np.radians(5.0), 0.06
+"""Longer edges are split, mm on a face of average size, as are those that turn by more, radians, if the arc over them
+rises by more than the last, mm: less than a pixel of a portrait."""
+
+STEP = 2.0
+"""Width of the rays that tell how open a place is, mm on a face of average size."""
+
+
+class SmoothSkin:
+    """The smooth surface of a frame.
+
+    New vertices of a frame lie on the flat triangles of the face: they are lifted onto the smooth surface, and edges
+    that would be seen are split. What is split depends on the face at rest alone, so that it stays as the skin moves.
+
+    Parameters
+    ----------
+    face : Face
+    skin : PolyData
+        A frame with normals, or the mesh of the face. Not changed.
+    pose : ndarray, shape (4, 4), optional
+        Motion of the head as a whole.
+
+    Attributes
+    ----------
+    split : SmoothSplit
+    points, normals : ndarray, shape (n, 3)
+        Of its vertices; those of the frame come first.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> from facewrinkle.mesh import with_normals
+    >>> face = fw.default_face()
+    >>> smooth = SmoothSkin(face, with_normals(face.mesh))
+    >>> smooth.split.triangles.shape[0] > 3 * face.triangles.shape[0]
+    True
+    """
+
+    def __init__(self, face: Face, skin: pv.PolyData, pose: Array | None = None) -> None:
+        self._face, self._skin, self._pose = face, skin, np.eye(4) if pose is None else pose
+        points = np.asarray(skin.points, np.float64)
+        triangles = np.asarray(skin.regular_faces)
+        places = rest_of(skin)[len(face.points) :]
+        if "host" in skin.point_data and is_frame(skin):
+            host = np.asarray(skin.point_data["host"])[len(face.points) :]
+        else:
+            host = closest_places(face.mesh, places)[0] if len(places) else np.empty(0, np.int32)
+        key = len(points), triangles.tobytes(), host.tobytes()
+        self._on_base, self.split = per_face(face, "smooth skin", key, lambda: _split(face, triangles, host, places))
+        self.points, self.normals = self.split.places(
+            self._lifted(points), np.asarray(skin.point_data["Normals"], np.float64)
+        )
+
+    def _lifted(self, points: Array) -> Array:
+        """The points of the frame, those on flat triangles of the face lifted by its bare surface."""
+        corners, shares = self._on_base
+        if not len(corners):
+            return points
+        base, triangles = points[: len(self._face.points)], self._face.triangles
+        heights = np.asarray(self._skin.point_data.get("W", np.zeros(len(base))))[: len(base), None] / self._face.unit
+        bare = base - heights * vertex_normals(base, triangles)
+        upright = vertex_normals(bare, triangles)
+        return np.concatenate([base, lifted(points[len(base) :], bare[corners], upright[corners], shares)])
+
+    @cached_property
+    def mesh(self) -> pv.PolyData:
+        """The surface with normals, texture coordinates, and heights and places at rest if it is that of a frame."""
+        skin, split = self._skin, self.split
+        texture = skin.point_data.active_texture_coordinates_name
+        names = [name for name in ("rest", "level", "W", texture) if name is not None and name in skin.point_data]
+        data = {name: split.values(np.asarray(skin.point_data[name])) for name in names}
+        mesh = to_polydata(self.points, split.triangles, {**data, "Normals": self.normals}, copy=False)
+        mesh.SetFieldData(skin.GetFieldData())
+        if texture is not None:
+            use_texture(mesh, texture)
+        mesh.point_data.active_normals_name = "Normals"
+        if CORNERS in skin.cell_data:
+            corners = np.asarray(skin.cell_data[CORNERS]).reshape(-1, 3, 2)[split.parent]
+            mesh.cell_data[CORNERS] = np.einsum("mck,mkd->mcd", split.shares, corners).reshape(-1, 6)
+        return mesh
+
+    @property
+    def on_head(self) -> tuple[Array, Array]:
+        """Points and normals of the vertices on the head at rest."""
+        turn, shift = self._pose[:3, :3], self._pose[:3, 3]
+        return (self.points - shift) @ turn, self.normals @ turn
+
+    @cached_property
+    def occluder(self) -> tuple[Array, IntArray]:
+        """Points and triangles, on the head at rest, of what casts shadows: the face's own mesh as it is now."""
+        base = np.asarray(self._skin.points, np.float64)[: len(self._face.points)]
+        return (base - self._pose[:3, 3]) @ self._pose[:3, :3], self._face.triangles
+
+    @cached_property
+    def openness(self) -> Array:
+        """Share (n,) of the light from all sides that reaches the vertices."""
+        base, triangles = self.occluder
+        step = STEP * self._face.frame.scale
+
+        def make() -> Array:
+            return openness(base, vertex_normals(base, triangles), self.occluder, step=step)
+
+        return self.from_base(per_face(self._face, "openness", base.tobytes(), make))  # many pictures are of one frame
+
+    def from_base(self, values: Array) -> Array:
+        """Values (n,) at all vertices by those (n0,) at the vertices of the face."""
+        corners, shares = self._on_base
+        return self.split.values(np.concatenate([values, (values[corners] * shares).sum(axis=1)]))
+
+
+def _split(
+    face: Face, triangles: IntArray, host: IntArray, places: Array
+) -> tuple[tuple[IntArray, Array], SmoothSplit]:
+    """Corners and shares (n - n0, 3) of new vertices, by their hosts and places at rest, and what is split."""
+    corners = face.triangles[host]
+    shares = barycentric(places, face.points[corners])
+    upright = vertex_normals(face.points, face.triangles)
+    points = np.concatenate([face.points, lifted(places, face.points[corners], upright[corners], shares)])
+    normals = np.concatenate([upright, interpolated(upright, corners, shares)])
+    normalise(normals)
+    scale = face.frame.scale
+    split = smooth_split(points, normals, triangles, longest=LONGEST * scale, bend=BEND, sagitta=SAGITTA * scale)
+    return (corners, shares), split

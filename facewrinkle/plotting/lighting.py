@@ -1,0 +1,82 @@
+"""What reaches the parts of a face of the light in a scene: shadows of the key light, and openness to all sides."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import pyvista as pv
+from scipy.spatial import cKDTree
+
+from ..anatomy.face import Face, per_face
+from ..anatomy.identity import hair_cover
+from ..appearance.seen import Seen
+from ..array_types import Array
+from ..geometry.interpolation import smoothstep
+from ..geometry.visibility import Lamp
+
+STEP, SOFT, RAYS = 1.0, 6.5, 24
+"""Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
+
+DULL = 0.8
+"""Share of its gloss that skin loses under cropped hair, whatever the colours of both."""
+
+BELOW_CHIN, FADE = 25.0, 50.0
+"""The bust ends below the chin by more than the first; there it fades over the second, mm on a face of average size."""
+
+IN_SHADE = 0.4
+"""Share of its light that a part beside the skin keeps in the shadow of the skin."""
+
+
+class KeyLight:
+    """The key light of a scene on a face in one frame.
+
+    Parameters
+    ----------
+    face : Face
+    seen : Seen
+    towards : ndarray, shape (3,)
+        Direction of the lamp.
+    follow : bool
+        True if the camera goes along with the head: lamps do, too.
+    """
+
+    def __init__(self, face: Face, seen: Seen, towards: Array, follow: bool) -> None:
+        self._seen, self._face, self._scale = seen, face, face.frame.scale
+        towards = towards if follow else towards @ seen.pose[:3, :3]
+        self._lamp = Lamp(seen.smooth.occluder, towards, STEP * self._scale)
+
+    def on_skin(self) -> npt.NDArray[np.float32]:
+        """Return what the shader needs of each vertex of the smooth skin (n, 4).
+
+        These are its openness, the share of the key light that it gets, that of gloss which hair leaves to it, and how
+        far it is from the end of the bust, where the picture fades: from 0 to 1.
+        """
+        smooth, face = self._seen.smooth, self._face
+        lit = 1.0 - self._hidden(*smooth.on_head)
+        bare, far = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
+        return np.column_stack([smooth.openness, lit, bare, smoothstep(far)]).astype(np.float32)
+
+    def on_part(self, part: pv.PolyData) -> pv.PolyData:
+        """Return a part on the head at rest with its `paint` in the shadow of the skin."""
+        shaded = part.copy(deep=False)
+        hidden = self._hidden(np.asarray(part.points, np.float64), np.asarray(part.point_data["Normals"], np.float64))
+        left = np.sqrt(1.0 - (1.0 - IN_SHADE) * hidden)[:, None]
+        shaded.point_data["paint"] = np.rint(left * np.asarray(part.point_data["paint"])).astype(np.uint8)
+        return shaded
+
+    def _hidden(self, points: Array, normals: Array) -> Array:
+        return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=-0.4)
+
+
+def _bust(face: Face) -> tuple[Array, Array]:
+    """Share (n0,) of gloss that hair leaves, and distances (n0,) from the end of the neck, 1 where all is seen."""
+    bare, far, scale = np.ones(len(face.points)), np.ones(len(face.points)), face.frame.scale
+    if not face.landmarks:
+        return bare, far
+    bare -= DULL * smoothstep(hair_cover(face.points, face.landmarks, face.frame) / 8.0)
+    neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
+    rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
+    ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]
+    if len(ends):
+        far = cKDTree(ends).query(face.points)[0] / (FADE * scale)
+    return bare, far

@@ -1,0 +1,46 @@
+"""The key light casts shadows on every face, and on what is between its lids and lips."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drawing import SMALL, difference, on_screen
+
+from facewrinkle.plotting import Scene, Style
+
+
+def brightness(face, style, names, lamp=None):
+    """Mean brightness around landmarks, with a lamp from a direction [right, up, towards the camera] if given."""
+    with Scene(face, style) as scene:
+        if lamp is not None:
+            key = scene.plotter.renderer.lights[0]
+            key.position = np.asarray(key.focal_point) + 900.0 * np.asarray(lamp)
+        image = scene.picture(face.mesh).astype(float).mean(axis=2)
+        places = on_screen(scene, np.array([face.landmarks[name] for name in names])).round().astype(int)
+    return [image[row - 1 : row + 2, column - 1 : column + 2].mean() for row, column in places]
+
+
+@pytest.mark.parametrize("clay", [True, False])
+def test_the_neck_lies_in_the_shadow_of_the_chin(face, clay):
+    """Below the chin, beside it where the light goes past it: from the left, and from the right."""
+    style = Style(SMALL, clay=clay)
+    with Scene(face, style) as scene:
+        image = scene.picture(face.mesh).astype(float).mean(axis=2)
+        throat = face.landmarks["menton"] + np.array([[12.0, -22, -30], [-32.0, -34, -30]])
+        (shaded, lit) = on_screen(scene, throat).round().astype(int)
+    assert image[tuple(shaded)] < 0.8 * image[tuple(lit)]
+
+
+def test_a_lamp_from_above_leaves_the_eyes_in_the_dark(face):
+    frontal, above = (brightness(face, Style(SMALL), ["eye_l_centre"], lamp)[0] for lamp in ((0, 0.2, 1), (0, 1, 0.25)))
+    assert above < 0.8 * frontal
+
+
+def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
+    style = Style(SMALL)
+    with Scene(face, style) as before:
+        expected = before.picture(face.mesh)
+    with Scene(face, Style(SMALL, clay=True)) as clay:
+        clay.picture(face.mesh)
+    with Scene(face, style) as after:
+        assert difference(after.picture(face.mesh), expected).max() == 0
