@@ -122,7 +122,7 @@ def test_half_a_movie_is_not_left_behind(tmp_path, problem):
 
 @pytest.mark.filterwarnings("ignore:unclosed file")  # imageio forgets the pipe to an ffmpeg that has ended already
 @pytest.mark.parametrize("ending", ["mp4", "gif"])
-@pytest.mark.parametrize("side", [90, pytest.param(120, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("side", [150, pytest.param(180, marks=pytest.mark.slow)])
 def test_a_full_disk_keeps_the_old_film(small_disk, ending, side, capfd):
     """ffmpeg tells nobody that it could not finish."""
     pytest.importorskip("imageio_ffmpeg")
