@@ -281,6 +281,7 @@ class Answers:
                 shown = self._document.session.face
                 name, loaded = opened(folder, self._stage.face, self._tell, shown)
                 name = self._library.add(name, loaded)
+                self._kept.keep(name)
         finally:
             self._tell("", 1.0)
         self.show(name, fresh=True)

@@ -20,7 +20,7 @@ from typing import Any
 from ..anatomy.atlas import Atlas
 from ..anatomy.atlas_file import atlas_text
 from ..anatomy.face import Face
-from ..anatomy.face_file import write_face
+from ..anatomy.face_file import SUFFIX, read_face, write_face
 from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import write_mesh
 from ..files import bytes_of, output_folder, write_whole
@@ -28,7 +28,7 @@ from ..plotting import save_picture
 from ..session import Session, Subject
 from ..session.player import Player, mixture_of, pictured, scene_of
 from .document import Document
-from .library import Library, Tell, telling
+from .library import Library, Loaded, Tell, telling
 from .stage import Stage
 
 SLOW = ("rig", "movie", "animation")
@@ -103,6 +103,7 @@ class Kept:
     ) -> None:
         self._folder, self._document, self._library, self._complain = folder, document, library, complain
         self._saved, self._failed = document.version, False
+        self._faces: dict[str, str] = {}
         self._lock = threading.Lock()
         self._timer: threading.Timer | None = None
         self.when, self._found, self._own = "", b"", b""
@@ -123,9 +124,27 @@ class Kept:
             self.when, self._own = "", self._own or self._found
 
     def load(self, text: bytes) -> None:
-        """Take over the session of a file, as a step that can be undone."""
-        known = self._library[""].face.atlas
-        self._document.load(self._library.inside(Session.from_json(text, known)))
+        """Take over the session of a file, as a step that can be undone, with the face that was kept beside it."""
+        known, names = self._library[""].face.atlas, {file: name for name, file in self._faces.items()}
+        session = self._library.inside(Session.from_json(text, known))
+        file = session.face
+        if self._folder is not None and file.endswith(SUFFIX) and file not in {*names, *self._library.names}:
+            path = self._folder.path / Path(file).name
+            if path.is_file():
+                names[file] = self._library.add(path.name, Loaded(Subject(read_face(path, known))))
+                self._faces[names[file]] = path.name
+        self._document.load(session.changed(known, face=names.get(file, file)))
+
+    def keep(self, name: str) -> None:
+        """Write a face that was opened beside the session, which would be of no use without it."""
+        if self._folder is None or self._library[name].clip is not None:
+            return
+        try:
+            path = write_face(self._library[name].face, self._folder.free(f"{name}{SUFFIX}"))
+        except (OSError, OutputError) as problem:
+            self._complain(f"The face could not be saved beside the session: {problem}")
+        else:
+            self._faces[name] = path.name
 
     def dismiss(self) -> None:
         """Leave the session that was found; it is kept under another name."""
@@ -155,7 +174,9 @@ class Kept:
 
     def _write(self, folder: Folder, version: int) -> None:
         path = folder.path / SESSION
-        text = self._library.outside(self._document.session).to_json().encode()
+        session = self._library.outside(self._document.session)
+        kept = self._faces.get(session.face, session.face)
+        text = session.changed(self._library[""].face.atlas, face=kept).to_json().encode()
         if path.is_file() and bytes_of(path) != self._own:
             path.replace(folder.free(SESSION))
         write_whole(path, text)

@@ -20,6 +20,7 @@ from facewrinkle.commands import express as command
 from facewrinkle.commands.express import FIELDS, Performance
 from facewrinkle.commands.options import FoldOptions, OutputOptions, Report
 from facewrinkle.commands.recorder import Scenes
+from facewrinkle.session import Folds, Look, Session
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 SIZE, FRAMES = 96, 6
@@ -189,3 +190,35 @@ def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
     for tile in (slice(0, side), slice(side + 4, 2 * side + 4), slice(2 * side + 8, None)):
         assert abs(shown[tile] - drawn[tile]).mean() < 1.5
     assert abs(shown - bare)[side + 4 : 2 * side + 4].mean() > 1.5
+
+
+def test_an_expression_becomes_a_session_which_is_shown(tmp_path):
+    """The picture is that of the session, in the view that the command asks for."""
+    path, few = tmp_path / "mine.json", ["--size", "64", "--no-movie", "--quiet"]
+    own = ["--identity", "jaw=0.5", "--depth", "2", "--intensity", "0.5", "--write-session", str(path)]
+    assert main(["express", "AU12=0.8", *own, *few, "--frames", "2", "--out", str(tmp_path / "one")]) == 0
+    session = Session.read(path)
+    assert session == Session(
+        identity={"jaw": 0.5}, mixture={"AU12": 0.8}, intensity=0.5, folds=Folds(depth=2.0), look=Look(size=(64, 64))
+    )
+    assert main(["express", "--session", str(path), *few, "--view", "mouth", "--out", str(tmp_path / "two")]) == 0
+    picture = np.asarray(Image.open(tmp_path / "two" / "mine.png"))
+    np.testing.assert_array_equal(picture, session.changed(look=Look(view="mouth", size=(64, 64))).picture())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "what shall the face do"),
+        (["AU12", "--session", "a.json"], "--session has a face, folds and an expression"),
+        (["--session", "a.json", "--depth", "2"], "--session has a face, folds and an expression"),
+        (["--session", "a.json"], "'a.json' cannot be read"),
+        (["AU12", "--units", "mm", "--face", "a.obj", "--write-session", "b.json"], "--units is not kept in a session"),
+        (["AU12", "--folds", "paper", "--write-session", "b.json"], "a session has folds that are waves"),
+    ],
+)
+def test_what_does_not_go_with_a_session(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["express", *arguments]) == 1
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

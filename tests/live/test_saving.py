@@ -16,18 +16,20 @@ import json
 import threading
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 import pyvista as pv
 from studio_pages import until
 
+import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.face import Face
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
-from facewrinkle.live.library import Library
+from facewrinkle.live.library import Library, Loaded
 from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess
-from facewrinkle.session import Subject
+from facewrinkle.session import Session, Subject
 from facewrinkle.session.session import START
 
 
@@ -74,6 +76,32 @@ def test_a_session_is_resumed(folder):
     assert document.undo()
     assert document.undo()
     assert document.session.mixture == {}
+
+
+def test_a_session_holds_the_face_that_was_opened(folder, face):
+    """Resumed by another studio, and read without one."""
+    own = fw.default_face({"jaw": 1.0})
+    for studio in range(2):
+        library = Library(face)
+        document = Document(face.atlas, library.accepted)
+        kept = Kept(folder, document, library, pytest.fail)
+        if studio == 0:
+            library.add("own.ply", Loaded(Subject(own)))
+            kept.keep("own.ply")
+            document.change([(("face",), "own.ply"), (("mixture",), {"AU12": 0.5})])
+            kept.save()
+            kept.load((folder.path / "session.json").read_bytes())  # it is open: not once more
+            assert document.session.face == "own.ply"
+        else:
+            kept.resume()
+            document.change([(("mixture",), {"AU12": 0.75})])
+            kept.save()
+        shown = library.subject_of(document.session).face
+        np.testing.assert_array_equal(shown.points, own.points)
+        session = Session.read(folder.path / "session.json")
+        assert session.mixture == document.session.mixture
+        np.testing.assert_array_equal(session.subject().face.points, own.points)
+    assert len(list(folder.path.glob("*.face"))) == 1
 
 
 def test_a_session_that_is_dismissed_gets_another_name(folder):
