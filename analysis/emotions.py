@@ -1,7 +1,7 @@
 """Emotions of the atlas against captured ones, which are put together from the captured shapes of their action units.
 
-An emotion has the units that EMFACS lists for it; its captured counterpart is the sum of their shapes. The ceiling is
-the best mixture of the muscles: a non-negative least-squares fit of their own fields to the captured emotion.
+The captured counterpart of an emotion is the sum of the shapes of its units, as strong as they are in it. The ceiling
+is the best mixture of the muscles: a non-negative least-squares fit of their own fields to the captured emotion.
 
     python -m analysis.emotions FACE.obj --landmarks LANDMARKS.json --shapes SHAPES.npz --units cm
 """
@@ -23,21 +23,7 @@ from .report import COLOURS, Plot, Report, Table, plot
 
 Array = npt.NDArray[np.float64]
 
-B, A = 0.4, 0.2
-"""Intensities that FACS writes as letters, from A (a trace) to E (the maximum, 1)."""
-
-EMFACS: Mapping[str, Mapping[str, float]] = {
-    "happiness": {"AU6": 1.0, "AU12": 1.0},
-    "sadness": {"AU1": 1.0, "AU4": 1.0, "AU15": 1.0},
-    "emotion_surprise": {"AU1": 1.0, "AU2": 1.0, "AU5": B, "AU26": 1.0},
-    "emotion_fear": {"AU1": 1.0, "AU2": 1.0, "AU4": 1.0, "AU5": 1.0, "AU7": 1.0, "AU20": 1.0, "AU26": 1.0},
-    "anger": {"AU4": 1.0, "AU5": 1.0, "AU7": 1.0, "AU23": 1.0},
-    "disgust": {"AU9": 1.0, "AU15": 1.0, "AU16": 1.0},
-    "contempt": {"AU12R": A, "AU14R": A},
-}
-"""Action units of the emotions, by the name of the expression in the atlas (W. V. Friesen, P. Ekman: EMFACS-7, 1983;
-unpublished, quoted in this form in the literature).
-"""
+EMOTIONS = "happiness", "sadness", "surprise", "fear", "anger", "disgust", "contempt"
 
 SHAPES: Mapping[str, tuple[float, str]] = {
     "AU1": (1.0, "browInnerUp_L+browInnerUp_R"),
@@ -47,17 +33,18 @@ SHAPES: Mapping[str, tuple[float, str]] = {
     "AU6": (1.0, "cheekSquint_L+cheekSquint_R"),
     "AU7": (1.0, "eyeSquint_L+eyeSquint_R"),
     "AU9": (1.0, "noseSneer_L+noseSneer_R"),
+    "AU10": (1.0, "mouthUpperUp_L+mouthUpperUp_R"),
     "AU12": (1.0, "mouthSmile_L+mouthSmile_R"),
     "AU12R": (1.0, "mouthSmile_R"),
     "AU14R": (1.0, "mouthDimple_R"),
     "AU15": (1.0, "mouthFrown_L+mouthFrown_R"),
-    "AU16": (1.0, "mouthLowerDown_L+mouthLowerDown_R"),
+    "AU17": (1.0, "mouthShrugLower"),
     "AU20": (1.0, "mouthStretch_L+mouthStretch_R"),
-    "AU23": (0.5, "mouthRollUpper+mouthRollLower"),
+    "AU24": (1.0, "mouthPress_L+mouthPress_R"),
     "AU26": (0.6, "jawOpen"),
 }
-"""Captured shapes of these units, and the share of them that the unit is: lips that are tightened are half sucked in
-(AU28), and a jaw that drops is not stretched open (AU27).
+"""Captured shapes of these units, and the share of them that the unit is: a jaw that drops is not stretched open
+(AU27).
 """
 
 
@@ -90,13 +77,14 @@ def captured_emotion(shapes: Mapping[str, Array], units: Mapping[str, float]) ->
 
 
 def emotion_agreements(face: fw.Face, shapes: Mapping[str, Array]) -> list[EmotionAgreement]:
-    """Return the agreement of every emotion of `EMFACS` on a face with captured shapes."""
+    """Return the agreement of every one of `EMOTIONS` on a face with captured shapes."""
     skin = fw.Skin(face, time_step=1.0)
     area = vertex_areas(skin.points, face.triangles)
     fields = np.stack([settled(skin, {name: 1.0}).ravel() for name in face.muscles], axis=1)
-    captured = {emotion: captured_emotion(shapes, units) for emotion, units in EMFACS.items()}
+    units_of = {emotion: face.atlas.units_of({emotion: 1.0}) for emotion in EMOTIONS}
+    captured = {emotion: captured_emotion(shapes, units) for emotion, units in units_of.items()}
     out = []
-    for emotion, units in EMFACS.items():
+    for emotion, units in units_of.items():
         ours = settled(skin, face.atlas.contractions(emotion))
         best = fields @ nnls(fields, captured[emotion].ravel())[0]
         rows = {other: compared(ours, field, area, emotion, "+".join(units)) for other, field in captured.items()}
@@ -120,8 +108,8 @@ def report(face: fw.Face, shapes: Mapping[str, Array]) -> Report:
     return Report(
         "emotions",
         "Emotions",
-        "Displacements of the atlas's emotions against the sums of the captured shapes of their action units after "
-        "EMFACS, on the same mesh, and the best that any mixture of the muscles reaches.",
+        "Displacements of the atlas's emotions against the sums of the captured shapes of their action units, "
+        "on the same mesh, and the best that any mixture of the muscles reaches.",
         f"Mean cosine {np.mean(bars['atlas']):.2f} (the least {min(bars['atlas']):.2f}); the best mixtures reach "
         f"{np.mean(bars['best mixture']):.2f}.",
         [

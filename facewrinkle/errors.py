@@ -106,7 +106,7 @@ class UnknownNameError(FaceWrinkleError):
     ...     fw.default_face().atlas.contractions("suprise")
     ... except UnknownNameError as error:
     ...     print(error)
-    unknown expression 'suprise'. Did you mean 'surprise' or 'emotion_surprise'?
+    unknown expression 'suprise'. Did you mean 'surprise' or 'paper_surprise'?
     """
 
 

@@ -37,7 +37,7 @@ def files(tmp_path_factory):
     shutil.copy(folder / "scan.obj", folder / "surprise.obj")
     fw.write_mesh(head.mesh, folder / "head.glb", head)
     sim = fw.Simulation(head, refinement=None)
-    sim.express("surprise")
+    sim.express("paper_surprise")
     fw.export.write_series(sim.run(2), [0.1, 0.2], folder / "recording.vtkhdf")
     return folder
 

@@ -187,7 +187,7 @@ class Atlas:
         --------
         >>> load_atlas().units_of({"happiness": 0.5, "AU1": 0.25})
         {'AU6': 0.5, 'AU12': 0.5, 'AU1': 0.25}
-        >>> load_atlas().units_of({"surprise": 1.0})
+        >>> load_atlas().units_of({"paper_surprise": 1.0})
         {'AU1': 1.0, 'AU2': 0.7}
         """
         total: dict[str, float] = {}

@@ -62,7 +62,9 @@ def express(
     Parameters
     ----------
     name
-        An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`.
+        An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`. The paper's
+        surprise and fear, which move the brows alone, are paper_surprise and paper_fear; with --folds printed, they
+        have its own names.
     session
         Show a session instead, all that was set in the studio or in Python (JSON): its picture, movie and mesh.
     write_session

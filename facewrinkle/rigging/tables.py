@@ -71,7 +71,7 @@ MOODS: Mapping[str, str] = {
     "happy": "happiness",
     "angry": "anger",
     "sad": "sadness",
-    "surprised": "emotion_surprise",
+    "surprised": "surprise",
 }
 """Expressions by the names of VRM's presets; names such as `anger` are probabilities in the tables of trackers."""
 

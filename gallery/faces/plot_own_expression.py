@@ -17,8 +17,8 @@ from facewrinkle.plotting import Style, View, figure, picture, side_by_side
 NEAR = View((0.0, 0.02, 1.0), "nose_tip", (0.0, 0.2, -1.6), 3.3)
 
 # %%
-# Happiness is 6 + 12, sadness 1 + 4 + 15, anger 4 + 5 + 7 + 23, disgust 9 + 15 + 16 (EMFACS, see :ref:`papers`): use
-# the names or the units. "surprise" and "fear" are the paper's, "emotion_surprise" and "emotion_fear" those of EMFACS.
+# Happiness is 6 + 12, sadness 1 + 4 + 15, anger 4 + 7 + 17 + 24, disgust 9 + 17 (FACS, see :ref:`papers`): use
+# the names or the units. "paper_surprise" and "paper_fear" are the paper's, which move the brows alone.
 # "AU12L" is the left half of a unit, on the subject's own left.
 
 face = fw.default_face()

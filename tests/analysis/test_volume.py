@@ -57,7 +57,7 @@ def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
 
 
 def test_the_ladder_ends_with_what_the_frames_hold(face):
-    sim = settled(face, "surprise", 30, layers=[MuscleWrinkles()])
+    sim = settled(face, "paper_surprise", 30, layers=[MuscleWrinkles()])
     assert ladder(sim, 2)["default mesh"] == share(volumes(wrinkled_surface(sim)))
 
 

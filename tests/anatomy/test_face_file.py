@@ -240,7 +240,7 @@ def coarse(face):
 
 def frames(face, fingerprint):
     sim = fw.Simulation(face)
-    sim.express("surprise")
+    sim.express("paper_surprise")
     return [fingerprint(frame) for frame in sim.run(5)]
 
 

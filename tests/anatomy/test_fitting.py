@@ -112,7 +112,7 @@ def test_simulation_commutes_with_scaling_and_shifting_the_mesh(face, scale):
     shift = scale * np.array([500.0, -200.0, 90.0])
     for mesh, marks in ((face.mesh, face.landmarks), moved(face.mesh, face.landmarks, np.eye(3), scale, shift)):
         sim = fw.Simulation(fw.fit_face(mesh, marks), folds="paper")
-        sim.express("fear")
+        sim.express("paper_fear")
         frames.append(list(sim.run(12))[-1])
     rest, other = frames
     assert np.array_equal(other.regular_faces, rest.regular_faces)

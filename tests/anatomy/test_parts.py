@@ -350,7 +350,7 @@ def test_everything_goes_with_a_head_that_moves(dressed):
 
 
 def test_the_expression_does_not_shift_the_hair(dressed):
-    for expression in ("surprise", "happiness", "fear"):
+    for expression in ("paper_surprise", "happiness", "paper_fear"):
         frame = after(fw.Simulation(dressed, layers=[]), expression, 40)
         hair = dressed.parts_at(frame)["hair"]
         assert np.linalg.norm(hair.points - dressed.parts["hair"].mesh.points, axis=1).max() < 0.15, expression

@@ -142,7 +142,7 @@ def animated(written, played, tmp_path_factory):
     file.content, file.blob = read_glb(written)
     face = next(mesh for mesh in file.content["meshes"] if mesh["name"] == "face")
     skin = file.content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
-    shape = np.asarray(played("surprise").held.displacement)
+    shape = np.asarray(played("paper_surprise").held.displacement)
     assert skin["count"] == len(shape)  # the built-in head has no seams
     face["primitives"][0]["targets"] = [{"POSITION": file.array(shape)}]
     node = next(i for i, node in enumerate(file.content["nodes"]) if node["name"] == "face")

@@ -42,7 +42,7 @@ def test_a_series_is_played_back(face, tmp_path):
 def refined(face, path, first=0, layers=None):
     """Writes a surprise, refined and wrinkled, from a step on; returns the positions of the skin under it."""
     sim, bare = fw.Simulation(face, layers=layers), []
-    sim.express("surprise")
+    sim.express("paper_surprise")
 
     def frames():
         for step, frame in enumerate(sim.run(10, ramp=0.8)):

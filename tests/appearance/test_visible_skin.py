@@ -135,7 +135,7 @@ def test_the_lining_of_a_socket_has_no_back(face):
 
 
 def test_the_same_frame_is_worked_out_once(face):
-    frame, appearance = held("surprise").copy(), Appearance.of(face)
+    frame, appearance = held("paper_surprise").copy(), Appearance.of(face)
     seen = appearance.at(frame)
     assert Appearance.of(face) is appearance
     assert appearance.at(frame) is seen

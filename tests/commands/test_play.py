@@ -23,7 +23,9 @@ def clip(face, played, tmp_path_factory):
     folder = tmp_path_factory.mktemp("clip")
     file = GltfFile()
     file.node(
-        mesh=file.mesh(face.points / 10.0, face.triangles, [played("surprise").held.displacement / 10.0], ["browsUp"])
+        mesh=file.mesh(
+            face.points / 10.0, face.triangles, [played("paper_surprise").held.displacement / 10.0], ["browsUp"]
+        )
     )
     file.animate((0, "weights", [0.0, 0.2, 0.4], [[0.0], [1.0], [0.0]]))
     file.glb(folder / "brows.glb")

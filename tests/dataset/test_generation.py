@@ -114,7 +114,7 @@ def clip(tmp_path_factory):
         "mesh": "npz",
         "expression": {"neutral": 0.0, "named": 1.0},
     }
-    spec["expression"] |= {"names": ["emotion_surprise"], "intensity": 1.0}
+    spec["expression"] |= {"names": ["surprise"], "intensity": 1.0}
     return generate(spec, tmp_path_factory.mktemp("set") / "clip", count=1)
 
 

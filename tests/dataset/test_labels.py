@@ -41,7 +41,7 @@ SIZE = (160, 120)
 
 @pytest.fixture(scope="module")
 def frame(face):
-    return settled(fw.Simulation(face, folds="paper"), {"surprise": 1.0, "AU26": 1.0})
+    return settled(fw.Simulation(face, folds="paper"), {"paper_surprise": 1.0, "AU26": 1.0})
 
 
 def labelled(face, frame, tears=(), **camera):
@@ -190,7 +190,7 @@ def test_furrows_are_low_and_each_has_one_source(front, frame):
 
 def test_furrows_keep_their_numbers_through_a_clip(face):
     sim, tracker, frames = fw.Simulation(face, folds="paper"), FurrowTracker(0.5), []
-    sim.express("surprise")
+    sim.express("paper_surprise")
     for frame in islice(sim.run(60), 15, None, 3):
         number, furrows = tracker(np.asarray(frame["rest"]), *furrows_of(frame))
         frames.append((np.asarray(frame["rest"]), number))

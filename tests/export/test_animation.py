@@ -31,7 +31,7 @@ FRAMES = 12
 def take(face):
     """Frames of a surprise on triangles that only become finer, and the simulation."""
     simulation = fw.Simulation(face, fw.Refinement(max_level=1, coarsen=False))
-    simulation.express("surprise")
+    simulation.express("paper_surprise")
     frames = list(simulation.run(FRAMES))
     assert frames[0].n_points < frames[-1].n_points
     return frames, simulation

@@ -100,7 +100,7 @@ def test_the_validators_find_a_broken_file(rig, tmp_path):
 
 def test_an_animation_is_within_its_error(face, tmp_path):
     sim = fw.Simulation(face, fw.Refinement(max_level=1, coarsen=False))
-    sim.express("surprise")
+    sim.express("paper_surprise")
     writer = fw.export.animation.AnimationWriter(face, tmp_path / "surprise.usdc", error=0.1)
     frames = []
     for frame in sim.run(8):

@@ -76,7 +76,7 @@ def test_of_two_muscles_with_one_fold_the_deeper_acts(face):
 
 
 def test_a_contraction_that_is_replayed_folds_the_same_wrinkles(papers, played):
-    held = played("surprise").held
+    held = played("paper_surprise").held
     recorded = fw.Recorded.of_positions([papers.points, held.bare], times=[0.0, 0.4])
     sim = fw.Simulation(papers, motion=recorded, layers=[fw.MuscleWrinkles()])
     *_, frame = sim.run(40)

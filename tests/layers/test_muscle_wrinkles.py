@@ -31,7 +31,7 @@ from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.entries import LEVELLED, RAISED, STEPS, level_shares
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles, outer_skin
 
-PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 def seen_share(face, held):
@@ -100,7 +100,7 @@ def deepest_share(sim, frame):
     return max(shares), len(shares)
 
 
-@pytest.mark.parametrize("name", ["surprise", "frowning", "closing_eye"])
+@pytest.mark.parametrize("name", ["paper_surprise", "frowning", "closing_eye"])
 def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(papers, name):
     for inextensible in (True, False):
         sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
@@ -112,14 +112,14 @@ def test_the_bound_can_be_left_out(papers):
     frames = []
     for inextensible in (True, False):
         sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=3.0, inextensible=inextensible)])
-        frame = after(sim, "surprise", 25)
+        frame = after(sim, "paper_surprise", 25)
         frames.append((frame, sim.layers[0].fields()["W"], {m: sim.fields(m) for m in sim.muscles}))
     (_, held, _), (free, heights, fields) = frames
     paper = np.zeros(free.n_points)
     for name, muscle in papers.muscles.items():
         wrinkles, epsilon = muscle.fold_pattern.wrinkles, fields[name]["epsilon"]
         share = np.sin(0.5 * np.pi * np.clip(epsilon, 0.0, 1.0))
-        rate = fw.EXPRESSIONS["surprise"].get(name, 0.0)
+        rate = fw.EXPRESSIONS["paper_surprise"].get(name, 0.0)
         paper += 3.0 * wrinkles.depth * rate * muscle.fold_pattern.unit_amplitude(free["rest"]) * share
     np.testing.assert_allclose(heights, paper, rtol=0, atol=1e-9)
     assert np.ptp(heights) > 1.5 * np.ptp(held)
@@ -149,7 +149,7 @@ def test_w_is_exactly_zero_after_release(played, name):
 
 
 def test_the_dominant_muscle_is_that_of_the_largest_amplitude(papers, played):
-    play = played("fear")
+    play = played("paper_fear")
     x, names = play.top["rest"], list(papers.muscles)
     contracting = [name for name in names if play.held.rates[name] > 0.0]
     assert 0 < len(contracting) < len(names)

@@ -58,7 +58,7 @@ def test_pose_gazes_and_parts_are_read():
 def test_frames_of_a_simulation_say_where_the_eyes_look(face):
     sim = fw.Simulation(face)
     sim.look(yaw=25.0)
-    last = after(sim, "surprise", 4)
+    last = after(sim, "paper_surprise", 4)
     state = face.state_of(last)
     np.testing.assert_array_equal(state.points, last.points[: len(face.points)])
     for eye in face.eyes:

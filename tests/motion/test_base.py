@@ -156,7 +156,7 @@ def test_the_skin_is_measured_where_the_mesh_is_refined(face):
     sim = fw.Simulation(
         face, layers=[fw.MuscleWrinkles(), Probe(lambda m: (m.principal_compression[0], m.vertices.points))]
     )
-    frame = after(sim, "surprise", 20)
+    frame = after(sim, "paper_surprise", 20)
     most, where = sim.layers[1].seen[-1][1]
     assert frame.n_points > face.mesh.n_points
     assert most.shape == (frame.n_points,)
@@ -183,7 +183,7 @@ HALF = types.SimpleNamespace(names=(), rates=np.empty(0), points=np.empty(0), ti
         (lambda face, _: Still(face, 0.0), "time_step"),
         (lambda face, _: fw.Simulation(face, motion=HALF), "given lacks pose, gazes, parts, mandible, .*Undriven"),
         (lambda face, _: fw.Simulation(face, motion=fw.Skin(only(face, "mentalis_l"))), "all 48 muscles"),
-        (lambda face, _: fw.Simulation(face, motion=Still(face)).express("surprise"), "moved by a Still.*frontalis"),
+        (lambda face, _: fw.Simulation(face, motion=Still(face)).express("AU1"), "moved by a Still.*frontalis"),
         (lambda face, _: fw.Simulation(face, motion=Still(face)).skin, "no skin.*Still"),
     ],
 )

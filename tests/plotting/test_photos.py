@@ -69,7 +69,7 @@ def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(tmp_path):
 
 
 def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
-    frame = after(fw.Simulation(seamed), "surprise", 20)
+    frame = after(fw.Simulation(seamed), "paper_surprise", 20)
     assert frame.n_cells > seamed.mesh.n_cells + 500
     style = Style(SIZE, eyes=False, brows=False)
     for shown in (seamed.mesh, frame):
@@ -87,8 +87,8 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
 
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
-    frame = after(fw.Simulation(plain), "surprise", 20)
-    smooth = after(fw.Simulation(plain, layers=[]), "surprise", 20)
+    frame = after(fw.Simulation(plain), "paper_surprise", 20)
+    smooth = after(fw.Simulation(plain, layers=[]), "paper_surprise", 20)
     style = Style(SIZE, "forehead", eyes=False, brows=False)
     middle = (slice(60, 180), slice(60, 180))  # away from the outline and the hair
     contrast = [np.diff(picture(f, plain, style)[middle].astype(float), axis=0).std() for f in (frame, smooth)]
@@ -105,7 +105,7 @@ TURN[:3, 3] = [15.0, -8.0, 4.0]
 @pytest.fixture(scope="module")
 def surprised(face, played):
     """Plays a recorded surprise on the built-in head, which may have moved as a whole; returns its frames."""
-    shape = played("surprise").held.displacement
+    shape = played("paper_surprise").held.displacement
 
     def surprised(pose=None):
         recorded = Recorded.of_shapes([shape], [[0.0], [1.0]], times=[0.0, 0.1], pose=pose)
@@ -144,7 +144,7 @@ def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
 
 def test_eyes_go_with_positions_that_hold_the_turn_of_the_head(face, played):
     """A vertex cache does not tell how the head moved: most of its points do."""
-    shape = played("surprise").held.displacement
+    shape = played("paper_surprise").held.displacement
     moments = [face.points, (face.points + shape) @ TURN[:3, :3].T + TURN[:3, 3]]
     recorded = Recorded.of_positions(moments, times=[0.0, 0.02])
     frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()

@@ -87,7 +87,7 @@ def test_slopes_flatten_where_the_skin_is_stretched_and_rise_where_it_is_compres
 
 def test_the_relief_belongs_to_the_skin_at_rest(face):
     """The same place has the same, whatever the mesh around it is split into."""
-    fine = held("surprise")
+    fine = held("paper_surprise")
     relief = Relief(face, 0.05, 800)
     coarse = relief.on(face.mesh)
     refined = relief.on(fine)

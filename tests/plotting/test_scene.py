@@ -16,12 +16,12 @@ from facewrinkle.plotting import Scene, Style, picture, pictures
 
 @pytest.fixture(scope="module")
 def wrinkled():
-    return held("surprise")
+    return held("paper_surprise")
 
 
 @pytest.fixture(scope="module")
 def bare():
-    return held("surprise", wrinkles=False)
+    return held("paper_surprise", wrinkles=False)
 
 
 def test_wrinkles_show_on_the_forehead_and_nowhere_else(face, wrinkled, bare):
@@ -122,9 +122,9 @@ def test_frames_of_other_faces_are_refused(face):
 
 def test_a_picture_that_was_begun_is_that_of_its_frame_whatever_follows(face):
     with Scene(face, Style(SMALL)) as scene, Scene(face, Style(SMALL, "forehead")) as other:
-        expected = [scene.picture(frame) for frame in (face.mesh, held("surprise"))]
+        expected = [scene.picture(frame) for frame in (face.mesh, held("paper_surprise"))]
         first, beside = scene.begun(face.mesh), other.begun(face.mesh)
-        second = scene.begun(held("surprise"))
+        second = scene.begun(held("paper_surprise"))
         np.testing.assert_array_equal(second(), expected[1])
         np.testing.assert_array_equal(first(), expected[0])
         late = scene.begun(face.mesh)
@@ -135,7 +135,7 @@ def test_a_picture_that_was_begun_is_that_of_its_frame_whatever_follows(face):
 @pytest.mark.parametrize("quick", [True, False])
 def test_a_camera_that_moves_shows_the_frame_from_there(face, quick):
     """Nothing of the frame is sent again, and the picture is that of a new scene."""
-    frame = held("surprise")
+    frame = held("paper_surprise")
     with Scene(face, Style(SMALL, quick=quick)) as scene, Scene(face, Style(SMALL, quick=quick)) as other:
         before = scene.picture(frame)
         times = [actor.GetMapper().GetInput().GetMTime() for actor in scene.plotter.actors.values()]
@@ -152,7 +152,7 @@ def test_a_camera_that_moves_shows_the_frame_from_there(face, quick):
 
 def test_fields_have_colour(face):
     """Skin is lit the same; what differs from one field to the next is its colours. One scene can show them all."""
-    wrinkled = held("surprise")
+    wrinkled = held("paper_surprise")
     images = {
         name: picture(wrinkled, face, Style(SMALL, scalars=name)) for name in ARRAYS if name not in ("rest", "slide")
     }
@@ -172,7 +172,7 @@ def test_fields_have_colour(face):
 
 
 def test_fields_that_cannot_be_drawn(face):
-    wrinkled = held("surprise")
+    wrinkled = held("paper_surprise")
     with pytest.raises(UnknownNameError, match="unknown field 'epsilom'. Did you mean 'epsilon'"):
         picture(wrinkled, face, Style((40, 40), scalars="epsilom"))
     with pytest.raises(ParameterError, match="one number per vertex; 'rest' has 3"):

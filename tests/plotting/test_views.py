@@ -52,7 +52,7 @@ def test_upright_and_wide_pictures_hold_the_whole_head_and_cut_the_neck(face, vi
 @pytest.mark.parametrize(
     "expression, expected",
     [
-        ("surprise", "forehead"),
+        ("paper_surprise", "forehead"),
         ("frowning", "glabella"),
         ("closing_eye", "left_eye"),
         ("stretching_mouth", "right_mouth"),

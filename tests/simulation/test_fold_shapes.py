@@ -139,7 +139,7 @@ def coarse(face):
 
 
 def frames_of(simulation, fingerprint):
-    simulation.express("surprise")
+    simulation.express("paper_surprise")
     return [fingerprint(frame) for frame in simulation.run(5)]
 
 
@@ -147,7 +147,7 @@ def test_layers_that_another_face_has_used_are_as_new(face, coarse, fingerprint)
     new = {one: frames_of(fw.Simulation(one), fingerprint) for one in (face, coarse)}
     for one, other in ((face, coarse), (coarse, face)):
         used = fw.Simulation(other)
-        used.express("fear")
+        used.express("paper_fear")
         list(used.run(2))
         assert frames_of(fw.Simulation(one, layers=used.layers), fingerprint) == new[one]
         taking = fw.Simulation(one)
@@ -185,7 +185,7 @@ def test_positions_and_amounts_of_another_face_are_refused_wherever_layers_come_
         with pytest.raises(ParameterError, match=message):
             other.use_layers([layer])
         assert other.refinement.max_level == level
-    other.express("surprise")
+    other.express("paper_surprise")
     assert other.step().n_points >= len(coarse.points)
 
 

@@ -22,7 +22,7 @@ from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import ARRAYS, MUSCLES
 from facewrinkle.mesh.arrays import PIECE
 
-PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -114,7 +114,7 @@ def labelled(face):
 def test_point_data_goes_through_refinement(labelled, fingerprint):
     before = fingerprint(labelled.mesh)
     sim = fw.Simulation(labelled)
-    frame = after(sim, "surprise", 25)
+    frame = after(sim, "paper_surprise", 25)
     rest, n0 = np.asarray(frame["rest"]), labelled.mesh.n_points
     assert frame.n_points > n0 + 500
     np.testing.assert_allclose(frame["affine"], rest @ np.array([0.3, -1.0, 2.0]) + 5.0, rtol=0, atol=1e-12 * 400)
@@ -142,7 +142,7 @@ def test_point_data_goes_through_refinement(labelled, fingerprint):
 
 def test_frames_do_not_change_after_they_were_handed_out(face, fingerprint):
     sim = fw.Simulation(face)
-    sim.express("fear")
+    sim.express("paper_fear")
     frames, marks = [], []
     for frame in sim.run(30):
         frames.append(frame)

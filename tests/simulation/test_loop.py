@@ -33,13 +33,13 @@ from facewrinkle.simulation.fold_layers import fold_layers
 
 def test_reset_is_a_new_simulation(face, fingerprint):
     sim = fw.Simulation(face)
-    sim.express("surprise")
+    sim.express("paper_surprise")
     first = [fingerprint(frame) for frame in sim.run(20)]
     sim.reset()
     assert sim.time == 0.0
     assert np.array_equal(sim.step().points, face.points)
     sim.reset()
-    sim.express("surprise")
+    sim.express("paper_surprise")
     assert [fingerprint(frame) for frame in sim.run(20)] == first
 
 
@@ -47,7 +47,7 @@ def test_simulations_of_one_face_do_not_meet(face):
     alone, one, two = (fw.Simulation(face) for _ in range(3))
     alone.express("frowning")
     one.express("frowning")
-    two.express("surprise")
+    two.express("paper_surprise")
     for _ in range(15):
         a, b = alone.step(), one.step()
         two.step()
@@ -84,7 +84,7 @@ def test_what_was_asked_for_outlives_a_run_that_is_left_early(face):
 
 def test_express_takes_names_units_and_mixtures(face):
     sim = fw.Simulation(face, layers=[])
-    for what, intensity in (("fear", 0.5), ("AU12", 1.0), ({"AU12": 0.7, "corrugator_l": 0.2}, 0.5)):
+    for what, intensity in (("paper_fear", 0.5), ("AU12", 1.0), ({"AU12": 0.7, "corrugator_l": 0.2}, 0.5)):
         sim.express(what, intensity)
         sim.step()
         rates = {name: rate for name, rate in zip(sim.muscles, sim.skin.rates, strict=True) if rate}
@@ -111,7 +111,7 @@ def test_fields_before_the_first_step(face):
 
 def test_a_simulation_without_layers_is_bare_skin(face):
     sim = fw.Simulation(face, layers=[])
-    frame = after(sim, "surprise", 10)
+    frame = after(sim, "paper_surprise", 10)
     assert frame.n_cells == 4517
     np.testing.assert_allclose(frame.points, sim.skin.points + sim.skin.displacement, atol=1e-12)
     assert not frame["W"].any()
@@ -125,10 +125,10 @@ def test_a_simulation_without_layers_is_bare_skin(face):
     [
         (lambda sim: sim.contract({"corrugator": 0.5}), UnknownNameError, "Did you mean .*'corrugator_l'"),
         (lambda sim: sim.contract({"corrugator_l": 1.01}), ParameterError, "the contraction rate of corrugator_l"),
-        (lambda sim: sim.contract("surprise"), ParameterError, r"'surprise'.*are for express\(\)"),
+        (lambda sim: sim.contract("paper_surprise"), ParameterError, r"'paper_surprise'.*are for express\(\)"),
         (lambda sim: sim.express("suprise"), UnknownNameError, "Did you mean .*'surprise'"),
         (lambda sim: sim.express({"AU4": "full"}), ParameterError, "AU4"),
-        (lambda sim: sim.express("fear", np.nan), ParameterError, "intensity"),
+        (lambda sim: sim.express("paper_fear", np.nan), ParameterError, "intensity"),
         *((lambda sim, n=n: next(sim.run(n)), ParameterError, "frames must") for n in (0, -3, 2.5, np.nan, "x")),
         (lambda sim: next(sim.run(10**400)), ParameterError, "frames must"),
         (lambda sim: next(sim.run(3, ramp=1.5)), ParameterError, "ramp"),
@@ -239,18 +239,18 @@ def test_settling_of_skin_that_begins_at_rest_is_settling_after_a_reset(face):
 def test_a_pose_that_is_held_ends_at_the_triangles_of_a_face_that_settled(face):
     """Whatever came before, but for the numbers of the vertices; without coarsening these stay."""
     fresh = fw.Simulation(face)
-    fresh.express("surprise")
+    fresh.express("paper_surprise")
     fresh.settle(within=1e-4)
     for before in ("pain", "frowning"):
         held = fw.Simulation(face)
         after(held, before, 10)
-        held.express("surprise")
+        held.express("paper_surprise")
         for _ in held.run(72, ramp=0.2):
             pass
         ours, theirs = (sim.vertices.points[sim.forest.triangles] for sim in (held, fresh))
         np.testing.assert_array_equal(ours, theirs)
     smooth = fw.Simulation(face, fw.Refinement(coarsen=False))
-    smooth.express("surprise")
+    smooth.express("paper_surprise")
     counts = [frame.n_points for frame in smooth.run(50)]
     assert counts == sorted(counts)  # vertices keep their numbers
 
@@ -364,7 +364,7 @@ def test_faces_that_nobody_holds_are_freed(face, drawn):
     """Who goes through many faces, as a data set does, must not keep them all, nor their lines."""
     own = dataclasses.replace(face, age=0.4)
     sim = fw.Simulation(own)
-    sim.express("surprise")
+    sim.express("paper_surprise")
     frame = sim.step()
     if drawn:
         picture(frame, own, Style((40, 40)))

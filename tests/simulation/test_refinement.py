@@ -24,7 +24,7 @@ from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.simulation.refinement import Refinement, mark
 
-PAPER = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -77,7 +77,7 @@ def test_release_takes_all_triangles_back(face, played, name):
 
 def test_coarsening_goes_on_while_other_muscles_pull(face):
     sim = fw.Simulation(face)
-    sim.express("surprise")
+    sim.express("paper_surprise")
     list(sim.run(40))
     sim.express("stretching_mouth")
     frame = list(sim.run(150, ramp=0.2))[-1]
@@ -87,7 +87,7 @@ def test_coarsening_goes_on_while_other_muscles_pull(face):
 
 def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
     """A shape that a recording reaches in one step is as finely split as one that is held; so are still patterns."""
-    surprise = played("surprise").held.displacement / face.unit
+    surprise = played("paper_surprise").held.displacement / face.unit
     there = fw.Recorded.of_shapes([surprise], [[0.0], [1.0], [1.0]], times=[0.0, 1.0, 20.0], names=["surprise"])
     for motion, layers in (
         (there, [fw.MuscleWrinkles()]),
@@ -100,7 +100,7 @@ def test_what_no_muscle_moves_has_its_triangles_at_once(face, played):
 
 
 def test_a_slow_recording_changes_triangles_in_every_other_frame_and_ends_where_a_fast_one_does(face, played):
-    surprise = played("surprise").held.displacement / face.unit
+    surprise = played("paper_surprise").held.displacement / face.unit
     ends = []
     for seconds in (0.02, 0.8):
         clip = fw.Recorded.of_shapes([surprise], [[0.0], [1.0]], times=[0.0, seconds], names=["surprise"])
@@ -140,21 +140,21 @@ def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     fine = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60)})
     sim = fw.Simulation(fine, fw.Refinement(max_level=2), folds="paper")
     with pytest.raises(ParameterError, match="frontalis_inner_l are too fine") as caught:
-        sim.express("fear")
+        sim.express("paper_fear")
     # The remedy in the message works.
     level = int(str(caught.value).rstrip(".").split("max_level=")[-1])
     assert 3 <= level <= 8
-    fw.Simulation(fine, fw.Refinement(max_level=level), folds="paper").express("fear")
+    fw.Simulation(fine, fw.Refinement(max_level=level), folds="paper").express("paper_fear")
     sim.contract({"frontalis_inner_r": 1.0})
     finest = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60_000)})
     with pytest.raises(ParameterError, match=r"Ask for fewer wrinkles\.$"):  # no level is enough
-        fw.Simulation(finest, folds="paper").express("fear")
+        fw.Simulation(finest, folds="paper").express("paper_fear")
 
 
 @pytest.mark.parametrize("name", ["anger", pytest.param("happiness", marks=pytest.mark.slow)])
 def test_triangles_depend_on_the_base_mesh_alone(face, name):
     """Whatever they were before, and in whatever steps: those that are split are too coarse at their own corners."""
-    fear, other = (settled(face, what, 30, layers=[]).skin.displacement / face.unit for what in ("fear", name))
+    fear, other = (settled(face, what, 30, layers=[]).skin.displacement / face.unit for what in ("paper_fear", name))
     ends = []
     for weights in ([[0.0, 0.0], [0.0, 1.0], [0.0, 1.0]], [[1.0, 0.0], [0.5, 1.0], [0.0, 1.0]]):
         clip = fw.Recorded.of_shapes([fear, other], weights, times=[0.0, 0.1, 0.3], names=["one", "other"])

@@ -66,7 +66,7 @@ def test_heights_are_lowered_with_those_that_shade(face, monkeypatch):
     frames = []
     for layers in (None, []):
         sim = fw.Simulation(face, layers=layers)
-        sim.express("surprise")
+        sim.express("paper_surprise")
         frames.append([sim.step() for _ in range(2)][-1])
     lowered, bare = frames
     assert not lowered["W"].any()

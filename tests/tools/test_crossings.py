@@ -25,7 +25,7 @@ def test_places_near_others():
 @pytest.mark.slow
 def test_surprise_turns_nothing_over_and_nothing_runs_through_itself():
     folded = Folded(fw.default_face())
-    folded.pose(("surprise",))
+    folded.pose(("paper_surprise",))
     for age in AGES:
         found = folded.measured(age)
         assert found["deep"] > 1.0

@@ -21,7 +21,7 @@ from facewrinkle.live import Studio
 
 app = App(name="studio", help="Measure what a studio costs.")
 
-PULLED = ("AU26", "AU12", "surprise", "happiness")
+PULLED = ("AU26", "AU12", "paper_surprise", "happiness")
 PACE = 0.1
 """Seconds that the slow page takes to draw."""
 
@@ -73,7 +73,7 @@ async def pulled(studio: Studio, name: str, frames: int, pace: float = 0.0) -> d
     return {what: values[frames // 4 :] for what, values in costs.items()}
 
 
-MIXTURES = ("happiness", "anger", "emotion_surprise", "kiss")
+MIXTURES = ("happiness", "anger", "surprise", "kiss")
 EVERY = 500
 """Frames between two readings."""
 

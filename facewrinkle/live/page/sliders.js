@@ -37,9 +37,9 @@ export const drawn = (tag, attributes) => {
   return made;
 };
 
-const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear", "contempt"];
-const OF_THE_PAPER = ["surprise", "frowning", "closing_eye", "stretching_mouth", "fear"];
-const TITLES = { emotion_surprise: "Surprise", emotion_fear: "Fear", surprise: "Surprise (brows)", fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
+const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "surprise", "fear", "contempt"];
+const OF_THE_PAPER = ["paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear"];
+const TITLES = { paper_surprise: "Surprise (brows)", paper_fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
   stretching_mouth: "Stretch mouth, right", wink: "Wink and smile" };
 let gestures = 0;
 
