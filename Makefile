@@ -29,8 +29,9 @@ PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable -
 test: lint  ## lint, types, doctests, and the tests that are not slow
 	$(PYTEST) -m "not slow"
 
-test-all: lint  ## lint, types, doctests and all tests; and make outside
+test-all: lint  ## lint, types, doctests, all tests, each benchmark once; and make outside
 	$(PYTEST)
+	$(BIN)/python -m pytest -q --benchmark-disable benchmarks
 	$(MAKE) outside
 
 coverage: $(READY)  ## all tests again, with the share of lines that they run (at least 95 %)
@@ -40,8 +41,9 @@ pictures: $(READY)  ## draw the pictures under test anew (look at them before th
 	rm -rf tests/pictures/baselines/*.png output/pictures
 	$(BIN)/python -m pytest -q --reset_image_cache tests/pictures
 
-bench: $(READY)  ## time the hot paths
+bench: $(READY)  ## time the hot paths, and write the table of the site (half an hour; on a machine that does nothing else)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[bench]"
+	rm -f docs/benchmarks.csv
 	$(BIN)/python -m pytest benchmarks -q --benchmark-only --benchmark-group-by=group \
 		--benchmark-columns=min,median,max,rounds --benchmark-sort=name
 

@@ -1,13 +1,14 @@
 """What the benchmarks share: a reference timed in turns with the candidate, and the goals in the summary of the run.
 
 Nothing here fails on a slow machine: what is asserted is that both compute the same. Times are compared within one
-run only, in turns, so that whatever else the machine does slows both. The table goes to output/benchmarks.csv, too:
-docs/benchmarks.csv is a copy of it, of one run on a machine that did nothing else.
+run only, in turns, so that whatever else the machine does slows both. The table goes to docs/benchmarks.csv, too, with
+the date of each row; those that a run does not make stay. `make bench` makes all of them anew.
 """
 
 from __future__ import annotations
 
 import csv
+import datetime
 import os
 import statistics
 import subprocess
@@ -60,9 +61,16 @@ def notes(request):
     return request.config.stash[NOTES]
 
 
-@pytest.fixture(params=["facewrinkle", "reference"])
+def pytest_generate_tests(metafunc):
+    """Every test of two functions runs twice, so that each has a row in its group; where nothing is timed, once."""
+    if "versus" in metafunc.fixturenames:
+        timed = not metafunc.config.getoption("benchmark_disable")
+        metafunc.parametrize("versus", ["facewrinkle", "reference"] if timed else ["facewrinkle"], indirect=True)
+
+
+@pytest.fixture
 def versus(request, benchmark, results):
-    """Times two functions in turns; every test runs twice, so that each has a row in its group.
+    """Times two functions in turns.
 
     ``versus(what, ours, reference, goal=4.0)`` asks that `ours` be that many times faster than `reference`. The ratio
     is that of the medians, or of the means where rounds are not alike (``average=statistics.fmean``).
@@ -118,7 +126,7 @@ def pytest_terminal_summary(terminalreporter, config):
         met = {True: "met", False: "NOT MET", None: ""}[line.met]
         seconds = f"{1e3 * line.ours:10.2f} ms {reference:13}"
         terminalreporter.write_line(f"{line.what:{wide}} {seconds}  {line.value:34} {line.goal:9} {met}".rstrip())
-    _write(lines, config.rootpath / "output" / "benchmarks.csv")
+    _write(lines, config.rootpath / "docs" / "benchmarks.csv")
     for what, note in config.stash[NOTES].items():
         terminalreporter.write_line(f"{what}: {note}")
     load = ", ".join(f"{x:.2f}" for x in os.getloadavg()) if hasattr(os, "getloadavg") else "unknown"
@@ -130,15 +138,17 @@ def _milliseconds(seconds):
 
 
 def _write(lines, path):
-    """Write the table for the site."""
-    path.parent.mkdir(exist_ok=True)
+    """Write the table for the site: rows that were made now in place of those of the same name."""
+    rows, today = {}, datetime.date.today().isoformat()
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = {row[0]: row for row in list(csv.reader(file))[1:]}
+    for line in lines:
+        met = {True: "met", False: "missed", None: ""}[line.met]
+        times = map(_milliseconds, (line.ours, line.reference))
+        rows[line.what] = (line.what, *times, line.value, line.goal, met, today)
     with path.open("w", newline="", encoding="utf-8") as file:
-        rows = csv.writer(file)
-        rows.writerow(("what", "ms", "beside it", "result", "goal", ""))
-        for line in lines:
-            met = {True: "met", False: "missed", None: ""}[line.met]
-            times = map(_milliseconds, (line.ours, line.reference))
-            rows.writerow((line.what, *times, line.value, line.goal, met))
+        csv.writer(file).writerows([("what", "ms", "beside it", "result", "goal", "", "date"), *rows.values()])
 
 
 @pytest.fixture(scope="module")
