@@ -69,7 +69,7 @@ TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.1,0.5,0.8,0.9\n"
 
 def main() -> None:
     """Run the lines in turn; the first that does what it must not ends it."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts with & is deaf to it, and its children
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell makes what it starts with & deaf to it
     bare, words = "bare" in sys.argv[1:], {word for word in sys.argv[1:] if word != "bare"}
     prepare()
     lines = LINES if bare else {line: extra for line, extra in (LINES | of_readme()).items() if extra}
