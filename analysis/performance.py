@@ -134,7 +134,7 @@ def costs(face: fw.Face, levels: range, skin_up_to: int, repeats: int = 5) -> It
 
     The skin is also simulated whole on meshes up to one level. For all other stages, meshes move as the head's own.
     """
-    sim = settled(face, "surprise")
+    sim = settled(face, "paper_surprise")
     for level in levels:
         forest = uniform(face, level)
         fine = to_polydata(interpolated(face.points, forest.corners, forest.barycentric), forest.triangles)

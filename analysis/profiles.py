@@ -310,8 +310,8 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     """Plots of muscle-driven wrinkles and a pattern, on one forehead that the same muscles raise."""
     pattern = fw.PatternLayer.preset("forehead", face, strength="skin")
     sims = {
-        "Zhang, Sim, Tan: muscles fold the skin": settled(face, "surprise"),
-        "Lin, Cheng: the forehead pattern": settled(face, "surprise", layers=[pattern]),
+        "Zhang, Sim, Tan: muscles fold the skin": settled(face, "paper_surprise"),
+        "Lin, Cheng: the forehead pattern": settled(face, "paper_surprise", layers=[pattern]),
     }
     style = plotting.Style(size, "forehead")
     frames = [sim.step() for sim in sims.values()]

@@ -24,7 +24,7 @@ from facewrinkle.motion.base import NONE_BY_NAME
 Array = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int32]
 
-EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+EXPRESSIONS = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 """Those of Zhang, Sim, Tan, Table 1."""
 
 KINDS = ("printed", "paper", "wave")

@@ -46,7 +46,7 @@ def scene(size):
     points, triangles = face.points, face.triangles
     if size == "8k":
         sim = fw.Simulation(face)
-        sim.express("surprise")
+        sim.express("paper_surprise")
         for _ in sim.run(70):
             pass
         forest = sim.forest

@@ -25,7 +25,7 @@ MODES = {"quick": (True, 1.0 / 2.0), "as shown": (False, 1.0 / 6.0)}
 def frames():
     """A surprise that comes: the mesh is refined, then keeps its triangles."""
     sim = fw.Simulation(fw.default_face())
-    sim.express("surprise")
+    sim.express("paper_surprise")
     return list(sim.run(FRAMES))
 
 

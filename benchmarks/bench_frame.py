@@ -13,7 +13,7 @@ import pytest
 import facewrinkle as fw
 
 FRAMES, RAMP = 100, 60
-EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+EXPRESSIONS = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +52,7 @@ def test_ramp(versus, sim, draw, notes, expression):
         warm_up.next()
         draw(warm_up.frame)
     show = played(sim, expression)
-    goal = 2.0 if expression == "surprise" else None
+    goal = 2.0 if expression == "paper_surprise" else None
     versus(f"{expression}, ramp: frame, drawing", show.next, lambda: draw(show.frame), goal, RAMP, 0, statistics.fmean)
     assert show.triangles[-1] > show.triangles[0]
     notes[f"{expression}, ramp"] = str(show)
@@ -60,7 +60,7 @@ def test_ramp(versus, sim, draw, notes, expression):
 
 def test_steady(versus, sim, draw, notes):
     """The expression held; the mesh no longer changes."""
-    warm_up = played(sim, "surprise")
+    warm_up = played(sim, "paper_surprise")
     for _ in range(FRAMES):
         warm_up.next()
     show = Played(sim, iter(sim.step, None))

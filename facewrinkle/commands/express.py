@@ -25,7 +25,7 @@ from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, giv
 from .recorder import Clip, Recorder, Scenes
 from .sessions import session_of, show
 
-EXPRESSIONS = ("surprise", "frowning", "closing_eye", "stretching_mouth", "fear")
+EXPRESSIONS = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 """Those of the paper."""
 
 SIZE, FRAMES = 400, 24
@@ -63,8 +63,7 @@ def express(
     ----------
     name
         An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`. The paper's
-        surprise and fear, which move the brows alone, are paper_surprise and paper_fear; with --folds printed, they
-        have its own names.
+        surprise and fear, which move the brows alone, are paper_surprise and paper_fear.
     session
         Show a session instead, all that was set in the studio or in Python (JSON): its picture, movie and mesh.
     write_session
