@@ -65,8 +65,9 @@ def test_a_change_is_never_lost(face, changes):
 
 def test_a_crease_becomes_deeper_in_the_other_kinds(face):
     deeper = changed(face, depth=2.0 * face.muscles["corrugator_l"].wrinkles.depth)
+    furrow = heights(face, folds="paper").argmin()  # waves beside it may be deeper
     for folds in ("wave", "paper"):
-        assert heights(deeper, folds=folds).min() < 1.1 * heights(face, folds=folds).min()
+        assert heights(deeper, folds=folds)[furrow] < 1.5 * heights(face, folds=folds)[furrow] < 0.0
 
 
 def test_waves_say_that_they_take_nothing_from_a_muscle(face):
