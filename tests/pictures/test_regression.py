@@ -36,11 +36,11 @@ ERROR, WARNING = 5.0, 1.0
 """VTK's thresholded error. The same picture scores 0; wrinkles that are 2.5 % higher score more than ERROR."""
 
 EXPRESSIONS = {
-    "surprise": "forehead",
+    "paper_surprise": "forehead",
     "frowning": "glabella",
     "closing_eye": "left_eye",
     "stretching_mouth": "right_mouth",
-    "fear": "forehead",
+    "paper_fear": "forehead",
     "happiness": "left_eye",
     "disgust": "nose",
     "sadness": "glabella",
@@ -56,7 +56,7 @@ PATTERNS = {
     "eye_pouch": "left_eye",
 }
 WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]
-QUICK = ("surprise", "happiness", "forehead", "dimple")
+QUICK = ("paper_surprise", "happiness", "forehead", "dimple")
 """Names of wrinkles that are drawn also where slow tests are left out."""
 LOOKS = {
     "rest": (None, "front"),
@@ -186,7 +186,7 @@ def test_looks(name, verify):
 @pytest.mark.parametrize("name", FIELDS)
 def test_fields(name, verify):
     with Scene(fw.default_face(), style("forehead", scalars=name)) as scene:
-        scene.show(frame("paper", "surprise"))
+        scene.show(frame("paper", "paper_surprise"))
         for bar in list(scene.plotter.scalar_bars.keys()):  # text depends on the fonts of a machine
             scene.plotter.remove_scalar_bar(bar, render=False)
         scene.plotter.render()
