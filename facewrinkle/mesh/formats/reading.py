@@ -156,7 +156,9 @@ def _read_with_vtk(path: Path) -> Any:
     data, messages = None, []
     with pv.vtk_verbosity("off"), pv.VtkErrorCatcher(send_to_logging=False) as caught:
         try:
-            data = pv.get_reader(str(path)).read()
+            reader = pv.get_reader(str(path)).reader  # whose own read() repeats errors in the log of Python
+            reader.Update()
+            data = pv.wrap(reader.GetOutputDataObject(0))
         except Exception as problem:  # every format fails in its own way
             messages = [str(problem).splitlines()[-1]]
     messages = [event.alert.splitlines()[0] for event in caught.error_events if event.alert] + messages

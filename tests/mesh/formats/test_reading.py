@@ -229,7 +229,7 @@ BAD_FILES = {
 
 
 @pytest.mark.parametrize("name", BAD_FILES)
-def test_bad_files(tmp_path, name, capfd):
+def test_bad_files(tmp_path, name, capfd, caplog):
     content, message = BAD_FILES[name]
     path = tmp_path / name
     path.write_text(content)
@@ -237,6 +237,7 @@ def test_bad_files(tmp_path, name, capfd):
         read_surface(path)
     assert name in str(caught.value)
     assert capfd.readouterr() == ("", "")  # VTK's own complaints are in the message, not on the terminal
+    assert not caplog.records
 
 
 @pytest.mark.parametrize("binary", [True, False])
