@@ -22,7 +22,7 @@ demo: $(READY)  ## draw the demonstration into output/
 	$(BIN)/facewrinkle demo --out output
 
 readme: demo  ## draw the pictures of the README anew (look at them before they are committed)
-	for folds in printed wave; do cp output/$$folds.png docs/images/expressions_$$folds.png; done
+	for folds in printed wave; do cp output/$$folds.jpg docs/images/expressions_$$folds.jpg; done
 
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
 

@@ -300,11 +300,11 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
         options = FoldOptions(folds)
         with Scenes(options.face(face)) as scenes:
             peaks = [perform(name, options, scenes, folder / folds, report) for name in EXPRESSIONS]
-            sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.png", colors=256)
+            sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.jpg")
             report.say(f"\n{sheet}: the five expressions, their wrinkles, and the triangles under them")
             if folds == "wave":
                 rows = [_sides(face.mesh, scenes, "front"), *(_sides(peak.frame, scenes, peak.close) for peak in peaks)]
-                sheet = save_picture(stacked(rows), folder / "contact_sheet.png", colors=256)
+                sheet = save_picture(stacked(rows), folder / "contact_sheet.jpg")
                 report.say(f"\n{sheet}: the neutral face and the five expressions from three sides")
 
 

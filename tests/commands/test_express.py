@@ -160,20 +160,20 @@ def test_demo(tmp_path, monkeypatch, run):
     for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("SHEET", 32)):
         monkeypatch.setattr(command, name, value)
     assert run("demo", "--out", str(tmp_path), "--quiet") == ("", "")
-    sheets = {"printed.png", "wave.png", "contact_sheet.png"}
+    sheets = {"printed.jpg", "wave.jpg", "contact_sheet.jpg"}
     assert {path.name for path in tmp_path.iterdir() if path.name[0] != "."} == {"printed", "wave"} | sheets
     for folds in ("printed", "wave"):
         for name in command.EXPRESSIONS:
             files = {path.name for path in (tmp_path / folds / name).iterdir() if path.name[0] != "."}
             assert files == {f"{name}.png", f"{name}_closeup.png", f"{name}.mp4"}
-        assert picture_shape(tmp_path / f"{folds}.png") == (3 * 32 + 2 * 4, 5 * 32 + 4 * 4)
-    assert picture_shape(tmp_path / "contact_sheet.png") == (6 * 32 + 5 * 4, 3 * 32 + 2 * 4)
+        assert picture_shape(tmp_path / f"{folds}.jpg") == (3 * 32 + 2 * 4, 5 * 32 + 4 * 4)
+    assert picture_shape(tmp_path / "contact_sheet.jpg") == (6 * 32 + 5 * 4, 3 * 32 + 2 * 4)
 
 
 @pytest.mark.pictures
 @pytest.mark.parametrize("folds", ["printed", pytest.param("wave", marks=pytest.mark.slow)])
 def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
-    """One column of its picture, whose palette costs one step of brightness in the mean; wrinkles change more."""
+    """One column of its picture, whose compression costs one step of brightness in the mean; wrinkles change more."""
     renderer = pv.GPUInfo().renderer
     if "llvmpipe" not in renderer:
         pytest.skip(f"the picture is one of Mesa's llvmpipe; {renderer} draws other pixels")
@@ -182,7 +182,7 @@ def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
         peak = command.perform("closing_eye", options, scenes, tmp_path, Report(quiet=True), movie=False)
     plain = replace(peak, closeup=[peak.closeup[1]] * 4)
     drawn, bare = (command.column(each).astype(float) for each in (peak, plain))
-    with Image.open(IMAGES / f"expressions_{folds}.png") as image:
+    with Image.open(IMAGES / f"expressions_{folds}.jpg") as image:
         sheet = np.asarray(image.convert("RGB"), float)
     side = command.TILE
     start = command.EXPRESSIONS.index("closing_eye") * (side + 4)
