@@ -34,8 +34,8 @@ SCARCE = 2**20
 
 _inside_only: ContextVar[bool] = ContextVar("inside_only", default=False)
 
-_inputs: set[tuple[int, int]] | None = None
-"""Device and number of each file that was read, while these are kept."""
+_inputs: dict[tuple[int, int], str] | None = None
+"""Paths of the files that were read, by device and number, while these are kept."""
 
 _number = count()
 """So that two threads may write files of the same name."""
@@ -54,11 +54,17 @@ def inputs_kept() -> Iterator[None]:
     A command makes up the names of its files, and one may be that of a file it was given. Programs name theirs.
     """
     global _inputs
-    _inputs = set()
+    _inputs = {}
     try:
         yield
     finally:
         _inputs = None
+
+
+def _is_input(status: os.stat_result) -> bool:
+    """Return True for a file that was read and is still there; numbers of those that are gone are used again."""
+    path = (_inputs or {}).get((status.st_dev, status.st_ino), "")
+    return os.path.exists(path) and os.path.samestat(os.stat(path), status)
 
 
 def path_of(path: str | Path) -> Path:
@@ -105,7 +111,7 @@ def opened(path: str | Path, *, kept: bool = True) -> Iterator[BufferedReader]:
         if not S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "it is not a regular file", path)
         if kept and _inputs is not None:
-            _inputs.add((status.st_dev, status.st_ino))
+            _inputs[status.st_dev, status.st_ino] = path
         with open(descriptor, "rb", closefd=False) as file:
             yield file
     finally:
@@ -365,7 +371,7 @@ def remove_stale(record: Path, files: Sequence[Path]) -> list[Path]:
         written_at = record.stat().st_mtime_ns
         for path in (folder / name for name in record.read_text(encoding="utf-8").splitlines()):
             status = path.stat() if path.is_file() and not is_outside(folder, path) and path not in files else None
-            if status is None or status.st_mtime_ns > written_at or (status.st_dev, status.st_ino) in (_inputs or ()):
+            if status is None or status.st_mtime_ns > written_at or _is_input(status):
                 continue
             path.unlink()
             stale.append(path)
@@ -494,7 +500,7 @@ def output_target(path: str | Path) -> Path:
         raise OutputError(f"{str(path)!r} is a folder, and a file is to be written. Name a file in it.")
     if not S_ISREG(status.st_mode):  # it would become one
         raise OutputError(f"{str(path)!r} is not a regular file, so nothing is written to it. Name another file.")
-    if (status.st_dev, status.st_ino) in (_inputs or ()):
+    if _is_input(status):
         raise OutputError(
             f"{str(path)!r} was read, and would be replaced by what is made of it. Write to another folder: --out."
         )

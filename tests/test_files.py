@@ -234,3 +234,13 @@ def test_what_a_command_reads_is_never_stale(tmp_path):
         bytes_of(read)
         assert remove_stale(record, []) == []
     assert read.exists()
+
+
+def test_the_number_of_a_file_that_is_gone_is_free(tmp_path):
+    gone, new = tmp_path / "gone", tmp_path / "new"
+    gone.write_text("read")
+    with inputs_kept():
+        bytes_of(gone)
+        gone.rename(new)  # as good as a new file that gets the number
+        write_whole(new, "written")
+    assert new.read_text() == "written"

@@ -108,7 +108,7 @@ class Kept:
         self._timer: threading.Timer | None = None
         self.when, self._found, self._own = "", b"", b""
         if folder is not None and (path := folder.path / SESSION).is_file():
-            self._found = bytes_of(path)
+            self._found = bytes_of(path, kept=False)
             self.when = time.strftime("%Y-%m-%d %H:%M", time.localtime(path.stat().st_mtime))
 
     def resume(self) -> None:
@@ -177,7 +177,7 @@ class Kept:
         session = self._library.outside(self._document.session)
         kept = self._faces.get(session.face, session.face)
         text = session.changed(self._library[""].face.atlas, face=kept).to_json().encode()
-        if path.is_file() and bytes_of(path) != self._own:
+        if path.is_file() and bytes_of(path, kept=False) != self._own:
             path.replace(folder.free(SESSION))
         write_whole(path, text)
         self._own, self._saved, self._failed = text, version, False

@@ -25,6 +25,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.face import Face
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError
+from facewrinkle.files import inputs_kept
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library, Loaded
@@ -141,6 +142,19 @@ def test_a_session_that_cannot_be_saved_is_told_once_and_saved_with_the_next_cha
     assert session(folder) == document.session.to_json()
     assert len(list(folder.path.iterdir())) == 2
     assert len(told) == 1
+
+
+def test_the_command_replaces_the_session_that_it_saved_or_resumed(folder):
+    told = []
+    with inputs_kept():  # as commands run
+        document, kept = begun(folder, told.append)
+        kept.resume()
+        for intensity in (0.2, 0.3, 0.4):
+            document.change([(("intensity",), intensity)])
+            kept.save()
+    assert not told
+    assert session(folder) == document.session.to_json()
+    assert len(list(folder.path.iterdir())) == 1
 
 
 def test_each_change_is_saved_soon(folder, monkeypatch):
