@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+import sys
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import Timer
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -24,7 +26,7 @@ from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..plotting.views import Style
-from ..progress import bar_or_lines
+from ..progress import SHORTEST, bar_or_lines
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
 MOST_NAMES = 8
@@ -51,10 +53,21 @@ class Report:
             table.add_row(name, value)
         self.console.print(table)
 
-    def waiting(self, what: str) -> AbstractContextManager[object]:
-        """Show on a terminal what takes a while, until it is done."""
+    @contextmanager
+    def waiting(self, what: str) -> Iterator[None]:
+        """Show what takes a while: on a terminal until it is done, in a log by a line after some seconds."""
         console = Console(stderr=True)
-        return nullcontext() if self.quiet or not console.is_terminal else console.status(f"{what} ...")
+        if self.quiet or console.is_terminal:
+            with nullcontext() if self.quiet else console.status(f"{what} ..."):
+                yield
+            return
+        late = Timer(SHORTEST, print, [f"{what} ..."], {"file": sys.stderr, "flush": True})
+        late.daemon = True
+        late.start()
+        try:
+            yield
+        finally:
+            late.cancel()
 
     def progress(self, items: Iterable[Any], what: str, total: int) -> Iterable[Any]:
         """Return the items, with a bar on a terminal, and lines now and then in a log."""

@@ -282,9 +282,11 @@ class Answers:
                 name, loaded = opened(folder, self._stage.face, self._tell, shown)
                 name = self._library.add(name, loaded)
                 self._kept.keep(name)
+            self._tell("Preparing the skin", 1.0)
+            self.show(name, fresh=True)
+            self._stage.followed()
         finally:
             self._tell("", 1.0)
-        self.show(name, fresh=True)
         return {"name": name, "said": list(loaded.said), "plays": loaded.subject.clip is not None}
 
     def show(self, name: str, fresh: bool = False) -> None:

@@ -140,7 +140,7 @@ class Kept:
         if self._folder is None or self._library[name].clip is not None:
             return
         try:
-            path = write_face(self._library[name].face, self._folder.free(f"{name}{SUFFIX}"))
+            path = write_face(self._library[name].face, self._folder.free(f"{Path(name).stem}{SUFFIX}"))
         except (OSError, OutputError) as problem:
             self._complain(f"The face could not be saved beside the session: {problem}")
         else:

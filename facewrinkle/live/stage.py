@@ -171,6 +171,11 @@ class Stage(threading.Thread):
             self._time = seconds
             self.wake()
 
+    def followed(self, seconds: float = 60.0) -> None:
+        """Wait until the document is shown, not longer than so many seconds."""
+        with self.condition:
+            self.condition.wait_for(lambda: self.closed or self._seen == self.document.version, seconds)
+
     def close(self) -> None:
         """End the thread."""
         with self.condition:

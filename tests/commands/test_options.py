@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
+from facewrinkle.commands import options
 from facewrinkle.commands.options import FaceOptions, Report, parse_mixture, whole_number
 from facewrinkle.errors import ParameterError, UnknownNameError
 
@@ -73,3 +75,12 @@ def test_what_takes_a_while_is_told_where_there_is_a_terminal(capsys, monkeypatc
     out, err = capsys.readouterr()
     assert ("Preparing the skin" in err) is shown
     assert not out
+
+
+@pytest.mark.parametrize("shortest, said", [(0.01, "Preparing the skin ...\n"), (60.0, "")])
+def test_a_log_tells_what_takes_some_seconds(capsys, monkeypatch, shortest, said):
+    monkeypatch.setattr("rich.console.Console.is_terminal", False)
+    monkeypatch.setattr(options, "SHORTEST", shortest)
+    with Report(quiet=False).waiting("Preparing the skin"):
+        time.sleep(0.2)
+    assert capsys.readouterr() == ("", said)

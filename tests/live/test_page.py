@@ -705,8 +705,10 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
 def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
     files = [tmp_path / name for name in head_files(studio.face, tmp_path)]
     page.locator("input[type=file]").set_input_files(files)
-    until(lambda: document(studio)["face"].startswith("head.ply"))  # with a number if that is open
-    until(lambda: page.evaluate("app.face.faces.shown") == document(studio)["face"])
+    page.wait_for_selector("#progress:visible")
+    page.wait_for_selector("#progress", state="hidden")
+    assert document(studio)["face"].startswith("head.ply")  # with a number if that is open
+    assert page.evaluate("app.face.faces.shown") == document(studio)["face"]
     shown(page, studio)
     assert not page.evaluate("Boolean(app.view.parts.get('skin').arrays.texture)")
     page.keyboard.press("Control+z")
@@ -717,8 +719,10 @@ def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
 
 def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
     path = tmp_path / "take.csv"
-    path.write_text("time,jawOpen\n" + "".join(f"{t},{t / 2}\n" for t in (0.0, 0.5, 1.0, 1.5, 2.0)))
+    path.write_text("time,jawOpen\n" + "".join(f"{t},{t / 2}\n" for t in (0.0, 0.5, 1.0, 1.5, 2.5)))
     page.locator("input[type=file]").set_input_files(path)
+    page.wait_for_selector("#message.note:visible")
+    assert page.inner_text("#message").startswith("Weights outside [0, 1] are clamped")
     until(lambda: page.inner_text("#play") == "Stop" and page.evaluate("app.timeline.time") > 0.2)
     page.locator("#canvas").focus()
     page.keyboard.press("Space")

@@ -87,7 +87,7 @@ class App {
     on("lost", ({ final, reason }) => {
       this.timeline.toggle(false);
       $("state").textContent = final ? "" : "Connection lost; reconnecting …";
-      if (final) this.say(`No studio is running at this address (${reason}). Use the address that was printed when the studio started.`, true);
+      if (final) this.say(`No studio is running at this address (${reason}). Use the address that was printed when the studio started.`, { stay: true });
     });
     this.view.onfield = (info) => this.legend(info);
     this.view.onrestored = () => location.reload();
@@ -297,13 +297,14 @@ class App {
     try { return await this.connection.ask(command, values); } catch (error) { this.say(error.message); return null; }
   }
 
-  /** Say something for a while. */
-  say(text, stay = false) {
+  /** Say something for as long as it takes to read: what went wrong, or a note. */
+  say(text, { stay = false, note = false } = {}) {
     const box = $("message");
     box.textContent = text;
+    box.classList.toggle("note", note);
     box.hidden = false;
     clearTimeout(this.saying);
-    if (!stay) this.saying = setTimeout(() => { box.hidden = true; }, 9000);
+    if (!stay) this.saying = setTimeout(() => { box.hidden = true; }, Math.max(9000, 80 * text.length));
   }
 
   // --- the keyboard -------------------------------------------------------------------------------

@@ -2,6 +2,8 @@
 
 import { element } from "./sliders.js";
 
+const sentence = (text) => text.replace(/^./, (c) => c.toUpperCase()).replace(/[^.]$/, "$&.");
+
 export class Opening {
   constructor(app) {
     this.app = app;
@@ -34,7 +36,7 @@ export class Opening {
       const answer = await fetch("/open", { method: "POST", body: form, headers: { "X-Key": this.app.connection.key } });
       const content = /json/.test(answer.headers.get("Content-Type")) ? await answer.json() : { error: await answer.text() };
       if (content.error || !answer.ok) this.app.say(content.error ?? "The files were rejected.");
-      else if (content.said?.length) this.app.say(content.said.join(" "));
+      else if (content.said?.length) this.app.say(content.said.map(sentence).join(" "), { note: true });
       if (content.plays) this.app.timeline.toggle(true);
     } catch {
       this.app.say("The upload failed.");
