@@ -21,7 +21,6 @@ LISTED = 48
 OPTIONAL = {
     "aiohttp": ("aiohttp", "studio"),
     "anywidget": ("anywidget", "studio"),
-    "pythonosc": ("python-osc", "studio"),
     "distributed": ("distributed", "dataset"),
     "pyarrow": ("pyarrow", "dataset"),
     "imageio": ("imageio", "export"),

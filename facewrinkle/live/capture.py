@@ -6,16 +6,16 @@ the time (16 bytes), the number 61 (1 byte), and 61 values of 4 bytes: the weigh
 of the head and the eyes. So it is read and written by github.com/JimWest/PyLiveLinkFace, too.
 
 The Virtual Motion Capture protocol (protocol.vmc.info) sends messages of Open Sound Control: each
-``/VMC/Ext/Blend/Val`` has the name of a shape and its weight, and ``/VMC/Ext/Blend/Apply`` ends a frame.
+``/VMC/Ext/Blend/Val`` has the name of a shape and its weight, and ``/VMC/Ext/Blend/Apply`` ends a frame. A message is
+its address, the types of its arguments (``,sf``) and these, in multiples of four bytes; a bundle is ``#bundle``, a time
+and messages or bundles, each behind its length (opensoundcontrol.stanford.edu).
 """
 
 from __future__ import annotations
 
 import asyncio
 import struct
-from collections.abc import Callable, Mapping
-
-from pythonosc.osc_packet import OscPacket
+from collections.abc import Callable, Iterator, Mapping
 
 SHAPES = (
     "eyeBlinkLeft", "eyeLookDownLeft", "eyeLookInLeft", "eyeLookOutLeft", "eyeLookUpLeft", "eyeSquintLeft",
@@ -60,6 +60,42 @@ def of_live_link(data: bytes) -> dict[str, float]:
     return dict(zip(SHAPES, values, strict=False))
 
 
+def blends_of_vmc(data: bytes) -> Iterator[tuple[str, float] | None]:
+    """Yield the name and the weight of each shape of a packet, and None where a frame ends.
+
+    Raises
+    ------
+    ValueError, struct.error
+        If it is none.
+
+    Examples
+    --------
+    >>> list(blends_of_vmc(b"/VMC/Ext/Blend/Val\\0\\0,sf\\0Joy\\0" + struct.pack(">f", 0.5)))
+    [('Joy', 0.5)]
+    """
+    if data.startswith(b"#bundle\0"):
+        rest = data[16:]
+        while rest:
+            size = 4 + struct.unpack_from(">I", rest)[0]
+            if size > len(rest):
+                raise ValueError("a part of the bundle is missing")
+            yield from blends_of_vmc(rest[4:size])
+            rest = rest[size:]
+        return
+    address, types = _text_of(data, 0)
+    if address == "/VMC/Ext/Blend/Apply":
+        yield None
+    elif address == "/VMC/Ext/Blend/Val" and data[types : types + 4] == b",sf\0":
+        shape, at = _text_of(data, types + 4)
+        yield shape, *struct.unpack_from(">f", data, at)
+
+
+def _text_of(data: bytes, start: int) -> tuple[str, int]:
+    """Return the text at a place of a message, and where the next argument begins."""
+    end = data.index(b"\0", start)
+    return data[start:end].decode(), 4 * (end // 4 + 1)
+
+
 class Capture(asyncio.DatagramProtocol):
     """Drives a face by packets, until none comes any more; bad ones are left out.
 
@@ -96,12 +132,11 @@ class Capture(asyncio.DatagramProtocol):
         if not data.startswith((b"/", b"#")):
             return "Live Link Face", of_live_link(data)
         frame: Mapping[str, float] = {}
-        for _, message in OscPacket(data).messages:
-            match message.address, message.params:
-                case "/VMC/Ext/Blend/Val", [str(shape), float(value)] if len(self._values) < MOST:
-                    self._values[shape] = value
-                case "/VMC/Ext/Blend/Apply", _:
-                    frame, self._values = self._values, {}
+        for blend in list(blends_of_vmc(data)):
+            if blend is None:
+                frame, self._values = self._values, {}
+            elif len(self._values) < MOST:
+                self._values[blend[0]] = blend[1]
         return "VMC", frame
 
     def _silent(self) -> None:

@@ -22,8 +22,6 @@ from facewrinkle.errors import ParameterError
 from facewrinkle.live import Studio
 from facewrinkle.live.answers import mixture_of_live
 
-pytest.importorskip("pythonosc", reason="python-osc is not installed")
-
 HEADER = [
     "EyeBlinkLeft", "EyeLookDownLeft", "EyeLookInLeft", "EyeLookOutLeft", "EyeLookUpLeft", "EyeSquintLeft",
     "EyeWideLeft", "EyeBlinkRight", "EyeLookDownRight", "EyeLookInRight", "EyeLookOutRight", "EyeLookUpRight",
@@ -161,7 +159,8 @@ def test_bad_packets_are_left_out(studio, seen, phone, face, caplog):
         b"\1" + good[1:],
         bundle(vmc({"Joy": 1.0})), bundle([bundle(vmc(VALUES))])[:-9],
         text("/VMC/Ext/Blend/Val") + text(",fs") + bytes(4) + text("JawOpen"), text("/VMC/Ext/Blend/Apply") + text(","),
-        b"#bundle\0" * 40,
+        b"#bundle\0" * 40, b"#bundle\0" + bytes(8) + struct.pack(">i", -1), bundle([b""] * 300), bundle([bytes(8)]),
+        bundle([b"#bundle\0" + bytes(8) + b"\xff" * 4]),
     ]  # fmt: skip
     rest = studio.frame()
     for packet in bad:
@@ -174,7 +173,7 @@ def test_bad_packets_are_left_out(studio, seen, phone, face, caplog):
     assert seen.heard("driver")["name"] == ""
     assert differ(driven(studio, phone, live_link({"JawOpen": 7.0})), rest, face) > 5.0
     assert seen.heard("driver")["name"] == "Live Link Face"
-    assert not [record for record in caplog.records if record.name == "asyncio"]
+    assert not caplog.records  # each would be a line in the terminal
 
 
 def test_a_port_that_is_in_use_is_a_sentence(listening, face):
