@@ -134,7 +134,7 @@ def developed(light: Array) -> Array:
     Examples
     --------
     >>> developed(np.array([0.0, 0.03, 0.3, 1.0, 2.0])).round(2)
-    array([0.  , 0.15, 0.58, 0.9 , 1.04])
+    array([0.  , 0.15, 0.58, 0.91, 1.06])
     """
     return np.asarray(np.sqrt(light * (4.0 * light + 0.05) / (light * (2.3 * light + 2.5) + 0.14)))
 

@@ -47,7 +47,7 @@ def test_vertices_of_the_face_stay_and_all_others_keep_near_its_triangles(face):
 
 def test_new_vertices_of_a_frame_lie_on_the_surface_of_the_face_at_rest(face):
     """A frame whose skin has not moved, refined, is drawn where the face itself is."""
-    frame = after(fw.Simulation(face), "surprise", 8)
+    frame = after(fw.Simulation(face), "paper_surprise", 8)
     still = frame.copy()
     still.points = np.asarray(frame["rest"])
     still["W"] = np.zeros(frame.n_points)
@@ -61,7 +61,7 @@ def test_new_vertices_of_a_frame_lie_on_the_surface_of_the_face_at_rest(face):
 
 
 def test_wrinkles_are_as_deep_as_in_the_frame(face):
-    frame = after(fw.Simulation(face), "surprise", 15)
+    frame = after(fw.Simulation(face), "paper_surprise", 15)
     surface = smooth(face, frame)
     shift = surface.points[: frame.n_points] - np.asarray(frame.points)
     deep = np.abs(np.asarray(frame["W"])) > 0.3

@@ -306,7 +306,7 @@ class Muscle:
         >>> import facewrinkle as fw
         >>> muscle = fw.default_face().muscles["corrugator_l"]
         >>> muscle.replaced(depth=2.0 * muscle.wrinkles.depth).wrinkles.depth
-        6.4
+        3.6
         >>> muscle.replaced(folds=None, count=4).wrinkles.count
         4
         """

@@ -166,7 +166,7 @@ class Crease(Muscle):
         >>> crease = Crease([(0, 40, 0), (0, 20, 0), (0, 0, 0)], crest=(1, 0, 0), width=16.0, variety=0.5)
         >>> person = crease.of_person(np.random.default_rng(0))
         >>> round(person.wrinkles.depth, 2), person.path[0].round(2).tolist()
-        (0.68, [-1.84, 40.0, 0.0])
+        (0.68, [-1.11, 40.0, 0.0])
         """
         deeper, aside = (self.variety * rng.uniform(-1.0, 1.0, 2)).tolist()
         path = self.path + 0.5 * aside * LINE * self.width * self._axes[2]
