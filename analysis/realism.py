@@ -100,16 +100,19 @@ def in_region(face: fw.Face, points: npt.ArrayLike, name: str) -> npt.NDArray[np
 
 
 def cuts(face: fw.Face, frame: pv.PolyData, name: str) -> Iterator[tuple[Array, Array]]:
-    """Yield distance along the skin, mm, and W, mm, of each cut through a region, side by side: first left, then right
-    if it lies on both sides of the middle.
+    """Yield distance along the skin at rest, mm, and W, mm, of each cut through a region, side by side: first left,
+    then right if it lies on both sides of the middle.
     """
     axis = REGIONS[name].axis
     normal = face.frame.axes[axis]
-    left = face.frame.local(frame.points)[:, 0] > 0.0
-    inside = in_region(face, frame.points, name)
+    still = frame.copy()
+    if "rest" in frame.point_data:
+        still.points = np.asarray(frame["rest"])
+    left = face.frame.local(still.points)[:, 0] > 0.0
+    inside = in_region(face, still.points, name)
     for part in (inside,) if name in MIDDLE else (inside & left, inside & ~left):
-        low, high = np.quantile(frame.points[part] @ normal, (0.02, 0.98))
-        skin = frame.extract_points(part, include_cells=True)
+        low, high = np.quantile(still.points[part] @ normal, (0.02, 0.98))
+        skin = still.extract_points(part, include_cells=True)
         for level in np.linspace(low, high, CUTS):
             line = skin.slice(normal=normal, origin=level * normal)
             points, height = np.asarray(line.points), np.asarray(line["W"])

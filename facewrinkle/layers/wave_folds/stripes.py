@@ -28,7 +28,7 @@ from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
 from .families import strength_of, window_of
-from .tissue import OTHERS, OWN
+from .tissue import OTHERS, OWN, between_bellies
 
 STEPS, ALIGNED = 20, (0.55, 1.3)
 """Steps in which phases are aligned, and how far across and along the lines in each, in wavelengths (all such lengths
@@ -278,6 +278,7 @@ def found_stripes(
     rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
     normals, local = ground.at(vertex_normals(face.points, face.triangles)), ground.at(length)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    sideways = np.outer(face.frame.axes[0], face.frame.axes[0])
     area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
 
     def random(smooth: Smoother) -> Array:
@@ -291,9 +292,12 @@ def found_stripes(
     d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
     share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
 
+    apart = np.eye(3) - ground.at(between_bellies(face))[ground.triangles].mean(axis=1)[:, None, None] * sideways
+
     def directed(across: float, along: float) -> Array:
         squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
-        return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
+        spread = 0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares)
+        return np.asarray(apart @ spread @ apart)
 
     uneven = random(smoothing.over(directed(*STRIATED)))
     wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]

@@ -232,7 +232,7 @@ def test_a_held_pose_changes_no_triangle_and_none_is_turned_over(face, name):
         assert np.array_equal(sim.forest.triangles, before)
         frames.append(frame)
     frame = frames[-1]
-    assert np.ptp(frame["W"]) > 0.8
+    assert np.ptp(frame["W"]) > 0.6
     points = sim.forest.weights @ (sim.motion.points + sim.motion.displacement)
     folded, smooth = (area_vectors(p, before) for p in (np.asarray(frame.points), points))
     assert ((folded * smooth).sum(axis=1) > 0.0).all()
@@ -258,7 +258,7 @@ def test_lines_of_raised_brows_end_at_the_hairline(face):
     frame = sim.settle()
     under_hair = hair_cover(np.asarray(frame["rest"]), face.landmarks, face.frame) > 5.0
     height = np.abs(np.asarray(frame["W"]))
-    assert height[under_hair].max() < 0.05 < 0.5 < height.max()
+    assert height[under_hair].max() < 0.1 * height.max()
 
 
 def test_age_furrows_the_face_at_rest_and_stretch_smooths_it(sheet, vertically, pressed):

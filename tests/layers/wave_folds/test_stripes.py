@@ -102,11 +102,29 @@ def test_lines_of_the_forehead_are_weaker_over_the_midline_as_on_captured_faces(
     assert 0.6 < np.mean(ratios) < 0.85
 
 
-def test_people_s_lines_differ_fourfold_in_strength():
-    strengths = np.array([strength_of(seed) for seed in range(100)])
-    assert strengths[0] == 1.0
-    assert 3.8 < strengths.max() / strengths.min() < 4.2
-    assert 0.6 < np.median(strengths) < 0.8
+def test_people_s_lines_differ_threefold_in_strength_and_get_stronger_with_the_age():
+    young, old = (np.array([strength_of(seed, age) for seed in range(100)]) for age in (0.0, 1.0))
+    assert 2.9 < young.max() / young.min() < 3.1
+    assert 0.4 < np.median(young) < 0.5
+    assert young[0] == pytest.approx(np.median(young), abs=0.06)
+    assert (np.maximum(young, 0.7) <= old).all()
+    assert (old < 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("units", "place"),
+    [
+        ("AU1+AU2", "forehead_mid"),
+        ("AU4", "glabella"),
+        ("AU9", "sellion"),
+        ("AU6", "eye_l_outer"),
+        ("AU17", "pogonion"),
+    ],
+)
+def test_each_family_folds_the_skin_that_its_units_compress(face, units, place):
+    frame = settled(fw.Simulation(face), dict.fromkeys(units.split("+"), 1.0))
+    near = np.linalg.norm(np.asarray(frame["rest"]) - face.landmarks[place], axis=1) < 14.0
+    assert np.asarray(frame["W"])[near].std() > 0.03
 
 
 def test_a_lowered_brow_hoods_the_lid_and_does_not_crumple_it(face):
