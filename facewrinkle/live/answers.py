@@ -330,7 +330,6 @@ def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:
         "landmarks": landmarks_of(face),
         "pulls": pulls_of(face),
         "report": list(face.report),
-        "likeness": face.likeness,
         "off": without_effect(face, clip),
         "clip": None if clip is None else clip.duration,
         "contracts": not isinstance(clip, Recorded),

@@ -25,6 +25,7 @@ a lost connection, a new server   | the page goes on, or says what to do
 from __future__ import annotations
 
 import io
+import itertools
 import json
 from dataclasses import fields, replace
 
@@ -44,6 +45,7 @@ from facewrinkle.session.player import view_of
 pytestmark = pytest.mark.slow
 
 SLIDER = "input[type=range][aria-label='{}']"
+AXES = ("x", "width"), ("y", "height")
 
 
 def shown(page, studio):
@@ -186,6 +188,8 @@ def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(opened, face, tmp_p
     (tmp_path / "session.json").write_text(json.dumps(session))
     with Studio(face, browser=False, save_to=tmp_path) as studio:
         page = opened(studio.url)
+        offer, compare = page.locator("#offer").bounding_box(), page.locator("#compare").bounding_box()
+        assert compare["y"] + compare["height"] < offer["y"]  # neither covers the other
         page.get_by_role("button", name="Resume").click()
         until(lambda: "other.ply' is not open" in page.inner_text("#message"))
         assert page.locator("#offer").is_visible()
@@ -483,7 +487,16 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     assert (np.abs(picture(page) - plain).max(axis=2) > 20).mean() > 0.02
     tags = page.locator(".handle-name:visible")
     page.locator("#sliders .row", has_text="Lip corner puller").hover()
-    until(lambda: tags.all_text_contents() == ["Zygomaticus major, left: 100", "Zygomaticus major, right: 0"])
+    both = ["Zygomaticus major, left: 100", "Zygomaticus major, right: 0"]
+    until(lambda: sorted(tags.all_text_contents()) == both)
+    page.locator("#sliders .row", has_text="Disgust").hover()
+    until(lambda: tags.count() == 6)
+    boxes = page.evaluate(
+        "[...document.querySelectorAll('.handle-name')].map((e) => e.getBoundingClientRect().toJSON())"
+    )
+    for one, other in itertools.combinations([box for box in boxes if box["width"]], 2):  # none covers another
+        apart = [abs(one[a] + one[b] / 2 - other[a] - other[b] / 2) - (one[b] + other[b]) / 2 for a, b in AXES]
+        assert max(apart) >= 0.0
     part = studio.stage.shown.fields["fibres"]
     muscle = part.info["names"].index("zygomaticus_major_l")
     fibre = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])
@@ -507,6 +520,27 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     until(lambda: tags.count() == 0)  # it turns a bone, and pulls no skin
     page.locator("#muscles").uncheck()
     until(lambda: not page.evaluate("Boolean(app.fibres.part)"))
+
+
+def test_opening_and_saving_are_found_at_once(page, studio):
+    hint = page.locator("#drop")
+    while studio.undo():
+        pass
+    until(hint.is_visible)
+    assert "Drop your own head here" in hint.inner_text()
+    with page.expect_file_chooser():
+        page.get_by_role("button", name="Open …").click()
+    page.get_by_role("button", name="Save …").click()
+    assert page.get_by_role("button", name="Picture", exact=True).is_visible()
+    studio.rates = {"AU26": 1.0}
+    until(hint.is_hidden)
+
+
+def test_a_program_that_cannot_be_made_is_told(page, studio):
+    page.get_by_role("button", name="Save …").click()
+    page.evaluate("() => { app.connection.ask = async () => { throw new Error('It cannot be made.'); }; }")
+    page.get_by_role("button", name="Copy as Python").click()
+    until(lambda: page.inner_text("#message") == "It cannot be made.")
 
 
 def test_probes_are_pinned_to_the_skin(page, studio):
@@ -729,7 +763,9 @@ def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
     assert page.inner_text("#play") == "Play"
     page.get_by_role("slider", name="Time", exact=True).fill("1.5")
     until(lambda: abs(studio.stage.shown.time - 1.5) < 1e-6 and studio.stage.settled)
-    assert page.locator(SLIDER.format("Jaw drop")).is_disabled()
+    slider = page.locator(SLIDER.format("Jaw drop"))
+    assert slider.is_disabled()
+    assert "Double-click" not in slider.get_attribute("title")  # but why
     page.locator("#muscles").check()  # its fibers show what the take contracts; nobody else can pull
     until(lambda: page.evaluate("app.view.parts.has('fibres')"))
     assert page.locator("#overlay circle").count() == 0

@@ -39,7 +39,7 @@ export class FacePanel {
       }
     }
     this.content = [
-      element("div", { class: "actions" }, this.choice, element("button", { text: "Open …", title: "Open a mesh, an animation, a take or a .face file, or drop it onto the page", onclick: () => app.opening.choose() })),
+      element("div", { class: "actions" }, this.choice),
       this.about,
       element("h2", { text: "Landmarks" }),
       element("label", { class: "inline" }, this.shown, "Show on the face; drag to correct"),
@@ -48,7 +48,7 @@ export class FacePanel {
   }
 
   /** Take over another face. */
-  take({ faces, landmarks, likeness, report, identity, clip }) {
+  take({ faces, landmarks, report, identity, clip }) {
     const { names, shown, first } = faces;
     this.choice.replaceChildren(...names.map((name) => element("option", { value: name, text: name || first.split(/[\\/]/).at(-1) })));
     this.choice.value = shown;
@@ -57,8 +57,7 @@ export class FacePanel {
     this.about.textContent = [
       all.length ? "" : "This surface has no landmarks, and therefore no muscles.",
       clip ? `An animation of ${clip.toFixed(1)} s moves it: press Space to play.` : "",
-      likeness === null ? "" : `Likeness to a face: ${likeness.toFixed(2)}.`,
-      unsure ? "Yellow landmarks are the least certain." : "",
+      unsure ? "Some landmarks are uncertain: show them, and drag the yellow ones where they belong." : "",
     ].filter(Boolean).join(" ");
     this.about.hidden = !this.about.textContent;
     this.report.replaceChildren(...report.map((text) => element("li", { text })));

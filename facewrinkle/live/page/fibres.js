@@ -87,17 +87,21 @@ export class Fibres {
     return !hit || Math.hypot(...view.camera.position.map((c, k) => c - place[k])) < hit.depth + FIBRES.beneath * view.camera.size;
   }
 
-  /** Put the names of the fibres that stand out beside them. */
+  /** Put the names of the fibres that stand out beside them: on the outside, one below the other. */
   follow() {
     const { view, part } = this, box = this.box;
     const lit = part?.points ? part.info.names.map((name, m) => [name, m]).filter(([name]) => view.lit.has(name)).slice(0, MOST) : [];
     const tags = lit.map(([name, m]) => {
       const { muscle, rate } = part.arrays, { knots } = part.info, middle = Math.floor((muscle.indexOf(m) + muscle.lastIndexOf(m)) / 2);
       const p = 3 * (knots * middle + Math.floor(knots / 2)), { x, y } = view.project(part.points.subarray(p, p + 3));
-      const tag = element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` });
-      Object.assign(tag.style, { left: `${x + 10}px`, top: `${y - 26}px` });
-      return tag;
-    });
-    if (tags.length || box.firstChild) box.replaceChildren(...tags);
+      return { x, y, tag: element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` }) };
+    }).sort((a, b) => a.y - b.y);
+    const middle = tags.reduce((sum, { x }) => sum + x, 0) / tags.length, below = [-Infinity, -Infinity];
+    for (const { x, y, tag } of tags) {
+      const side = Number(x < middle), top = Math.max(y - 26, below[side]);
+      Object.assign(tag.style, { left: `${x + (side ? -10 : 10)}px`, top: `${top}px`, transform: side ? "translateX(-100%)" : "" });
+      below[side] = top + 22;
+    }
+    if (tags.length || box.firstChild) box.replaceChildren(...tags.map(({ tag }) => tag));
   }
 }

@@ -75,6 +75,7 @@ class App {
       this.mixtures.update(data);
       this.handlesOf(this.panels.opened);
       [$("undo").disabled, $("redo").disabled] = history.map((count) => !count);
+      $("drop").hidden = history[0] > 0 || this.face.faces.first !== "Built-in head"; // until something is done
     });
     on("frame", (head) => {
       this.view.frame(head);
@@ -160,6 +161,8 @@ class App {
     $("muscles").onchange = () => { this.handlesOf(this.panels.opened); this.askShown(); };
     for (const button of document.querySelectorAll(".drawer")) button.onclick = () => this.drawer(button.getAttribute("aria-controls"));
     this.reveal($("left"));
+    $("open").onclick = () => this.opening.choose();
+    $("save").onclick = () => { this.reveal($("right")); this.panels.open("Save"); this.panels.panels.Save.tab.focus(); };
     $("palette-button").onclick = () => this.palette.open();
     $("help-button").onclick = () => $("help").showModal();
     $("tour-button").onclick = () => this.tour.start();

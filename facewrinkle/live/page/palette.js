@@ -35,7 +35,7 @@ export class Palette {
     const { app } = this, { panels, sliders, view, welcome } = app, out = [];
     const add = (text, where, act, words = "") => out.push({ text, where, act, words: `${text} ${where} ${words}`.toLowerCase() });
     const press = (id, text, key = "") => { const button = document.getElementById(id); if (!button.disabled) add(text, key, () => button.click()); };
-    press("undo", "Undo", "Ctrl+Z"); press("redo", "Redo", "Ctrl+Shift+Z"); press("reset", "Reset everything", "R");
+    press("undo", "Undo", "Ctrl+Z"); press("redo", "Redo", "Ctrl+Shift+Z"); press("reset", "Reset everything", "R"); press("open", "Open a file");
     press("play", app.timeline.playing ? "Stop" : "Play", "Space"); press("wireframe", "Wireframe", "W");
     press("muscles", "Muscles: fibers and handles", "H"); press("compare", "Compare with this state", "A"); press("lock", "Both sides together", "M");
     add("Add key", "K", () => app.timeline.add(), "timeline event");

@@ -5,7 +5,7 @@ import { element } from "./sliders.js";
 const FILES = {
   picture: ["Picture", "1200 × 1200 pixels, from this view"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
   glb: ["Mesh (GLB)", "The face as shown, with eyes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
-  rig: ["Rig (GLB)", "ARKit's 52 blend shapes for this face; takes a minute"], face: ["Face", "The fitted face, to open again later"],
+  rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh. Wrinkle maps for your own mesh: facewrinkle rig, or facewrinkle blender"], face: ["Face", "The fitted face, to open again later"],
   atlas: ["Atlas (TOML)", "Muscles, action units and expressions; the current expression is called “studio”"],
   session: ["Session", "All settings, to open again later"],
 };
@@ -15,7 +15,8 @@ export function saving({ folder, kinds }, app) {
   const code = element("pre", { tabindex: "0", hidden: true, "aria-label": "Copied text" });
   const note = element("p", { role: "status" });
   const copy = async () => {
-    const text = await connection.ask("copy", { camera: app.cameraNumbers() });
+    const text = await app.ask("copy", { camera: app.cameraNumbers() });
+    if (text === null) return;
     code.textContent = text;
     code.hidden = false;
     try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select the text to copy it."; }
@@ -31,9 +32,7 @@ export function saving({ folder, kinds }, app) {
   return [
     ...kinds.map((what) => element("div", { class: "file" },
       element("button", { text: FILES[what]?.[0] ?? what, onclick: save(what) }), element("span", { text: FILES[what]?.[1] ?? "" }))),
-    element("div", { class: "actions" },
-      element("button", { text: "Copy as Python", onclick: copy }),
-      element("button", { text: "Open session …", onclick: () => app.opening.choose() })),
+    element("div", { class: "actions" }, element("button", { text: "Copy as Python", onclick: copy })),
     note, code,
     element("p", { text: folder ? `Files are saved in ${folder}; the session is saved there automatically.` : "Files are downloaded. Start the studio with --save-to FOLDER to save them there." }),
   ];

@@ -41,13 +41,14 @@ const EMOTIONS = ["happiness", "sadness", "anger", "disgust", "surprise", "fear"
 const OF_THE_PAPER = ["paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear"];
 const TITLES = { paper_surprise: "Surprise (brows)", paper_fear: "Fear (brows)", frowning: "Frown", closing_eye: "Close left eye",
   stretching_mouth: "Stretch mouth, right", wink: "Wink and smile" };
+const RESET = "Double-click, or press Delete, to reset";
 let gestures = 0;
 
 /** A slider with its number: `change(value, gesture)` is called while it moves; a double click on the number types one. */
 export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Math.round(100 * v), parse = (v) => v / 100, usual = 0, change }) {
   const input = element("input", { type: "range", min, max, step, "aria-label": label });
   const output = element("output", { title: "Double-click to type a value" });
-  input.title = "Double-click, or press Delete, to reset";
+  input.title = RESET;
   if (usual > min) input.style.setProperty("--usual", (usual - min) / (max - min)); // there it has a tick
   let gesture = "";
   const paint = () => {
@@ -158,7 +159,7 @@ export class Sliders {
     const off = (reason) => {
       made.line.classList.toggle("off", Boolean(reason));
       made.line.firstChild.title = reason ?? about;
-      made.input.disabled = Boolean(reason);
+      Object.assign(made.input, { disabled: Boolean(reason), title: reason ?? RESET });
     };
     return { line: made.line, inputs: [made.input], set: () => made.set(this.looks[k]), show() {}, off };
   }
@@ -190,7 +191,7 @@ export class Sliders {
     const off = (reason) => {
       line.classList.toggle("off", Boolean(reason));
       span.title = reason ?? `${code} ${label}`.trim();
-      for (const input of inputs) input.disabled = Boolean(reason);
+      for (const input of inputs) Object.assign(input, { disabled: Boolean(reason), title: reason ?? RESET });
     };
     let openNow = null;
     const show = (locked) => {

@@ -10,7 +10,7 @@ const STEPS = [
   ["What made this fold?", "Click a fold to see its muscle or wave family, and the formula with its numbers. “Fields” colors the skin.", "#stage"],
   ["Shape the folds", "Set their depth, overall or for each side, their number, and the personal lines.", "#tab-folds", "#panel-folds"],
   ["Place patterns and tears", "Choose one and click the face. Drag its dot to move it, and its ring to resize it.", "#tab-patterns"],
-  ["Your own face", "Drop a mesh or an animation onto the page. Drag landmarks to correct them; the muscles follow.", "#tab-face"],
+  ["Your own face", "Drop a mesh or an animation onto the page, or open it. Drag landmarks to correct them; the muscles follow.", "#tab-face", "#open"],
   ["Animate it", "“Add key” turns the current expression into an event that comes and goes. Press Space to play.", "#timeline"],
   ["Save it", "Save pictures, movies, meshes, rigs and the session, or copy a Python program that makes what you see. “Keep …” on the left saves an expression under a name. Ctrl+Z undoes anything.", "#tab-save"],
 ];
