@@ -23,6 +23,7 @@ demo: $(READY)  ## draw the demonstration into output/
 
 readme: demo  ## draw the pictures of the README anew (look at them before they are committed)
 	for folds in printed wave; do cp output/$$folds.jpg docs/images/expressions_$$folds.jpg; done
+	$(BIN)/python -m tools.draw_readme
 
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal -q --benchmark-disable --doctest-modules tests facewrinkle
 

@@ -36,6 +36,8 @@ SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
 SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
 """The folds that are drawn."""
+AGES: dict[Folds, float] = {"printed": 0.0, "wave": 0.5}
+"""The age of the head under them: as captured people do, the young have faint lines."""
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 """Arrays of a frame that are drawn in colour."""
@@ -294,9 +296,9 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     """
     report = Report(quiet)
     folder = output_folder(out, make=False)
-    face = default_face()
     for folds, meaning in SHOWN.items():
         report.say(f"\nFolds {folds!r}: {meaning}\n")
+        face = default_face({"age": AGES[folds]})
         options = FoldOptions(folds)
         with Scenes(options.face(face)) as scenes:
             peaks = [perform(name, options, scenes, folder / folds, report) for name in EXPRESSIONS]

@@ -172,13 +172,13 @@ def test_demo(tmp_path, monkeypatch, run):
 
 @pytest.mark.pictures
 @pytest.mark.parametrize("folds", ["printed", pytest.param("wave", marks=pytest.mark.slow)])
-def test_the_readme_shows_what_is_drawn_today(folds, face, tmp_path):
+def test_the_readme_shows_what_is_drawn_today(folds, tmp_path):
     """One column of its picture, whose compression costs one step of brightness in the mean; wrinkles change more."""
     renderer = pv.GPUInfo().renderer
     if "llvmpipe" not in renderer:
         pytest.skip(f"the picture is one of Mesa's llvmpipe; {renderer} draws other pixels")
     options = FoldOptions(folds)
-    with Scenes(options.face(face)) as scenes:
+    with Scenes(options.face(fw.default_face({"age": command.AGES[folds]}))) as scenes:
         peak = command.perform("closing_eye", options, scenes, tmp_path, Report(quiet=True), movie=False)
     plain = replace(peak, closeup=[peak.closeup[1]] * 4)
     drawn, bare = (command.column(each).astype(float) for each in (peak, plain))
