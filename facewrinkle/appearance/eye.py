@@ -26,7 +26,7 @@ ANGLES = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), n
 SPOKES = 96
 """Vertices of each ring."""
 
-COLOURS = {
+TINTS = {
     name: np.array(colour, dtype=np.float64)
     for name, colour in {
         "pupil": (8, 8, 10),
@@ -117,7 +117,7 @@ class PaintedEye:
         ball.point_data["Normals"] = self.cornea @ axes
         inner = self.corners[0] - eye.centre
         from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
-        paint = _mixed(self.tints, COLOURS["caruncle"], 1.25 - from_corner / 11.0)
+        paint = _mixed(self.tints, TINTS["caruncle"], 1.25 - from_corner / 11.0)
         if self.margins is not None:
             paint = self._between_lids(paint, directions, points)
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
@@ -161,7 +161,7 @@ class PaintedEye:
         wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
         shade = 0.62 * np.exp(-below / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
         lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
-        return np.asarray((paint + wet[:, None] * (COLOURS["tears"] - paint)) * lit)
+        return np.asarray((paint + wet[:, None] * (TINTS["tears"] - paint)) * lit)
 
 
 def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
@@ -226,10 +226,10 @@ def _eye_paint(angle: Array, spoke: Array, iris_colour: float) -> Array:
     iris = iris * ((1.0 + 0.20 * fibres) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
     vein = smoothstep((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)
     red = smoothstep((angle - 36.0) / 50.0) + 0.25 * vein * smoothstep((angle - 38.0) / 14.0)
-    sclera = COLOURS["sclera"] + np.clip(red, 0.0, 1.0)[:, None] * (COLOURS["corner"] - COLOURS["sclera"])
-    paint = _mixed(iris, COLOURS["limbus"], 0.9 * (angle - 23.5) / 4.0)
+    sclera = TINTS["sclera"] + np.clip(red, 0.0, 1.0)[:, None] * (TINTS["corner"] - TINTS["sclera"])
+    paint = _mixed(iris, TINTS["limbus"], 0.9 * (angle - 23.5) / 4.0)
     paint = _mixed(paint, sclera, (angle - IRIS + 1.2) / 4.2)
-    return _mixed(COLOURS["pupil"], paint, (angle - PUPIL) / 1.3)
+    return _mixed(TINTS["pupil"], paint, (angle - PUPIL) / 1.3)
 
 
 def _mixed(first: Array, second: Array, t: Array) -> Array:

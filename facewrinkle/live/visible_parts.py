@@ -17,7 +17,7 @@ import pyvista as pv
 from PIL import Image
 
 from ..anatomy.face import Face
-from ..appearance.eye import COLOURS, PaintedEye
+from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibres import Fibres
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, own_parts
@@ -291,8 +291,8 @@ def _eye(ball: PaintedEye) -> Part:
         "radius": float(eye.radius),
         "lid_axes": np.round(ball.lid_axes, 6).ravel().tolist(),
         "corner": np.round(corner / np.linalg.norm(corner), 6).tolist(),
-        "caruncle": np.round(COLOURS["caruncle"] / 255.0, 6).tolist(),
-        "tears": np.round(COLOURS["tears"] / 255.0, 6).tolist(),
+        "caruncle": np.round(TINTS["caruncle"] / 255.0, 6).tolist(),
+        "tears": np.round(TINTS["tears"] / 255.0, 6).tolist(),
     }
     return Part(f"eye_{eye.side}", "eye", arrays, info)
 
