@@ -27,6 +27,7 @@ from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..plotting.views import Style
 from ..progress import SHORTEST, bar_or_lines
+from ..session import Session
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
 MOST_NAMES = 8
@@ -204,8 +205,8 @@ class FaceOptions:
     Parameters
     ----------
     face
-        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; or a .face file from `facewrinkle fit`. Default:
-        the built-in head.
+        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; a .face file from `facewrinkle fit`; or a session (JSON),
+        whose face it is, with its landmarks, identity and atlas. Default: the built-in head.
     landmarks
         JSON file with landmark coordinates for --face. Default: all are detected.
     units
@@ -266,6 +267,9 @@ class FaceOptions:
         if self.face.suffix == SUFFIX:
             refuse(f"is not for {self.face.name}, which has its own: leave it out.", **of_mesh)
             return read_face(self.face, self._own_atlas)
+        if self.face.suffix.lower() == ".json":
+            refuse(f"is not for {self.face.name}, a session with its own: leave it out.", **of_mesh, atlas=self.atlas)
+            return Session.read(self.face).subject(None if report is None else report.progress).face
         try:
             return self.fitted(self.face, report)
         except LandmarkError as problem:

@@ -34,6 +34,18 @@ def test_a_face_of_somebody(tmp_path):
         FaceOptions(identity="jaw=1", face=tmp_path / "mesh.obj").load()
 
 
+def test_a_session_stands_for_its_face(tmp_path):
+    """What it has itself is not given beside it."""
+    session = fw.Session(identity={"jaw": 0.5})
+    path = tmp_path / "mine.json"
+    session.write(path)
+    face = FaceOptions(face=path).load()
+    assert np.array_equal(face.points, session.subject().face.points)
+    assert not np.array_equal(face.points, fw.default_face().points)
+    with pytest.raises(ParameterError, match="--atlas is not for mine.json"):
+        FaceOptions(face=path, atlas=DEFAULT_ATLAS).load()
+
+
 # --- words of the command line as values ----------------------------------------------------------
 
 
