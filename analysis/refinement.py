@@ -223,7 +223,7 @@ def report(quick: bool = False) -> Report:
     """Return the report on everything, or on fewer levels and frames."""
     face = fw.default_face()
     names = EXPRESSIONS
-    paper = {row.expression: row for row in PAPER}
+    paper = dict(zip(names, PAPER, strict=True))
     played = {name: counts(face, name, 25 if quick else 70) for name in names}
     levels, finest, frames = (2, 4, 30) if quick else (3, 5, 50)
     sims = {name: settled(face, name, frames) for name in names}
