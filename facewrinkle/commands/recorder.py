@@ -17,7 +17,7 @@ from ..array_types import Image
 from ..errors import MissingPackageError, warn
 from ..export import movie_writer, write_series
 from ..export.animation import SUFFIXES, AnimationWriter
-from ..export.meshes import write_mesh_files
+from ..export.meshes import HELD, write_mesh_files
 from ..files import output_file, output_folder, output_target, remove_stale
 from ..plotting import Scene, save_picture, side_by_side
 from ..plotting.views import Style, height_of
@@ -190,7 +190,8 @@ class Recorder:
         """Print what came out, and the names of all files; remove those of the last run that were not written anew."""
         names = "\n".join(sorted(path.name for path in [*self.files, *self.named]))
         stale = remove_stale(self.folder / f".{self.stem}.files", self.files)
-        self.report.table(title, {**rows, f"files in {self.folder}": names, **removed_rows(stale)})
+        held = {f"{self.output.save_mesh} holds": HELD} if self.output.save_mesh in ("obj", "ply") else {}
+        self.report.table(title, {**rows, **held, f"files in {self.folder}": names, **removed_rows(stale)})
 
     def _path(self, ending: str) -> Path:
         return self.folder / f"{self.stem}{ending}"

@@ -14,8 +14,12 @@ from ..array_types import Array
 from ..files import output_file, written
 from ..mesh import UNIT, MeshLike, triangle_mesh
 from ..mesh.arrays import is_frame
+from ..progress import tell
 from .gltf import gltf
 from .model import WATER_INDEX, WATER_OPACITY, Model, part_model, skin_model, tears_model
+
+HELD = "points, triangles, normals, texture and colors; VTK's formats (frame.save, --series) hold all arrays"
+"""What an OBJ or PLY holds of a frame."""
 
 
 def write_mesh(
@@ -94,6 +98,8 @@ def write_mesh_files(
     skin, water = skin_model(frame, face), tears_model(tears)
     path = output_file(path, (".glb", ".gltf", ".obj", ".ply"))
     texture = path.with_name(f"{path.stem}_texture.png")  # pictures may be named like the mesh
+    if is_frame(frame) and path.suffix.lower() in (".obj", ".ply"):
+        tell(f"{path.name} holds {HELD}.")
     match path.suffix.lower():
         case ".obj":
             files = obj_files(skin, path, texture, water)

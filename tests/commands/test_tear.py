@@ -52,6 +52,7 @@ def test_dripping_without_movie_and_series_on_a_mesh_of_ones_own(tmp_path, run):
     options += ["--save-mesh", "obj", "--save-animation", str(tmp_path / "drops.glb")]
     out, err = run("tear", "dripping", *FEW, *source, *options)
     assert err == ""
+    assert "obj holds" in out
     pictures = {"tear_dripping.png", "tear_dripping_closeup.png"}
     assert {path.name for path in folder.iterdir() if path.name[0] != "."} == pictures | {
         "tear_dripping.obj",

@@ -290,3 +290,12 @@ def test_tears_are_in_the_file(moment, tmp_path, fingerprint, ending):
     np.testing.assert_allclose(corners, expected, atol=1e-6 * np.abs(expected).max())
     again = fw.read_surface(path)
     assert again.n_cells >= moment.frame.n_cells
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_ply_and_obj_say_what_they_hold_of_a_frame(moment, tmp_path, capsys, ending):
+    fw.write_mesh(moment.face.mesh, tmp_path / f"a{ending}", moment.face)
+    assert not capsys.readouterr().err
+    fw.write_mesh(moment.frame, tmp_path / f"a{ending}", moment.face)
+    said = f"facewrinkle: a{ending} holds points, triangles, normals, texture and colors; VTK's formats (frame.save, "
+    assert capsys.readouterr().err.startswith(said) == (ending in (".obj", ".ply"))
