@@ -131,9 +131,9 @@ class Identity:
     hair_density : float
         From a shaved head to dense hair.
     iris : float
-        From blue over grey to dark brown irises.
+        From blue over gray to dark brown irises.
     hair_length : float
-        Up to 0 hair is cropped; above, it falls from a parting, and at 1 covers the ears down to the chin.
+        Up to 0 hair is cropped; above, it falls from a parting, over the ears, and at 1 down to the chin.
 
     Raises
     ------

@@ -56,8 +56,10 @@ it; no hair is lower than the second.
 CHEEK = 38.0
 """Hair slides over the face as far forward of the zygion as this, and over all that is above the brows."""
 
-UNEVEN, HEM = 3.0, 6.0
-"""Deviation of the height of the hem, and its height over the chin at length 1."""
+UNEVEN, HEM, SHORTEST = 5.0, 6.0, 0.55
+"""Deviation of the height of the hem, its height over the chin at length 1, and the share of the way from the brows to
+there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
+"""
 
 
 class RoundedHull:
@@ -107,7 +109,7 @@ def long_hair(head: Head, length: float) -> Part:
     ----------
     head : Head
     length : float
-        From the brows (0) to the chin (1).
+        From the mouth (0) to the chin (1).
 
     Examples
     --------
@@ -115,7 +117,7 @@ def long_hair(head: Head, length: float) -> Part:
 
     >>> from facewrinkle.anatomy.head import load_head
     >>> head = load_head()
-    >>> [bool(long_hair(head, length).mesh.bounds[2] < head.landmarks["menton"][1]) for length in (0.5, 1.0)]
+    >>> [bool(long_hair(head, length).mesh.bounds[2] < head.landmarks["menton"][1]) for length in (0.2, 1.0)]
     [False, True]
     """
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
@@ -132,7 +134,7 @@ def long_hair(head: Head, length: float) -> Part:
     comb = np.stack([np.sin(aside), np.zeros(len(aside)), -np.cos(aside)], axis=1)
     comb[:, 2] -= BACKWARDS * np.clip(roots[:, 2] / front[1], 0.0, 1.0)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
-    hem = brows + (chin - brows) * length + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
+    hem = brows + (chin - brows) * (SHORTEST + (1.0 - SHORTEST) * length) + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
     lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
     lines, ends = _grown(hull, roots, comb, lift, hem)
     sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])

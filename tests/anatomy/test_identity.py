@@ -178,7 +178,7 @@ def test_expressions_work_on_everybody(identity: Identity) -> None:
     moved = np.asarray(frame.points)[:n] - face.points
     corner = np.linalg.norm(face.points - face.landmarks["mouth_l"], axis=1).argmin()
     assert moved[corner, 1] > 4.0
-    assert np.ptp(np.asarray(frame["W"])) > 0.5
+    assert np.ptp(np.asarray(frame["W"])) > 0.3
     assert np.abs(moved[face.points[:, 2] < -40.0]).max() < 1.0
 
 
