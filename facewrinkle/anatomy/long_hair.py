@@ -134,7 +134,8 @@ def long_hair(head: Head, length: float) -> Part:
     comb = np.stack([np.sin(aside), np.zeros(len(aside)), -np.cos(aside)], axis=1)
     comb[:, 2] -= BACKWARDS * np.clip(roots[:, 2] / front[1], 0.0, 1.0)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
-    hem = brows + (chin - brows) * (SHORTEST + (1.0 - SHORTEST) * length) + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
+    down = SHORTEST + (1.0 - SHORTEST) * length
+    hem = brows + down * (chin - brows) + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
     lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
     lines, ends = _grown(hull, roots, comb, lift, hem)
     sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])
