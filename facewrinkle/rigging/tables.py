@@ -11,6 +11,7 @@ import json
 import re
 from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import chain
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -234,6 +235,11 @@ def _tabled(file: str, names: list[str], columns: Sequence[Sequence[Any]], fps: 
     return Table(names, np.stack(values, axis=1), times, "" if clock is None else names[clock], fps)
 
 
+def _columns(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[tuple[Any, ...]]:
+    """Return what rows hold under some names, None for nothing, by name."""
+    return list(zip(*[tuple(map(row.get, names)) for row in rows], strict=True))
+
+
 def _header(lines: list[str]) -> tuple[int, str]:
     """Return the number of the line that names the columns, the first that names a shape, and what separates them."""
     for number, line in enumerate(lines[:100]):
@@ -265,8 +271,8 @@ def _number(cell: str, file: str, column: str) -> float:
 def _of_pairs(file: str, lines: list[str]) -> Table:
     """Return the table of lines of iFacialMocap: ``jawOpen-12|...|=head#...``, 60 a second, weights from 0 to 100."""
     rows = [dict(re.findall(r"(\w+)[-&](-?[\d.]+)\|", line)) for line in lines]
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    table = _tabled(file, names, [[row.get(name) for row in rows] for name in names], 60.0)
+    names = list(dict.fromkeys(chain.from_iterable(rows)))
+    table = _tabled(file, names, _columns(rows, names), 60.0)
     return table._replace(values=table.values / 100.0)
 
 
@@ -309,14 +315,14 @@ def _of_json(file: str, text: str) -> Table:
     labels = _labels(content)
     rows = [row for frame in _frames(content, labels) for row in _faces(frame, labels)]
     matrices = [row.pop(MATRICES, None) for row in rows]
-    names = list(dict.fromkeys(name for row in rows for name in row))
+    names = list(dict.fromkeys(chain.from_iterable(rows)))
     shapes = np.array([bool(shapes_of_column(name)) for name in names], bool)
     if not shapes.any():
         raise ParameterError(
             f"{file} has no frames with weights of shapes. Needed are frames with weights by name, such as jawOpen, in "
             f"a list, by number or by shape; received {_keys(content)}."
         )
-    table = _tabled(file, names, [[row.get(name) for row in rows] for name in names], _rate(content))
+    table = _tabled(file, names, _columns(rows, names), _rate(content))
     seen = ~np.isnan(table.values[:, shapes]).all(axis=1)
     table.values[np.ix_(seen, shapes)] = np.nan_to_num(table.values[np.ix_(seen, shapes)])  # the others are 0
     if not any(matrix is not None for matrix in matrices):
@@ -373,11 +379,12 @@ def _frames(content: Any, labels: list[str]) -> list[Any]:
 def _faces(item: Any, labels: list[str]) -> list[dict[str, Any]]:
     """Return the weights, times and matrices in an item of JSON, from whatever depth, by name: a row for each face."""
     if isinstance(item, list):
-        pairs = [
-            (each[keys[0]], each[keys[1]]) for each in item if isinstance(each, dict) and (keys := _pair(tuple(each)))
-        ]
-        if pairs:
-            return [dict(pairs)]
+        keys = next((keys for each in item if isinstance(each, dict) and (keys := _pair(tuple(each)))), None)
+        if keys:
+            name, value = keys
+            return [
+                {each[name]: each[value] for each in item if isinstance(each, dict) and name in each and value in each}
+            ]
         if labels and len(item) == len(labels) and isinstance(item[0], int | float):
             return [dict(zip(labels, item, strict=True))]
         rows = [row for each in item if isinstance(each, list | dict) for row in _faces(each, labels)]
