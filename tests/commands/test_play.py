@@ -42,8 +42,9 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
     steps = series_meshes(tmp_path / "brows.vtkhdf")
     assert len(steps) == 10
     depth = [np.average(mesh["W"] ** 2, weights=vertex_areas(mesh.points, mesh.regular_faces)) for mesh in steps]
-    deepest = [f"{0.04 * (1 + step + np.argmax(depth[step : step + 5])):.2f} s" for step in (0, 5)]
-    names = {f"brows_{moment.replace(' ', '')}.png" for moment in deepest}
+    numbers = [step + int(np.argmax(depth[step : step + 5])) for step in (0, 5)]
+    deepest = [f"{0.04 * (1 + k):.2f} s ({-steps[k]['W'].min():.2f} mm)" for k in numbers]
+    names = {f"brows_{0.04 * (1 + k):.2f}s.png" for k in numbers}
     assert {path.name for path in tmp_path.iterdir() if path.name[0] != "."} == {
         "brows.mp4",
         "brows.vtkhdf",
