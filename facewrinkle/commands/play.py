@@ -140,7 +140,9 @@ def play(
             "shapes": str(len(names)),
             "clip": f"{duration:.2f} s, {steps} steps",
             "triangles": f"{face.mesh.n_cells} to {max(moment.frame.n_cells for moment in deepest)}",
-            "deepest at": ", ".join(f"{moment.time:.2f} s ({abs(moment.frame['W'].min()):.2f} mm)" for moment in deepest),
+            "deepest at": ", ".join(
+                f"{moment.time:.2f} s ({abs(moment.frame['W'].min()):.2f} mm)" for moment in deepest
+            ),
             "simulation": f"{1000.0 * seconds / steps:.1f} ms a frame",
         },
     )
