@@ -172,7 +172,7 @@ def skin_labels(face: Face, skin: pv.PolyData, hits: Hits, camera: Camera, furro
         the furrow, 0 for none.
     """
     unit, height = face.unit, hits.interpolated(np.asarray(skin.point_data["W"]))
-    turned = hits.interpolated(np.asarray(skin.point_data["Normals"], dtype=np.float64)) @ camera.extrinsic[:3, :3].T
+    turned = hits.interpolated(np.asarray(skin.point_data["Normals"], dtype=np.float64) @ camera.extrinsic[:3, :3].T)
     length = np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
     rest = hits.interpolated(rest_of(skin))
     own = furrow[hits.corners]
