@@ -50,7 +50,7 @@ def read_gltf(
     if recorded is None:
         raise MeshError(
             f"{path.name}: no animation ({', '.join(clips)}) moves {skin.label}: neither its shapes nor its node "
-            "nor bones. Name another mesh with mesh=."
+            "nor bones. Name another mesh."
         )
     others = [_animated(scene, model, recorded) for model in models if model is not skin]
     return with_companions(surface, recorded, others)
@@ -149,7 +149,7 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
         warn(
             f"{document.path.name} holds {len(candidates)} meshes that may be meant: "
             f"{', '.join(model.label for model in candidates)}; took the first, which is called a head or has the most "
-            "points. Name another with mesh=."
+            "points. Name another mesh."
         )
     return candidates[0]
 
@@ -169,7 +169,7 @@ def _tracks(
         if skin.names:
             few = ", ".join(skin.names[:5]) + (", ..." if len(skin.names) > 5 else "")
             said = (
-                f"{skin.label} has {len(skin.names)} shapes ({few}): ask for some with shapes={{name: weight}}, or "
+                f"{skin.label} has {len(skin.names)} shapes ({few}): ask for some shapes, each with a weight, or "
                 + said
             )
         raise MeshError(f"{document.path.name} holds no animation. {said}")
@@ -200,7 +200,7 @@ def shapes_of_gltf(path: Path) -> tuple[dict[str, tuple[str, ...]], tuple[str, .
 def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, Track]:
     """Return the track that takes the shapes of a mesh that are asked for, and holds them."""
     if not skin.names:
-        raise MeshError(f"{path.name}: {skin.label} has no shapes. Name another mesh with mesh=.")
+        raise MeshError(f"{path.name}: {skin.label} has no shapes. Name another mesh.")
     asked = np.zeros(len(skin.names))
     for name, weight in shapes.items():
         check_range(f"the weight of the shape {name}", weight, 0.0, 1.0)

@@ -33,7 +33,7 @@ def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded
     if recorded is None:
         raise MeshError(
             f"{path.name}: {chosen.name} keeps still: it has no time samples of its points or its place, and no bones "
-            "or blend shapes that move. Name another mesh with mesh=, or export the animation too."
+            "or blend shapes that move. Name another mesh, or export the animation too."
         )
     others = [_animated(model, path) for model in found if model is not chosen and model.primitive is not None]
     return with_companions(surface, recorded, others)
@@ -82,7 +82,7 @@ def _chosen(found: list[_Mesh], name: str | None, file: str) -> _Mesh:
     if len(candidates) > 1:
         warn(
             f"{file} holds {len(candidates)} meshes that may be meant: {', '.join(mesh.name for mesh in candidates)}; "
-            "took the first, which has the most points. Name another with mesh=."
+            "took the first, which has the most points. Name another mesh."
         )
     return candidates[0]
 

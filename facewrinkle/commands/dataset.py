@@ -73,8 +73,8 @@ def dataset(
     attempts, missing = table["attempt"], count - len({*table["index"]})
     again = sum(map(bool, attempts))
     report.say(
-        f"{where}: {len(attempts)} pictures of {count} samples; the first draw of {again} was not fit, and another was "
-        "made. See README.md there."
+        f"{where}: {len(attempts)} pictures of {count} samples; README.md there tells what is in them."
+        + (f" {again} were drawn anew, as the first draw was not fit." if again else "")
     )
     if missing:
         raise OutputError(f"{missing} of {count} samples are missing in {str(where)!r}; the note says why.")

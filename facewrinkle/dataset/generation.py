@@ -158,10 +158,12 @@ def _begin(folder: Path, spec: Spec, count: int) -> None:
 def _check_same(known: State, folder: Path, spec: Spec, count: int) -> None:
     """Raise an OutputError if the set in a folder is not the one that is to be made."""
     if known.digest != spec.digest:
+        what = "another specification, or of other files"
+        if known.code != code_digest():
+            what = f"facewrinkle {known.version} with other code ({known.code}; this is {__version__}, {code_digest()})"
         raise OutputError(
-            f"{str(folder)!r} holds a set of another specification, of other files, or of other code of facewrinkle "
-            f"(version {known.version}, code {known.code}; this is {__version__}, {code_digest()}). Name a new folder, "
-            f"or go on with that code, those files, and the specification in {STATE}."
+            f"{str(folder)!r} holds a set of {what}. Name a new folder, or go on with that code, those files, and the "
+            f"specification in {STATE}."
         )
     if count < known.count or (count > known.count and known.count % spec.shard):
         raise OutputError(

@@ -321,7 +321,7 @@ class _Reader:
         if not len(moved):
             return scales[0]
         if scales[0] > 1.0 and moved.max() <= 1.0:
-            self.tell("no intensity exceeds 1, so they are read as 0 to 1. Give full=5 if they go up to 5.")
+            self.tell("no intensity exceeds 1, so they are read as 0 to 1. If they go up to 5, say that 5 is full.")
             return 1.0
         # A few weights above 1 are those of a tracker that overshoots; where half are, the scale is another.
         fits = [scale for scale in scales if np.mean(moved > 1.5 * scale) < 0.5]
@@ -338,7 +338,7 @@ class _Reader:
         angles = self.table.values[rows][:, [self.plain.index(name) for name in names]]
         if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > TURNED:
             degrees = True
-            self.tell("the turn of the head is read as degrees. Give degrees=False if it is radians.")
+            self.tell("the turn of the head is read as degrees. If it is radians, say that degrees are wrong.")
         known = ~np.isnan(angles).any(axis=1)
         turns = np.radians(angles[known]) if degrees else angles[known]
         if names is CAMERA and len(turns):  # right, down and away; ours are left, up and forward

@@ -230,10 +230,11 @@ def prepared(path):
     found["after undo"] = changed(before, state(obj))
     foreign = obj.shape_key_add(name="jawOpen")
     foreign.value = 0.5
+    hers = places(foreign.points)
     found["foreign"] = told(bpy.ops.facewrinkle.add_shapes)
-    found["untouched"] = foreign.value == 0.5 and len(obj.data.shape_keys.key_blocks) == 3
-    bpy.context.scene.facewrinkle.replace = True
-    found["replaced"] = told(bpy.ops.facewrinkle.add_shapes)
+    found["untouched"] = foreign.value == 0.5 and len(obj.data.shape_keys.key_blocks) == 4
+    found["places"] = bool((places(obj.data.shape_keys.key_blocks["jawOpen"].points) == hers).all())
+    bpy.context.scene.frame_end = 2
     found["again"] = told(bpy.ops.facewrinkle.add_shapes)
     action = bpy.data.actions.new("hers")
     obj.data.shape_keys.animation_data_create().action = action
@@ -244,6 +245,9 @@ def prepared(path):
             bpy.context.scene.frame_set(frame)
             values.append(obj.data.shape_keys.key_blocks["jawOpen"].value)
     found["values"], found["hers"] = values, action.use_fake_user
+    found["end"] = bpy.context.scene.frame_end
+    found["cleared"] = told(bpy.ops.facewrinkle.clear)
+    found["left"] = [key.name for key in obj.data.shape_keys.key_blocks]
     found["no take"] = told(bpy.ops.facewrinkle.load_take, filepath=str(folder / "python"))
     (folder / "keys.npz").rename(folder / "other.npz")
     found["no result"] = told(bpy.ops.facewrinkle.add_shapes)

@@ -138,15 +138,18 @@ def test_keys_are_added_undone_and_animated_and_errors_are_sentences(fake, face)
     frames = [{"timestamp": 1e3 * k / 24.0, "faceBlendshapes": [{"categories": each}]} for k, each in enumerate(scores)]
     (fake / "take.json").write_text(json.dumps(frames))
     found = played("prepared", fake, mesh)
-    assert [found[name] for name in ("add", "replaced", "again", "take.csv", "take.json")] == [""] * 5
+    assert [found[name] for name in ("add", "foreign", "again", "take.csv", "take.json", "cleared")] == [""] * 6
     assert found["count"] == 4
     assert not found["after undo"]
     assert found["untouched"]
+    assert found["places"]
+    assert found["end"] == 3
+    assert {"jawOpen", "mine"} <= {*found["left"]}
+    assert "browInnerUp" not in found["left"]
     assert found["values"] == pytest.approx([0.2, 0.3, 0.4, 0.5], abs=1e-5)
     assert found["hers"]
     sentences = {
-        "foreign": "1 shape keys of these names, such as jawOpen: tick Replace",
-        "no take": "takes are read from .csv, .tsv, .txt, .json files, received python",
+        "no take": "takes are read from .csv, .tsv, .txt, .json, .jsonl files, received python",
         "no result": "something must be done.",
         "killed": "facewrinkle ended early (code -9)",
         "old": "has another facewrinkle than this extension is for: update it",

@@ -344,9 +344,13 @@ def test_a_preview_shows_different_people(remembered):
     assert people == [0, 1]
 
 
-def test_wrong_folders(small, tmp_path):
+def test_wrong_folders(small, tmp_path, monkeypatch):
     with pytest.raises(OutputError, match="another specification"):
         generate({**SPEC, "seed": 1}, small, count=3)
+    monkeypatch.setattr(generation, "code_digest", lambda: "later")
+    with pytest.raises(OutputError, match="with other code"):
+        generate({**SPEC, "seed": 1}, small, count=3)
+    monkeypatch.undo()
     with pytest.raises(OutputError, match="same count"):
         generate(SPEC, small, count=2)
     with pytest.raises(OutputError, match="same count"):

@@ -134,7 +134,7 @@ def test_an_r_beside_an_l_is_a_side(tmp_path):
     ("text", "options", "told", "weights"),
     [
         ("AU12_r,AU12_c\n2.5,1\n5,0\n", {}, None, [0.5, 1.0]),
-        ("AU12_r\n0.5\n1\n", {}, "no intensity exceeds 1.*full=5", [0.5, 1.0]),
+        ("AU12_r\n0.5\n1\n", {}, "no intensity exceeds 1.*say that 5 is full", [0.5, 1.0]),
         ("AU12_r\n0.5\n1\n", {"full": 5}, None, [0.1, 0.2]),
         ("AU12\n2.5\n5\n", {}, "go up to 5 and are read as 0 to 5", [0.5, 1.0]),
         ("jawOpen,mouthPucker\n40,0\n80,100\n", {}, "go up to 100 and are read as 0 to 100", [0.4, 0.8]),
@@ -207,7 +207,7 @@ def test_codes_of_a_take_of_whole_minutes(tmp_path):
 
 def test_degrees_and_radians(tmp_path):
     text = "HeadYaw,HeadPitch,HeadRoll,jawOpen\n{},0,0,0\n0,0,0,0\n"
-    with pytest.warns(FaceWrinkleWarning, match="read as degrees. Give degrees=False"):
+    with pytest.warns(FaceWrinkleWarning, match="read as degrees. If it is radians"):
         take = read(tmp_path, "a.csv", text.format(30))
     np.testing.assert_allclose(take.head[0], [np.pi / 6, 0, 0])
     np.testing.assert_allclose(read(tmp_path, "a.csv", text.format(1.5)).head[0], [1.5, 0, 0])

@@ -7,7 +7,7 @@ import numpy as np
 from mathutils import Matrix
 
 from .exchange import Refusal, rest, turn
-from .keys import curves, ours
+from .keys import curves, followed
 from .material import Nodes, groups, unwire
 
 KIND = "facewrinkle kind"
@@ -33,7 +33,7 @@ def add_copy(obj, path):
         part.parent, part.matrix_basis = root, Matrix()
         part.matrix_parent_inverse = Matrix()
         blocks = part.data.shape_keys.key_blocks if part.data.shape_keys else ()
-        for block in [block for block in blocks if block.name in ours(obj)]:
+        for block in [block for block in blocks if block.name in followed(obj)]:
             driver = block.driver_add("value").driver
             driver.type, variable = "SUM", driver.variables.new()
             target = variable.targets[0]

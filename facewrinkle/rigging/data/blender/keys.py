@@ -1,5 +1,7 @@
 """Shape keys: the package's displacements on the vertices of a mesh, and takes as keyframes."""
 
+import math
+
 import bpy
 import numpy as np
 
@@ -9,35 +11,51 @@ OURS = "facewrinkle"
 """Custom property of shape keys: the names of those that were made here."""
 
 
+HERS = "facewrinkle hers"
+"""Custom property of shape keys: the names of the artist's own that wrinkles and the copy go by."""
+
+
+def _listed(obj, entry):
+    keys = obj.data.shape_keys
+    return [name for name in keys.get(entry, "").split("\n") if name in keys.key_blocks] if keys else []
+
+
 def ours(obj):
     """Names of the keys of a mesh that were made here."""
-    keys = obj.data.shape_keys
-    return [name for name in keys.get(OURS, "").split("\n") if name in keys.key_blocks] if keys else []
+    return _listed(obj, OURS)
 
 
-def add(obj, stored, replace=False):
-    """Add shape keys; return their number. Keys made here before are made anew; others only if `replace` is true."""
+def followed(obj):
+    """Names of the keys that wrinkles and the copy go by: made here, or the artist's own of the same names."""
+    return [*_listed(obj, OURS), *_listed(obj, HERS)]
+
+
+def add(obj, stored):
+    """Add shape keys, and make those anew that were made here before; the artist's own of such names stay.
+
+    Returns the number of the former, and of the latter.
+    """
     if stored["deltas"].shape[1] != len(obj.data.vertices):
         raise Refusal(f"{obj.name} was edited while its keys were made: run it again.")
     names, keys = [str(name) for name in stored["names"]], obj.data.shape_keys
-    foreign = [name for name in names if keys and name in keys.key_blocks and name not in ours(obj)]
-    if foreign and not replace:
-        raise Refusal(f"{obj.name} has {len(foreign)} shape keys of these names, such as {foreign[0]}: tick Replace.")
+    hers = [name for name in names if keys and name in keys.key_blocks and name not in ours(obj)]
     if keys is None:
         obj.shape_key_add(name="Basis", from_mix=False)
         keys = obj.data.shape_keys
     places, back = rest(obj), np.linalg.inv(turn(obj)).T
     shown, active = obj.show_only_shape_key, obj.active_shape_key_index
     for name, deltas in zip(names, stored["deltas"]):  # noqa: B905 - in pairs, as they were stored
+        if name in hers:
+            continue
         key = keys.key_blocks.get(name) or obj.shape_key_add(name=name, from_mix=False)
         key.points.foreach_set("co", (places + deltas @ back).astype(np.float32).ravel())
         key.relative_key, key.slider_min, key.slider_max = keys.reference_key, 0.0, 1.0
-        if name not in foreign:
-            key.value = 0.0
-    keys[OURS] = "\n".join(dict.fromkeys([*ours(obj), *names]))
+        key.value = 0.0
+    keys[OURS] = "\n".join(dict.fromkeys([*ours(obj), *(name for name in names if name not in hers)]))
+    keys[HERS] = "\n".join(dict.fromkeys([*_listed(obj, HERS), *hers]))
     obj.show_only_shape_key, obj.active_shape_key_index = shown, active
     obj.data.update()
-    return len(names)
+    return len(names) - len(hers), len(hers)
 
 
 def remove(obj):
@@ -48,7 +66,7 @@ def remove(obj):
     if names and len(keys.key_blocks) == 1:
         obj.shape_key_remove(keys.key_blocks[0])
     elif keys is not None and OURS in keys:
-        del keys[OURS]
+        del keys[OURS], keys[HERS]
 
 
 # --- takes ----------------------------------------------------------------------------------------------
@@ -57,7 +75,7 @@ def remove(obj):
 def perform(obj, path, name):
     """Add a take, as the package writes it, as a new action of the keys from the start of the scene.
 
-    Returns how many keys it moves.
+    The scene becomes as long as the take, if it is shorter. Returns how many keys it moves, and its last frame.
     """
     take = np.genfromtxt(path, delimiter=",", names=True, ndmin=1)
     keys, scene = obj.data.shape_keys, bpy.context.scene
@@ -76,7 +94,9 @@ def perform(obj, path, name):
         curve.keyframe_points.add(len(frames) - 1)
         curve.keyframe_points.foreach_set("co", np.stack([frames, take[each]], axis=1).astype(np.float32).ravel())
         curve.update()
-    return len(names)
+    last = math.ceil(frames[-1])
+    scene.frame_end = max(scene.frame_end, last)
+    return len(names), last
 
 
 def curves(data):

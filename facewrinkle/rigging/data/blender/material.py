@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 
 from .exchange import CHART, Refusal, places, rest
-from .keys import ours
+from .keys import followed
 
 MESH = "facewrinkle"
 """Custom property of a group of nodes: name of the object whose keys drive it."""
@@ -58,7 +58,7 @@ def _chart(obj, chart):
 
 
 def _of_skin(obj):
-    """Return the materials of what keys made here move, or all if these move nothing; a new one if there is none."""
+    """Return the materials of what the keys of the maps move, or all if that is nothing; a new one if there is none."""
     if not any(slot.material for slot in obj.material_slots):
         made, slots = bpy.data.materials.new(name_of(obj)), obj.data.materials
         made[SLOT] = not slots
@@ -67,7 +67,7 @@ def _of_skin(obj):
         else:
             slots.append(made)
     materials = [slot.material for slot in obj.material_slots]
-    names = ours(obj)
+    names = followed(obj)
     at_rest, moved = rest(obj), np.zeros(len(obj.data.vertices), bool)
     for name in [name for name in MOST_MOVED if name in names] or names:
         moved |= (places(obj.data.shape_keys.key_blocks[name].points) != at_rest).any(axis=1)

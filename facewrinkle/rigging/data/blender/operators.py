@@ -2,7 +2,7 @@
 
 import bpy
 import numpy as np
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, StringProperty
+from bpy.props import EnumProperty, FloatProperty, StringProperty
 
 from . import beside, exchange, keys, landmarks, material
 from .exchange import Refusal
@@ -22,7 +22,6 @@ class Settings(bpy.types.PropertyGroup):
         ],
         default={"arkit"},
     )
-    replace: BoolProperty(name="Replace", description="Replace your own shape keys that have the same names")
     size: EnumProperty(
         name="Maps",
         description="Width of the wrinkle maps in pixels",
@@ -175,8 +174,9 @@ class Shapes(Command):
             return self.take(context, dict(stored))
 
     def take(self, context, stored):
-        count, far = keys.add(self.obj, stored, context.scene.facewrinkle.replace), int((~stored["reached"]).sum())
-        return f"{count} shape keys." + (f" {far} vertices lie far from the face." if far else "")
+        (count, hers), far = keys.add(self.obj, stored), int((~stored["reached"]).sum())
+        kept = f" {hers} of your own with these names stay, and drive wrinkles." if hers else ""
+        return f"{count} shape keys.{kept}" + (f" {far} vertices lie far from the face." if far else "")
 
 
 class AddShapes(Shapes, bpy.types.Operator):
@@ -215,7 +215,8 @@ class AddAge(Wrinkles, bpy.types.Operator):
 
     def take(self, context, stored):
         said = super().take(context, stored)
-        self.obj.data.shape_keys.key_blocks["age"].value = 1.0
+        if "age" in keys.ours(self.obj):
+            self.obj.data.shape_keys.key_blocks["age"].value = 1.0
         return said
 
 
@@ -225,7 +226,7 @@ class FineCopy(Command, bpy.types.Operator):
     bl_idname, bl_label = "facewrinkle.fine_copy", "Fine Copy"
 
     def arguments(self, context):
-        names = keys.ours(context.object)
+        names = keys.followed(context.object)
         if not names:
             raise Refusal(f"{context.object.name} has no keys for a copy to follow: add shapes first.")
         return ["rig", self.head, "--shapes", "+".join(names)]
@@ -271,8 +272,8 @@ class LoadTake(bpy.types.Operator):
             table, path = run.folder / "take.csv", bpy.path.abspath(self.filepath)
             run.start("take", path, "--out", table)
             run.result()
-            count = keys.perform(context.object, table, bpy.path.display_name_from_filepath(path))
-            self.report({"INFO"}, f"{count} shape keys move.")
+            count, last = keys.perform(context.object, table, bpy.path.display_name_from_filepath(path))
+            self.report({"INFO"}, f"{count} shape keys move until frame {last}.")
         except Refusal as problem:
             self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}

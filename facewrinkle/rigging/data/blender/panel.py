@@ -32,7 +32,6 @@ class FacePanel(bpy.types.Panel):
             layout.label(text=f"{len(found)} landmarks: drag what is wrong.")
         column = layout.column(align=True)
         column.row(align=True).prop(settings, "shapes")
-        column.prop(settings, "replace")
         column.operator(operators.AddShapes.bl_idname)
         column = layout.column(align=True)
         column.prop(settings, "size")
