@@ -27,7 +27,7 @@ from ..rigging import Take
 from ..rigging.shapes import VISEMES
 from ..rigging.tables import shapes_of_column
 from ..schemas import conforming
-from ..session import Folds, Look, Pattern, Session, Subject, Tear
+from ..session import Folds, Pattern, Session, Subject, Tear
 from ..session.content import is_session
 from ..session.parts import LONGEST, Anywhere, Camera, point_of, ranges
 from ..session.session import START
@@ -52,7 +52,7 @@ from .protocol import (
     Show,
     Undo,
 )  # fmt: skip
-from .saving import MOVIE, SLOW, Folder, Kept, Order, SavingProcess, save
+from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
 from .server import Client, Server
 from .stage import Stage
 
@@ -210,15 +210,15 @@ class Answers:
                     self._kept.dismiss()
                 self.server.tell_all({"is": "earlier", "when": self._kept.when})
 
-    def session(self, camera: list[float] | None = None, shows: Field = FACE_ALONE, **look: Any) -> Session:
+    def session(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> Session:
         """Return what is shown, seen by a camera: from the front, if there is none."""
         shown = self._stage.shown
         assert shown is not None
-        seen = Look(
+        seen = replace(
+            self._document.session.look,
             view="front" if camera is None else conforming(camera, Camera, "camera"),
             field=shows.name or "",
             muscles=shows.muscles,
-            **look,
         )
         return self._document.session.changed(self._stage.face.atlas, time=min(shown.time, LONGEST), look=seen)
 
@@ -234,7 +234,7 @@ class Answers:
         self._tell("Saving", 0.0)
         try:
             if what in SLOW:  # by a process of its own, so that the face goes on meanwhile
-                session = self.session(camera, shows, size=MOVIE)
+                session = self.session(camera, shows)
                 order = Order(what, session, Subject(stage.face, self._library[stage.shown_face].clip))
                 name, content = await asyncio.to_thread(self.process.save, order, self._tell)
             else:

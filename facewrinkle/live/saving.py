@@ -34,9 +34,6 @@ from .stage import Stage
 SLOW = ("rig", "movie", "animation")
 """Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
 
-MOVIE = 720, 720
-"""Width and height of a movie, pixels."""
-
 SESSION = "session.json"
 """The file of the session in the folder of a studio."""
 

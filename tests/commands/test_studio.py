@@ -50,12 +50,15 @@ def test_a_change_just_before_a_signal_is_in_the_session(tmp_path, name):
             session.ws_connect(f"{place}/socket", headers={"Origin": place}, max_msg_size=0) as page,
         ):
             await page.send_json({"do": "hello", "key": key})
-            patch = [["mixture", "AU12"], 0.5]
-            await page.send_json({"do": "change", "id": 7, "patches": [patch], "gesture": ""})
-            async for got in page:
-                if got.type is aiohttp.WSMsgType.TEXT and got.json().get("id") == 7:
-                    run.send_signal(getattr(signal, name))
-                    return
+            for number, weight in ((1, 0.25), (2, 0.5)):  # the second replaces what was saved of the first
+                patch = [["mixture", "AU12"], weight]
+                await page.send_json({"do": "change", "id": number, "patches": [patch], "gesture": ""})
+                async for got in page:
+                    if got.type is aiohttp.WSMsgType.TEXT and got.json().get("id") == number:
+                        break
+                while number == 1 and not (tmp_path / "session.json").exists():
+                    await asyncio.sleep(0.02)
+            run.send_signal(getattr(signal, name))
 
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ) as run:
         try:

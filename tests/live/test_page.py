@@ -27,6 +27,7 @@ from __future__ import annotations
 import io
 import itertools
 import json
+import re
 from dataclasses import fields, replace
 
 import numpy as np
@@ -280,6 +281,12 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
     file = until(lambda: next(saved.glob("face_*.glb"), None))
     until(lambda: "Saved as" in page.inner_text("#panel-save"))
     assert pv.read(file).n_blocks >= 1
+    page.get_by_label("Height of pictures").fill("640")
+    page.keyboard.press("Enter")
+    until(lambda: studio.session.look.size == (1200, 640))
+    page.get_by_role("button", name="Picture", exact=True).click()
+    told = until(lambda: re.search(r"Saved as (.*\.png)", page.inner_text("#panel-save")))
+    assert pv.read(told[1]).dimensions == (1200, 640, 1)
     page.get_by_role("button", name="Copy as Python").click()
     until(lambda: "sim.express" in page.inner_text("#panel-save"))
 

@@ -21,6 +21,7 @@ import sys
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 from unittest.mock import Mock
@@ -222,7 +223,7 @@ def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
 def test_movies_animations_and_atlases_are_saved(studio, saved):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
     timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}
-    studio.change(timeline=timeline, mixtures={"My smile": {"AU12": 1.0}})
+    studio.change(timeline=timeline, mixtures={"My smile": {"AU12": 1.0}}, look={"size": [320, 240]})
     with page(studio) as seen:
         seen.frame()
         seen.send("save", id=900, what="movie", camera=CAMERA)
@@ -236,6 +237,8 @@ def test_movies_animations_and_atlases_are_saved(studio, saved):
         told = {got["text"] for got in seen.texts if got["is"] == "progress"}
     ffmpeg = pytest.importorskip("imageio_ffmpeg")
     assert ffmpeg.count_frames_and_secs(paths["movie"])[0] == 5  # 0.2 s of 25 pictures
+    with closing(ffmpeg.read_frames(paths["movie"])) as film:
+        assert next(film)["size"] == (320, 240)
     _, recorded = fw.read_animation(paths["animation"], mesh="face")
     assert recorded.duration == pytest.approx(0.16)
     atlas = fw.read_atlas(paths["atlas"])

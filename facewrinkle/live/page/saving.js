@@ -3,7 +3,7 @@
 import { element } from "./sliders.js";
 
 const FILES = {
-  picture: ["Picture", "1200 × 1200 pixels, from this view"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
+  picture: ["Picture", "From this view, in the size below"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
   glb: ["Mesh (GLB)", "The face as shown, with eyes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
   rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh. Wrinkle maps for your own mesh: facewrinkle rig, or facewrinkle blender"], face: ["Face", "The fitted face, to open again later"],
   atlas: ["Atlas (TOML)", "Muscles, action units and expressions; the current expression is called “studio”"],
@@ -21,6 +21,10 @@ export function saving({ folder, kinds }, app) {
     code.hidden = false;
     try { await navigator.clipboard.writeText(text); note.textContent = "Copied."; } catch { note.textContent = "Select the text to copy it."; }
   };
+  const sides = ["Width", "Height"].map((name) => element("input", { type: "number", min: 16, max: 8192, "aria-label": `${name} of pictures and movies, pixels`, onchange: () => {
+    connection.change([[["look", "size"], sides.map(({ value }) => Math.round(Math.max(16, Math.min(8192, Number(value)))))]]);
+  } }));
+  app.panels.updates.push(({ look }) => sides.forEach((side, k) => { side.value = look.size[k]; }));
   const save = (what) => async () => {
     note.textContent = "Saving …";
     try {
@@ -32,6 +36,7 @@ export function saving({ folder, kinds }, app) {
   return [
     ...kinds.map((what) => element("div", { class: "file" },
       element("button", { text: FILES[what]?.[0] ?? what, onclick: save(what) }), element("span", { text: FILES[what]?.[1] ?? "" }))),
+    element("div", { class: "actions" }, element("span", { text: "Size" }), sides[0], "×", sides[1], "pixels"),
     element("div", { class: "actions" }, element("button", { text: "Copy as Python", onclick: copy })),
     note, code,
     element("p", { text: folder ? `Files are saved in ${folder}; the session is saved there automatically.` : "Files are downloaded. Start the studio with --save-to FOLDER to save them there." }),
