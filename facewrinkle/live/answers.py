@@ -50,6 +50,7 @@ from .protocol import (
     Reset,
     Save,
     Show,
+    Stop,
     Undo,
 )  # fmt: skip
 from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
@@ -176,6 +177,8 @@ class Answers:
                 self.live(message.weights)
             case Show():
                 self.show(message.name)
+            case Stop() if self._saving:
+                self.process.stop()
             case _:
                 with stage.condition:
                     self._edit(document, message)

@@ -152,6 +152,11 @@ class Save(Message):
 
 
 @dataclass(kw_only=True)
+class Stop(Message):
+    """End the making of a file that takes long."""
+
+
+@dataclass(kw_only=True)
 class Continue(Message):
     """Go on with the session that was found, or leave it."""
 

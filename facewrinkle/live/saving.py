@@ -280,6 +280,7 @@ class SavingProcess:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
+        self._stopped = False
 
     def save(self, order: Order, tell: Tell) -> tuple[str, bytes]:
         """Return the name and the content of a file.
@@ -295,26 +296,32 @@ class SavingProcess:
         FaceWrinkleError
             If it cannot be made, or :meth:`stop` was called.
         """
-        with subprocess.Popen(
-            [sys.executable, "-c", f"from {__name__} import main; main()"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
-            start_new_session=True,  # Ctrl-C is for the studio, which ends the process by itself
-        ) as self._process:  # fmt: skip
-            assert self._process.stdin is not None
-            assert self._process.stdout is not None
-            with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):  # it has ended
-                pickle.dump(order, self._process.stdin)
-                self._process.stdin.close()
-                while (message := pickle.load(self._process.stdout))[0] == "progress":
-                    tell(*message[1:])
-                if message[0] == "file":
-                    name, content = message[1:]
-                    return name, content
-                raise FaceWrinkleError(message[1])
-        raise FaceWrinkleError(f"the {order.what} was not made; see the terminal.")
+        try:
+            with subprocess.Popen(
+                [sys.executable, "-c", f"from {__name__} import main; main()"],
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment(),
+                start_new_session=True,  # Ctrl-C is for the studio, which ends the process by itself
+            ) as self._process:  # fmt: skip
+                if self._stopped:  # before it began
+                    self._process.kill()
+                assert self._process.stdin is not None
+                assert self._process.stdout is not None
+                with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):  # it has ended
+                    pickle.dump(order, self._process.stdin)
+                    self._process.stdin.close()
+                    while (message := pickle.load(self._process.stdout))[0] == "progress":
+                        tell(*message[1:])
+                    if message[0] == "file":
+                        name, content = message[1:]
+                        return name, content
+                    raise FaceWrinkleError(message[1])
+            raise FaceWrinkleError(f"the {order.what} was not made{'' if self._stopped else '; see the terminal'}.")
+        finally:
+            self._stopped = False
 
     def stop(self) -> None:
         """End what is being made."""
+        self._stopped = True
         if self._process is not None:
             self._process.kill()
 

@@ -207,7 +207,7 @@ def test_what_cannot_be_played_says_so(stage, tmp_path, monkeypatch):
     with pytest.raises(MeshError, match="faces of skin change with time"):
         read(stage)
     (tmp_path / "broken.usdc").write_bytes(b"PXR-USDC" + bytes(40))
-    with pytest.raises(MeshError, match="broken.usdc cannot be read"):
+    with pytest.raises(MeshError, match="broken.usdc cannot be read: USD does not understand it. Export it again."):
         fw.read_animation(tmp_path / "broken.usdc")
     monkeypatch.setitem(sys.modules, "pxr", None)
     with pytest.raises(MissingPackageError, match=r"usd-core.*\[export\]"):

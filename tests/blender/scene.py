@@ -192,6 +192,7 @@ def everything(path):
     found["copy"] = told(bpy.ops.facewrinkle.fine_copy)
     settings.tears, settings.seconds = "one_tear", 2.5
     found["tears"] = told(bpy.ops.facewrinkle.add_tears)
+    assert not found["tears"], found["tears"]
     (tears,) = [each for each in obj.children if each.type == "MESH"]
     found["off the skin"] = off_the_skin(obj, tears)
     (root,) = [each for each in obj.children if each.type == "EMPTY" and each.children]

@@ -291,6 +291,14 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
     until(lambda: "sim.express" in page.inner_text("#panel-save"))
 
 
+def test_a_movie_is_cancelled(page, studio):
+    page.get_by_role("button", name="Save …").click()
+    page.get_by_role("button", name="Movie", exact=True).click()
+    page.get_by_role("button", name="Cancel").click()
+    until(lambda: "the movie was not made." in page.inner_text("#panel-save"))
+    assert page.locator("#progress").is_hidden()
+
+
 def test_the_page_shows_what_pictures_show(page, studio):
     """The same camera and lamps, from aside; with brows that are not lifted out of folds. The mean of several pictures,
     which a face at rest is drawn by without a graphics card, is nearer to it than a single one.

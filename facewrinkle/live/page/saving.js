@@ -25,13 +25,17 @@ export function saving({ folder, kinds }, app) {
     connection.change([[["look", "size"], sides.map(({ value }) => Math.round(Math.max(16, Math.min(8192, Number(value)))))]]);
   } }));
   app.panels.updates.push(({ look }) => sides.forEach((side, k) => { side.value = look.size[k]; }));
+  const stop = document.getElementById("stop");
+  stop.onclick = () => connection.send("stop");
   const save = (what) => async () => {
     note.textContent = "Saving …";
+    stop.hidden = !["movie", "animation", "rig"].includes(what);
     try {
       const got = await connection.ask("save", { what, camera: app.cameraNumbers() });
       note.textContent = got.path ? `Saved as ${got.path}` : `Downloaded ${got.name}.`;
       if (got.download) element("a", { href: got.download, download: got.name }).click();
     } catch (error) { note.textContent = error.message; }
+    stop.hidden = true;
   };
   return [
     ...kinds.map((what) => element("div", { class: "file" },

@@ -61,9 +61,12 @@ def shown(stage: Any) -> list[Any]:
 def opened(path: Path) -> Any:
     """Open the stage of a USD file."""
     with optional_imports(f"{path.name}: USD files need", ", or export the mesh as OBJ, PLY or glTF."):
-        from pxr import Usd
+        from pxr import Tf, Usd
     probe(path)
-    stage = Usd.Stage.Open(str(path))
+    try:
+        stage = Usd.Stage.Open(str(path))
+    except Tf.ErrorException as problem:  # in the words of its C++
+        raise MeshError(f"{path.name} cannot be read: USD does not understand it. Export it again.") from problem
     for layer in stage.GetUsedLayers():
         if name := layer.realPath:
             check_inside(path.parent, name, path.name, name)
