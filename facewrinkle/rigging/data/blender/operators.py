@@ -247,7 +247,7 @@ class AddTears(Command, bpy.types.Operator):
         return ["tear", chosen.tears, "--face", self.head, "--intensity", 0, *timing, *files]
 
     def finish(self, context):
-        return f"{beside.add_tears(self.obj, self.run.folder)} tears run from the start of the scene."
+        return f"Tears run from the start of the scene: {beside.add_tears(self.obj, self.run.folder)}."
 
 
 class LoadTake(bpy.types.Operator):
