@@ -54,7 +54,7 @@ def test_ramp(versus, sim, draw, notes, expression):
     show = played(sim, expression)
     goal = 2.0 if expression == "paper_surprise" else None
     versus(f"{expression}, ramp: frame, drawing", show.next, lambda: draw(show.frame), goal, RAMP, 0, statistics.fmean)
-    assert show.triangles[-1] > show.triangles[0]
+    assert warm_up.triangles[-1] > warm_up.triangles[0]
     notes[f"{expression}, ramp"] = str(show)
 
 
