@@ -47,10 +47,10 @@ def test_sample(versus, drawn, own):
             frame, plan = next(content)
             if own:
                 with Scene(face, style) as scene:
-                    place(scene, plan)
+                    place(scene, plan, spec)
                     scene.picture(frame)
                 return
-            place(shared, plan)
+            place(shared, plan, spec)
             shared.picture(frame)
 
         where = "in a scene of its own" if own else "all in one scene"
