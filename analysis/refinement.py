@@ -253,7 +253,7 @@ def report(quick: bool = False) -> Report:
         same, needed = at_equal_count(pair, own)
         equal.append((name, own.triangles, own.distance, same, own.angle, same / own.distance, needed))
     printed_levels = next(iter(played.values()))[0].shape[1]
-    either = min(row["either"] for row in found.values())
+    either = min(row["either"] for row in found.values() if row["needed"])
     tables = [
         Table(
             "Triangles at full strength, and ms per frame: the paper's, ours as printed (Eq. 19), and with mended and "
@@ -313,8 +313,9 @@ def _counts_plot(played: dict[str, tuple[Array, dict[str, float]]], paper: dict)
         total = by_level.sum(axis=1)
         left.plot(np.arange(1, len(total) + 1), total, color=colour, label=name)
         left.plot([len(total) // 2], [paper[name].after], "o", color=colour, markersize=5)
-    left.set(xlabel="frame (released at half time)", ylabel="triangles", ylim=(4000, None))
-    left.legend(fontsize=7, frameon=False, title="lines: as printed, here; dots: the paper's", title_fontsize=7)
+    left.set(xlabel="frame (released at half time)", ylabel="triangles", ylim=(0, None))
+    title = "lines: as printed, here; dots: the paper's"
+    left.legend(loc="lower center", fontsize=7, frameon=False, title=title, title_fontsize=7)
     name, (by_level, _) = next(iter(played.items()))
     right.stackplot(
         np.arange(1, len(by_level) + 1), by_level.T, labels=[f"level {k}" for k in range(by_level.shape[1])],
