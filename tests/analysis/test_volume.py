@@ -52,8 +52,10 @@ def test_the_displaced_volume_is_that_of_the_closed_form():
 
 @pytest.mark.slow
 def test_what_is_lost_on_the_head_does_not_come_from_the_mesh(report):
-    for rung in report("volume").numbers["head"].values():
-        assert abs(rung["default mesh"] - rung["bounded"]) < 1.2
+    """A net share is off by no more than volumes themselves are on a plate of the same resolution (level 2)."""
+    numbers = report("volume").numbers
+    for rung in numbers["head"].values():
+        assert abs(rung["default mesh"] - rung["bounded"]) < numbers["plate"]["displaced"][2]
 
 
 def test_the_ladder_ends_with_what_the_frames_hold(face):
