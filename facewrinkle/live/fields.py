@@ -134,7 +134,7 @@ def _makers(face: Face, layers: Sequence[Layer], vertex: int) -> list[dict[str, 
             families = list(layer.lines)
             formula = (
                 "W = D (b \u2212 |s| (1 + s\u00b2)^\u03b1) / 2^\u03b1, s = \u03b8 / \u03c0; "
-                "D = share \u00b7 S \u00b7 min(0.75 (2 L / \u03c0) \u221ae, 0.22 L)"
+                "D = share \u00b7 S \u00b7 min(0.75 P (2 L / \u03c0) \u221ae, 0.22 L)"
             )
             for numbers in layer.explained(vertex):
                 name = f"waves of the family {families[int(numbers.pop('family'))]!r}"

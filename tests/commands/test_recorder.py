@@ -112,7 +112,8 @@ def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatc
     stale = tmp_path / "AU4.mp4"
     stale.write_bytes(b"of an earlier run")
     out, err = run("express", "AU4", "--frames", "4", "--size", "64", "--series", "--out", str(tmp_path))
-    assert err == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed.\n"
+    note, *_ = err.splitlines()  # a slow machine tells more
+    assert note == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed."
     assert "AU4.mp4" not in out
     assert not stale.exists()
     assert len(series_meshes(tmp_path / "AU4.vtkhdf")) == 6

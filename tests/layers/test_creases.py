@@ -89,7 +89,7 @@ def of_person(face, seed, what):
 
 def frowns(face, people):
     """Heights on both sides, by the distance from the middle, on the five middle cuts across the frowns of people."""
-    found, aside = [], np.linspace(0.0, 10.0, 40)
+    found, aside = [], np.linspace(0.0, 12.0, 40)
     for seed in range(people):
         middle = list(cuts(face, of_person(face, seed, "AU4"), "glabella"))[2:7]
         lines = [(distance - 0.5 * distance[-1], height) for distance, height in middle]

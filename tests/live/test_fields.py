@@ -40,7 +40,7 @@ def test_the_numbers_add_up_to_the_heights(happy):
             s, alpha = each["theta"] / np.pi, each["alpha"]
             bulge = (2.0 ** (alpha + 1.0) - 1.0) / (2.0 * (alpha + 1.0))
             assert each["W"] == pytest.approx(each["D"] * (bulge - abs(s) * (1 + s * s) ** alpha) / 2.0**alpha)
-            deepest = min(0.75 * 2.0 / np.pi * each["L"] * np.sqrt(each["e"]), 0.22 * each["L"])
+            deepest = min(0.75 * each["P"] * 2.0 / np.pi * each["L"] * np.sqrt(each["e"]), 0.22 * each["L"])
             assert each["D"] == pytest.approx(each["share"] * each["S"] * deepest)
         own = muscles.explained(int(vertex))
         assert sum(each["W"] for each in own) == pytest.approx(muscles.fields()["W"][vertex], abs=1e-9)

@@ -15,6 +15,7 @@ from facewrinkle.animation.recorded import Recorded
 from facewrinkle.mesh import add_seams
 from facewrinkle.plotting import Scene, Style, picture
 from facewrinkle.plotting.images import texels_per_pixel, texture
+from facewrinkle.simulation.fold_layers import fold_layers
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
 RED, BLUE, GREEN = (200, 40, 40), (40, 40, 200), (0, 255, 0)
@@ -87,7 +88,7 @@ def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):
 
 def test_wrinkles_show_in_a_photo(seamed):
     plain = replace(seamed, texture=np.full((4, 4, 3), 180, np.uint8))
-    frame = after(fw.Simulation(plain), "paper_surprise", 20)
+    frame = after(fw.Simulation(plain, layers=fold_layers(plain, "wave", depth=2.0)), "paper_surprise", 20)
     smooth = after(fw.Simulation(plain, layers=[]), "paper_surprise", 20)
     style = Style(SIZE, "forehead", eyes=False, brows=False)
     middle = (slice(60, 180), slice(60, 180))  # away from the outline and the hair

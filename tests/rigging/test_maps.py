@@ -21,6 +21,7 @@ from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.rigging.maps import Texels, around_head, tangents_of, visible_first
+from facewrinkle.simulation.fold_layers import fold_layers
 
 SIZE = 2048
 """Texels that find the bottoms of the forehead's sharpest furrows, which 1024 across miss by a fifth."""
@@ -29,7 +30,8 @@ SIZE = 2048
 @pytest.fixture(scope="module")
 def raised(face):
     """Maps of raised brows, and the refined skin."""
-    return fw.bake_maps(face, "AU1", size=SIZE), settled(fw.Simulation(face), "AU1")
+    lines = [fold_layers(face, "wave", depth=3.0) for _ in range(2)]
+    return fw.bake_maps(face, "AU1", size=SIZE, layers=lines[0]), settled(fw.Simulation(face, layers=lines[1]), "AU1")
 
 
 def barycentric(corners, place):

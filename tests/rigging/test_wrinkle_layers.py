@@ -54,7 +54,7 @@ def test_layers_show_the_wrinkles_of_a_shape(face, layers, unit):
     single = fw.bake_maps(face, unit, size=SIZE)
     ours = shown(layers, {name: 1.0 for name, each in SHAPES.items() if each == unit})
     theirs = single.normal / 127.5 - 1.0
-    folded = np.abs(single.height / 32768.0 - 1.0) * single.most > 0.15
+    folded = np.abs(single.height / 32768.0 - 1.0) * single.most > 0.1
     assert folded.sum() > 200
     angles = [
         np.degrees(np.arccos(np.clip((n * theirs).sum(axis=-1) / np.linalg.norm(theirs, axis=-1), -1, 1)))

@@ -90,14 +90,13 @@ def spacing_for(length, depth):
 
 
 @compiled
-def heights(waves, strain, depth, person, now, relief, leading):
+def heights(waves, strain, depth, now, relief, leading):
     """Heights at n vertices with a strain (n, 6), the same with blunt furrows (`shown`), and the spacing needed.
 
-    From bulge to furrow a fold is ``D = S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep; all folds of a vertex together
-    are no longer than the skin that the compression frees. S is the `strength` of the line times that of the `person`.
-    `leading` (n,) gets the deepest entry of each, and `now` the
-    compression of the entries, what is beyond the onset, what is left of that to each, depths, shape exponents and
-    heights.
+    From bulge to furrow a fold is ``D = S min(0.75 P (2 L / pi) sqrt(e), 0.22 L)`` deep, with P for `depth`; all folds
+    of a vertex together are no longer than the skin that the compression frees. `leading` (n,) gets the deepest entry
+    of each, and `now` the compression of the entries, what is beyond the onset, what is left of that to each, depths,
+    shape exponents and heights.
     """
     starts, _, theta, strength, window, length, old, wave, tangents = waves
     epsilon, excess, left, deep, shape, high = now
@@ -114,8 +113,7 @@ def heights(waves, strain, depth, person, now, relief, leading):
             if excess[p] == 0.0:
                 continue
             left[p] = e = share_of(p, first, last, excess, wave)
-            most = min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
-            deep[p] = person * strength[p] * most
+            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
             if deep[p] > 0.0:
                 asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
             if deep[p] > deep[deepest]:

@@ -26,7 +26,7 @@ GOLDEN = 0.6180339887
 
 
 def strength_of(seed: int, age: float = 0.0) -> float:
-    """Return the factor of the depth of a person's lines: the young differ threefold, from .25 to .75; it rises with
+    """Return the factor of the depth of a person's lines: the young differ threefold, from .22 to .65; it rises with
     the age.
 
     What lines leave of the compression, skin takes by getting thicker: the less it can, the older it is.
@@ -34,9 +34,9 @@ def strength_of(seed: int, age: float = 0.0) -> float:
     Examples
     --------
     >>> [[round(strength_of(seed, age), 2) for seed in range(5)] for age in (0.0, 1.0)]
-    [[0.48, 0.32, 0.63, 0.41, 0.27], [0.83, 0.75, 0.89, 0.8, 0.72]]
+    [[0.42, 0.28, 0.54, 0.36, 0.23], [0.8, 0.72, 0.86, 0.77, 0.7]]
     """
-    return float((0.75 * 3.0 ** ((0.6 + seed * GOLDEN) % 1.0 - 1.0)) ** (1.0 - 0.75 * age))
+    return float((0.65 * 3.0 ** ((0.6 + seed * GOLDEN) % 1.0 - 1.0)) ** (1.0 - 0.75 * age))
 
 
 class WaveFolds(Layer):
@@ -160,7 +160,7 @@ class WaveFolds(Layer):
         """
         self._face = face
         self._age = max(face.age, 0.0) if self.age is None else self.age
-        self._depth, self._strength = self.depth * face.fold_depth, strength_of(self.style.seed, self._age)
+        self._depth, self._person = self.depth * face.fold_depth, strength_of(self.style.seed, self._age)
         self._amounts = amounts(self.amount, face)
         self._field = self._found(face, self._amounts, self._age)
         if self.families is not None and (lacking := [k for k in self.families if k not in self._field.lines]):
@@ -180,7 +180,7 @@ class WaveFolds(Layer):
         """See :class:`facewrinkle.Layer`."""
         waves, relief, beyond = self._waves, self._relief, self._beyond
         kernels.heights(
-            (waves.starts, *waves.columns), state.strain_at_vertices, self._depth / beyond, self._strength,
+            (waves.starts, *waves.columns), state.strain_at_vertices, self._person * self._depth / beyond,
             tuple(self._now), tuple(relief), self._leading,
         )  # fmt: skip
         relief = relief.levelled(state.areas)
@@ -202,20 +202,19 @@ class WaveFolds(Layer):
     def explained(self, vertex: int) -> list[dict[str, float]]:
         """Return what the waves of each family add at a vertex in the last frame, and the numbers of their formula.
 
-        A fold is ``D = share S min(0.75 (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e: the
-        compression that is left to the family, S: its strength, the person's :func:`strength_of` included), and
-        ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha``
-        high at the phase theta = pi s, where b keeps the volume. `share` is what the length of the skin leaves to all
-        families together. Without the lines of old skin, and before heights are levelled. Lengths are in mm, "family"
-        is a number.
+        A fold is ``D = share S min(0.75 P (2 L / pi) sqrt(e), 0.22 L)`` deep from bulge to furrow (L: wavelength, e:
+        the compression that is left to the family, S: its strength, P: the person's, :func:`strength_of`, times the
+        depth that was asked for), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha`` high at the phase theta = pi s,
+        where b keeps the volume. `share` is what the length of the skin leaves to all families together. Without the
+        lines of old skin, and before heights are levelled. Lengths are in mm, "family" is a number.
         """
         waves, now, beyond, share = self._waves, self._now, self._beyond, float(self._relief.share[vertex])
         here = slice(int(waves.starts[vertex]), int(waves.starts[vertex + 1]))
         columns = {
             "family": waves.family[here], "W": beyond * now.height[here], "D": beyond * share * now.deep[here],
-            "theta": waves.theta[here], "L": waves.length[here], "S": self._strength * waves.strength[here],
+            "theta": waves.theta[here], "L": waves.length[here], "S": waves.strength[here],
             "e": now.left[here], "epsilon": now.epsilon[here], "alpha": now.alpha[here],
-            "share": np.full(len(now.left[here]), share),
+            "share": np.full(len(now.left[here]), share), "P": np.full(len(now.left[here]), self._person * self._depth),
         }  # fmt: skip
         found = [dict(zip(columns, row, strict=True)) for row in np.transpose([*columns.values()]).tolist()]
         return sorted(found, key=lambda entry: -entry["D"])

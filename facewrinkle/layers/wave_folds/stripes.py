@@ -41,7 +41,7 @@ STRIATED = (0.40, 2.6)
 EVEN = 1.0
 """The same of directions and random numbers that are averaged all around."""
 
-WANDER, UNEVEN, WIDER = 0.06, 0.3, 0.12
+WANDER, UNEVEN, WIDER = 0.06, 0.38, 0.12
 """At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
 and of the logarithm of the wavelength; and the mean of that.
 """

@@ -39,7 +39,7 @@ MEAN_THICKNESS, WAVELENGTH = 1.15, 5.3
 forehead, as on captured ones, and 4.4 mm beside the eye.
 """
 
-AGED = 1.3
+AGED = 1.2
 """Depth of lines at rest at age 1 in skin 1 mm thick, over the root of its compression in full motion, mm."""
 
 NEAR = 0.02
@@ -73,7 +73,7 @@ ROLLING, HANGING = 0.9, 0.75
 which hangs before the hollow of the orbit.
 """
 
-GAP, BELLIES_APART = 0.35, 16.0
+GAP, BELLIES_APART = 0.12, 19.0
 """Share of the lines that skin between the bellies of the frontalis lacks, and half the width of this gap, mm: captured
 foreheads are .7 times as wrinkled over the midline as over the brows.
 """
@@ -115,7 +115,7 @@ def wavelengths(face: Face) -> Array:
 def old_depths(face: Face, age: float) -> Array:
     """Return how deep lines at rest are (n0,), mm, over the root of the compression of the skin in full motion.
 
-    ``1.3 age^(t^2) / t`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On
+    ``1.2 age^(t^2) / t`` with the thickness t of the skin, mm: thin skin has its lines earlier, and deeper ones. On
     people the corners of the eyes age first, and the forehead after the folds that everybody has at the same places
     (Takema and others, Skin Research and Technology 1997).
 
@@ -125,7 +125,7 @@ def old_depths(face: Face, age: float) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "eye_l_outer")]
     >>> [old_depths(face, age)[at].round(2).tolist() for age in (0.5, 1.0)]
-    [[0.38, 1.01], [1.07, 1.6]]
+    [[0.35, 0.93], [0.98, 1.47]]
     """
     thick = thickness(face)
     return np.asarray(AGED * age ** (thick**2) / thick)
@@ -149,7 +149,7 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "mouth_l")]
     >>> firmness(face)[at].round(1).tolist()
-    [0.6, 0.0]
+    [0.8, 0.0]
     """
     depth = face.tissue.depth * face.unit / scale_of(face)
     firm = np.asarray(1.0 / (1.0 + (depth / deep) ** SUDDEN))

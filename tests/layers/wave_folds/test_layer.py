@@ -113,10 +113,11 @@ def test_folds_are_no_longer_than_the_compression_frees(vertically, pressed, dep
 
 def test_folds_of_skin_that_may_grow_longer_are_as_deep_as_was_asked(vertically, pressed):
     usual, exaggerated = (
-        pressed(WaveFolds(depth, families=vertically, inextensible=False), PRESSED, level=0)[1]["W"] for depth in (1, 5)
+        pressed(WaveFolds(depth, families=vertically, inextensible=False), PRESSED, level=0)[1]["W"]
+        for depth in (1, 10)
     )
-    np.testing.assert_allclose(exaggerated, 5.0 * usual, rtol=1e-12)
-    _, frame = pressed(WaveFolds(5.0, families=vertically), PRESSED, level=0)
+    np.testing.assert_allclose(exaggerated, 10.0 * usual, rtol=1e-12)
+    _, frame = pressed(WaveFolds(10.0, families=vertically), PRESSED, level=0)
     assert np.ptp(frame["W"]) < 0.4 * np.ptp(exaggerated)
 
 
@@ -141,7 +142,7 @@ def test_folds_take_no_volume():
     *_, frame = sim.run(6)
     bare = np.asarray(frame["rest"]) * [1.0, 0.75, 1.0]
     volumes = swept_volumes(bare, np.asarray(frame.points) - bare, sim.forest.triangles)
-    assert np.abs(volumes).sum() > 1000.0
+    assert np.abs(volumes).sum() > 500.0
     assert abs(volumes.sum()) < 0.01 * np.abs(volumes).sum()
 
 
