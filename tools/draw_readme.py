@@ -14,7 +14,7 @@ from facewrinkle.plotting.views import View
 
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 
-PORTRAIT = Style((640, 760), View((0.5, 0.03, 1.0), "nose_tip", (0.0, 0.1, -0.6), 4.6))
+PORTRAIT = Style((560, 640), View((0.5, 0.03, 1.0), "nose_tip", (0.35, 0.06, -0.9), 4.1))
 GROWN = {"age": 0.45}
 """Who is on the first picture."""
 

@@ -36,8 +36,8 @@ SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
 SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
 """The folds that are drawn."""
-AGES: dict[Folds, float] = {"printed": 0.0, "wave": 0.5}
-"""The age of the head under them: as captured people do, the young have faint lines."""
+DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 2.0}
+"""How deep they are: the lines of the young, as captured people have them, are too faint for small pictures."""
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 """Arrays of a frame that are drawn in colour."""
@@ -296,10 +296,10 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     """
     report = Report(quiet)
     folder = output_folder(out, make=False)
+    face = default_face()
     for folds, meaning in SHOWN.items():
         report.say(f"\nFolds {folds!r}: {meaning}\n")
-        face = default_face({"age": AGES[folds]})
-        options = FoldOptions(folds)
+        options = FoldOptions(folds, DEPTHS[folds])
         with Scenes(options.face(face)) as scenes:
             peaks = [perform(name, options, scenes, folder / folds, report) for name in EXPRESSIONS]
             sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.jpg")

@@ -178,8 +178,8 @@ def test_the_readme_shows_what_is_drawn_today(folds, tmp_path):
     renderer = pv.GPUInfo().renderer
     if "llvmpipe" not in renderer:
         pytest.skip(f"the picture is one of Mesa's llvmpipe; {renderer} draws other pixels")
-    options = FoldOptions(folds)
-    with Scenes(options.face(fw.default_face({"age": command.AGES[folds]}))) as scenes:
+    options = FoldOptions(folds, command.DEPTHS[folds])
+    with Scenes(options.face(fw.default_face())) as scenes:
         peak = command.perform("closing_eye", options, scenes, tmp_path, Report(quiet=True), movie=False)
     plain = replace(peak, closeup=[peak.closeup[1]] * 4)
     files = [save_picture(command.column(each), tmp_path / f"{k}.jpg") for k, each in enumerate((peak, plain))]
