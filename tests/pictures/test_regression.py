@@ -22,6 +22,7 @@ from pytest_pyvista.pytest_pyvista import RegressionError
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style, TearScene, View
+from facewrinkle.simulation.fold_layers import fold_layers
 from facewrinkle.tears.presets import preset, surfaces
 
 pytestmark = [
@@ -32,6 +33,9 @@ pytestmark = [
 
 BASELINES = Path(__file__).parent / "baselines"
 SIDE = 400
+DEPTH = 2.0
+"""How deep folds are: those of the young are too faint for what is measured here."""
+
 ERROR, WARNING = 5.0, 1.0
 """VTK's thresholded error. The same picture scores 0; wrinkles that are 2.5 % higher score more than ERROR."""
 
@@ -117,7 +121,8 @@ def frame(kind, name, factor=1.0):
     if kind == "pattern":
         simulation = fw.Simulation(face, layers=fw.PatternLayer.presets(name, face), motion=fw.Still(face))
     else:
-        simulation = fw.Simulation(face, folds="paper" if kind == "paper" else "wave")
+        waves = None if kind == "paper" else fold_layers(face, "wave", depth=DEPTH)
+        simulation = fw.Simulation(face, layers=waves, folds="wave" if waves else "paper")
     for layer in simulation.layers:
         layer.displacement = lambda state, of=layer.displacement: replace(d := of(state), height=factor * d.height)
     if kind != "pattern" and name is not None:
