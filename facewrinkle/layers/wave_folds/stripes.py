@@ -296,12 +296,11 @@ def found_stripes(
 
     def directed(across: float, along: float) -> Array:
         squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
-        spread = 0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares)
-        return np.asarray(apart @ spread @ apart)
+        return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
 
     uneven = random(smoothing.over(directed(*STRIATED)))
     wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]
-    psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), rng.random(len(wave)))
+    psi = _aligned(smoothing.over(apart @ directed(*ALIGNED) @ apart, _turns(ground, wave)), rng.random(len(wave)))
     lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)))
     share = share * np.hypot(*psi.T) * _strengths(lines, style)
     return Stripes(ground, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
