@@ -62,11 +62,16 @@ def test_all_regions_age_before_the_forehead(name):
     if name not in subjects.names():
         pytest.skip("needs a captured face")
     face = subjects.subject(name)
+    people = 0
     for seed in range(5):
         middle, old = held(face, 0.5, seed), held(face, 1.0, seed)
+        if measured(face, old, "forehead")[0] < 0.2:
+            continue  # nearly smooth: of lines around .05 mm, only the deeper ones are counted
+        people += 1
         shares = {region: measured(face, middle, region)[0] / measured(face, old, region)[0] for region in REGIONS}
         forehead = shares.pop("forehead")
         assert min(shares.values()) > forehead + 0.1, (seed, forehead, shares)
+    assert people >= 4
 
 
 @pytest.mark.slow
