@@ -12,13 +12,21 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.checks import finite, picture, vector, vectors
-from facewrinkle.errors import ParameterError, check_flag, check_range, check_whole
+from facewrinkle.errors import ParameterError, check_flag, check_positive, check_range, check_whole
 
 
 @pytest.mark.parametrize("value", ["3", b"3", None, [1.0], True, float("nan"), 10**400, object(), np.zeros(3), 1 + 0j])
 def test_what_is_no_number(value):
     with pytest.raises(ParameterError, match=r"^depth must"):
         check_range("depth", value, 0.0, 10.0)
+    with pytest.raises(ParameterError, match=r"^width must"):
+        check_positive("width", value)
+
+
+@pytest.mark.parametrize("value", [float("inf"), -float("inf"), float("nan"), 2.5, np.ones(2)])
+def test_what_is_no_whole_number(value):
+    with pytest.raises(ParameterError, match=r"^count must"):
+        check_whole("count", value, 0, float("inf"))
 
 
 @pytest.mark.parametrize("value", [3, 3.0, np.float32(3), np.int64(3), np.array(3.0)])
