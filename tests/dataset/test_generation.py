@@ -252,7 +252,7 @@ def test_a_set_that_other_code_began_is_not_mixed(small, tmp_path):
     assert [problems for _, problems in stored] == [[], [], []]
     assert len(remade) == 1
     (other / "dataset.json").write_text(json.dumps(state | {"digest": "of that code"}))
-    with pytest.raises(OutputError, match="of other code .*0123456789abcdef"):
+    with pytest.raises(OutputError, match="with other code .*0123456789abcdef"):
         generate(SPEC, other, count=3)
 
 

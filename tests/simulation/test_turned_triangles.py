@@ -42,7 +42,7 @@ def test_wrinkles_turn_no_triangle_over(face, seed):
     for frame in mixtures(sim, seed, 14):
         assert len(turned(sim, frame)) == 0
         largest = max(largest, np.abs(frame["W"]).max())
-    assert largest > 0.5
+    assert largest > 0.3
 
 
 @pytest.fixture
