@@ -28,6 +28,6 @@ def test_surprise_turns_nothing_over_and_nothing_runs_through_itself():
     folded.pose(("paper_surprise",))
     for age in AGES:
         found = folded.measured(age)
-        assert found["deep"] > 1.0
+        assert found["deep"] > 0.5
         assert found["turned"] == found["crossing"] == 0
         assert abs(found["net"]) < 0.01
