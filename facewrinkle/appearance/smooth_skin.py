@@ -58,10 +58,10 @@ class SmoothSkin:
         points = np.asarray(skin.points, np.float64)
         triangles = np.asarray(skin.regular_faces)
         places = rest_of(skin)[len(face.points) :]
-        if "host" in skin.point_data and is_frame(skin):
-            host = np.asarray(skin.point_data["host"])[len(face.points) :]
-        else:
-            host = closest_places(face.mesh, places)[0] if len(places) else np.empty(0, np.int32)
+        known = "host" in skin.point_data and is_frame(skin)
+        host = np.asarray(skin.point_data["host"] if known else np.empty(0, np.int32))[len(face.points) :]
+        if len(places) and (not known or host.max() >= len(face.triangles)):  # not a frame, or one of another mesh
+            host = closest_places(face.mesh, places)[0]
         key = len(points), triangles.tobytes(), host.tobytes()
         self._on_base, self.split = per_face(face, "smooth skin", key, lambda: _split(face, triangles, host, places))
         self.points, self.normals = self.split.places(
