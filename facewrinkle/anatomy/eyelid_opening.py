@@ -129,7 +129,7 @@ class EyelidOpening:
     >>> opening = fw.default_face().eyelid_openings["l"]
     >>> top, bottom = opening.lines(np.array([0.5]))
     >>> round(opening.width), round(float((top - bottom)[0] * opening.eye.radius))
-    (27, 11)
+    (28, 10)
     """
 
     eye: Eyeball
@@ -202,7 +202,7 @@ def eyelid_opening(
     >>> mesh = face.points, face.triangles, face.boundary_loops
     >>> top, bottom = eyelid_opening(face.eyes[0], *mesh, face.landmarks).lines(np.array([0.5]))
     >>> np.degrees(top - bottom).round()
-    array([55.])
+    array([46.])
     """
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
     width = float(np.linalg.norm(outer - inner))

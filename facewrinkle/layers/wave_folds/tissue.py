@@ -228,7 +228,7 @@ def edge_distance(face: Face) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("eye_l_outer", "glabella")]
     >>> edge_distance(face)[at].round(1).tolist()
-    [1.7, inf]
+    [1.4, inf]
     """
     points = face.points * face.unit / scale_of(face)
     normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
