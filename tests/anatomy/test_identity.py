@@ -105,12 +105,12 @@ def test_eyes_at_rest_do_not_stare(identity: Identity) -> None:
 
 def test_no_basic_emotion_bares_the_white_below_the_iris(face: Face) -> None:
     rest, openings = eye_of(face, face.points)[0], {}
-    for name in ("happiness", "sadness", "anger", "disgust", "emotion_surprise", "emotion_fear"):
+    for name in ("happiness", "sadness", "anger", "disgust", "surprise", "fear"):
         frame = after(fw.Simulation(face, refinement=fw.Refinement(max_level=0)), name, 20)
         openings[name], white, _ = eye_of(face, np.asarray(frame.points)[: face.mesh.n_points])
         assert white < 0.0, name
     assert max(openings[name] for name in ("happiness", "anger", "disgust")) < rest - 1.0
-    assert openings["emotion_surprise"] > rest + 1.0
+    assert openings["surprise"] > rest + 1.0
 
 
 @pytest.mark.parametrize(
