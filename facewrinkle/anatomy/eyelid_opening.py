@@ -213,7 +213,8 @@ def eyelid_opening(
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
     lids = _lid_sections(local[_near(local, triangles)], _ball(eye, inner, axes, width))
-    if len(lids) < len(MERIDIANS) // 2:
+    in_middle = any(RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1] for at, *_ in lids)
+    if len(lids) < len(MERIDIANS) // 2 or not in_middle:
         return None
     hole = _hole(lid_rim(eye, points, loops), *polar[:2])
     thick = hole is None or not _is_seen(hole, local, lids)
