@@ -65,6 +65,7 @@ lint: $(READY)  ## style, format, spelling and types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md CODE_OF_CONDUCT.md docs gallery
+	$(BIN)/codespell --builtin en-GB_to_en-US --regex '[A-Z]?[a-z]+' facewrinkle tests tools analysis benchmarks gallery
 	$(BIN)/mypy
 
 clean:  ## remove the set-up, caches and output

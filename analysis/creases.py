@@ -23,7 +23,7 @@ from facewrinkle.geometry.closest_point import closest
 from facewrinkle.geometry.interpolation import interpolated
 
 from .motion import run_on_captured, summed
-from .report import COLOURS, Plot, Report, Table, plot
+from .report import COLORS, Plot, Report, Table, plot
 
 Array = npt.NDArray[np.float64]
 
@@ -224,7 +224,7 @@ def _cuts_plot(kinds: dict[str, list[tuple[Row, list[Cut]]]]) -> Plot:
     for ax in axes[len(CREASES) :]:
         ax.set_axis_off()
     for k, (name, ax) in enumerate(zip(CREASES, axes, strict=False)):
-        for (label, found), color in zip(kinds.items(), ("black", *COLOURS), strict=False):
+        for (label, found), color in zip(kinds.items(), ("black", *COLORS), strict=False):
             cut = found[k][1][1]
             across, forward = (cut.skin - cut.skin[np.argmin(np.abs(cut.place))]).T
             ax.plot(across, forward, color=color, linewidth=1.2, label=label)

@@ -19,7 +19,7 @@ import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_areas
 
 from .motion import Agreement, compared, run_on_captured, settled, summed
-from .report import COLOURS, Plot, Report, Table, plot
+from .report import COLORS, Plot, Report, Table, plot
 
 Array = npt.NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def report(face: fw.Face, shapes: Mapping[str, Array]) -> Report:
     figure, (ax,) = plot(1, 1, (7.0, 3.0))
     bars = {"atlas": [row.agreement.cosine for row in rows], "best mixture": [row.ceiling for row in rows]}
     for k, (label, values) in enumerate(bars.items()):
-        ax.barh(np.arange(len(rows)) + 0.4 * (k - 0.5), values, 0.36, color=COLOURS[k], label=label)
+        ax.barh(np.arange(len(rows)) + 0.4 * (k - 0.5), values, 0.36, color=COLORS[k], label=label)
     ax.set_yticks(np.arange(len(rows)), [row.agreement.muscle for row in rows], fontsize=7)
     ax.set(xlabel="cosine")
     ax.invert_yaxis()

@@ -153,7 +153,7 @@ def gradients(points: Array, triangles: npt.NDArray[np.integer], values: Array) 
 
 
 def spacings(sim: fw.Simulation, frame: object) -> list[Array]:
-    """Return the distances, mm, between neighbouring furrows on upright sections through the forehead."""
+    """Return the distances, mm, between neighboring furrows on upright sections through the forehead."""
     from scipy.interpolate import LinearNDInterpolator
 
     face, scale = sim.face, sim.face.unit

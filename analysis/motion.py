@@ -22,7 +22,7 @@ import facewrinkle as fw
 from facewrinkle.geometry.normals import vertex_areas, vertex_normals
 from facewrinkle.layers.compression import StrainField, principal_compression
 
-from .report import COLOURS, OUTPUT, Plot, Report, Table, plot, publish, run
+from .report import COLORS, OUTPUT, Plot, Report, Table, plot, publish, run
 from .subjects import FACES
 
 Array = npt.NDArray[np.float64]
@@ -169,16 +169,16 @@ class FoldAngle:
     muscle, shape : str
     epsilon : float
         Largest compression there (mean over the furrows, weighted by their depth, area and that compression).
-    folds, fibres : float
+    folds, fibers : float
         Mean angle in degrees, weighted alike, between the direction of that compression and the one across the furrows,
-        and the one along the muscle's fibres, across which the paper lays them. Chance gives 45.
+        and the one along the muscle's fibers, across which the paper lays them. Chance gives 45.
     """
 
     muscle: str
     shape: str
     epsilon: float
     folds: float
-    fibres: float
+    fibers: float
 
 
 def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[str, str]] = FOLDS) -> list[FoldAngle]:
@@ -221,7 +221,7 @@ BAR = {"title": "mm", "vertical": True, "position_x": 0.85, "position_y": 0.25, 
 
 
 def picture(face: fw.Face, ours: Array, captured: Array) -> npt.NDArray[np.uint8]:
-    """Draw both fields side by side: the moved faces, coloured by the size of the displacement."""
+    """Draw both fields side by side: the moved faces, colored by the size of the displacement."""
     plotter = pv.Plotter(off_screen=True, shape=(1, 2), window_size=[1000, 560])
     largest = float(max(np.linalg.norm(field, axis=1).max() for field in (ours, captured)))
     for column, field in enumerate((ours, captured)):
@@ -248,11 +248,11 @@ def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Re
     figure, axes = plot(1, 2, (11.0, 4.0))
     for k, (name, label) in enumerate({"cosine": "cosine", "area_cosine": "weighted by area", "size": "size"}.items()):
         place = np.arange(len(rows)) + 0.27 * (k - 1)
-        axes[0].barh(place, [getattr(row, name) for row in rows], 0.25, color=COLOURS[k], label=label)
+        axes[0].barh(place, [getattr(row, name) for row in rows], 0.25, color=COLORS[k], label=label)
     axes[0].set_yticks(np.arange(len(rows)), [row.muscle for row in rows], fontsize=7)
-    for k, (name, label) in enumerate({"folds": "furrows", "fibres": "across the fibres, as in the paper"}.items()):
+    for k, (name, label) in enumerate({"folds": "furrows", "fibers": "across the fibers, as in the paper"}.items()):
         place = np.arange(len(angles)) + 0.4 * (k - 0.5)
-        axes[1].barh(place, [getattr(row, name) for row in angles], 0.36, color=COLOURS[k], label=label)
+        axes[1].barh(place, [getattr(row, name) for row in angles], 0.36, color=COLORS[k], label=label)
     axes[1].set_yticks(np.arange(len(angles)), [row.muscle for row in angles], fontsize=7)
     axes[0].set(xlabel="cosine, or size over the captured one")
     axes[1].set(xlabel="angle to the largest compression (degrees)")
@@ -274,12 +274,12 @@ def report(face: fw.Face, shapes: dict[str, Array], pictures: bool = True) -> Re
         "angle of furrows to the direction in which the captured skin is compressed most.",
         f"Mean cosine {np.mean([r.cosine for r in rows]):.2f} (the least {min(r.cosine for r in rows):.2f}), weighted "
         f"by area {np.mean([r.area_cosine for r in rows]):.2f}; on average furrows run "
-        f"{np.mean([a.folds for a in angles]):.0f} degrees off, and across the fibres they would run "
-        f"{np.mean([a.fibres for a in angles]):.0f} degrees off.",
+        f"{np.mean([a.folds for a in angles]):.0f} degrees off, and across the fibers they would run "
+        f"{np.mean([a.fibers for a in angles]):.0f} degrees off.",
         [
             Table("The thirteen pairs", names, [tuple(asdict(row).values()) for row in rows]),
             Table("Others", names, [tuple(asdict(row).values()) for row, _ in others]),
-            Table("Furrows", ("muscle", "shape", "epsilon", "furrows (degrees)", "fibres (degrees)"),
+            Table("Furrows", ("muscle", "shape", "epsilon", "furrows (degrees)", "fibers (degrees)"),
                   [tuple(asdict(row).values()) for row in angles]),
         ],
         plots,

@@ -23,7 +23,7 @@ from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
 
-from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
+from .report import COLORS, Plot, Report, Table, log_scales, order, plot, run_report
 from .surfaces import Given, rates_of, settled, uniform
 
 
@@ -301,17 +301,17 @@ def _table_plot(here: list[Row], iterations: int) -> Plot:
     parts = {"Te": "skin", "Ta": "refinement", "Tw": "wrinkles", "Tr": "drawing"}
     for k, (source, scale) in enumerate(((PAPER, 1.0), (here, 250.0 / iterations))):
         place, bottom = np.arange(len(PAPER)) + 0.4 * (k - 0.5), np.zeros(len(PAPER))
-        for (name, label), colour in zip(parts.items(), COLOURS, strict=False):
+        for (name, label), color in zip(parts.items(), COLORS, strict=False):
             values = np.array([getattr(row, name) * scale for row in source])
             axes[0].bar(
-                place, values, 0.36, bottom=bottom, color=colour, alpha=1.0 - 0.45 * (1 - k), label=label if k else None
+                place, values, 0.36, bottom=bottom, color=color, alpha=1.0 - 0.45 * (1 - k), label=label if k else None
             )
             bottom += values
         axes[1].bar(
             place,
             [row.fps for row in source],
             0.36,
-            color=COLOURS[0],
+            color=COLORS[0],
             alpha=1.0 - 0.45 * (1 - k),
             label=("paper", "here")[k],
         )
@@ -324,12 +324,12 @@ def _table_plot(here: list[Row], iterations: int) -> Plot:
 
 def _size_plot(rows: list[Cost], powers: dict[str, float]) -> Plot:
     figure, (ax,) = plot(1, 1, (7.0, 4.0))
-    for name, colour in zip(STAGES, COLOURS, strict=False):
+    for name, color in zip(STAGES, COLORS, strict=False):
         known = [(row.triangles, getattr(row, name)) for row in rows if np.isfinite(getattr(row, name))]
         ax.plot(
             *zip(*known, strict=True),
             "o-",
-            color=colour,
+            color=color,
             markersize=4,
             label=f"{name.replace('_', ' ')}: exponent {powers[name]:.2f}",
         )

@@ -18,7 +18,7 @@ from facewrinkle.anatomy.atlas import printed_atlas
 from facewrinkle.anatomy.muscles import Muscle, Wrinkles
 from facewrinkle.geometry import equations
 
-from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
+from .report import COLORS, Plot, Report, Table, log_scales, order, plot, run_report
 from .sections import Section, cut, expected, measure
 from .surfaces import (
     EXPRESSIONS,
@@ -56,7 +56,7 @@ def folded(muscle: fw.SheetMuscle, level: int) -> WrinkledSurface:
 
 
 def closed_form(muscle: fw.SheetMuscle, along: Array) -> Array:
-    """Return the height on the central fibre of the compressed plate (Eqs. 3-7 and 10)."""
+    """Return the height on the central fiber of the compressed plate (Eqs. 3-7 and 10)."""
     style, u = muscle.wrinkles, muscle.half_wavelength
     w = equations.phase(along, style.start * muscle.length, u, style.alpha, style.ends)
     k0 = style.depth * float(equations.anisotropy(EPSILON))
@@ -122,7 +122,7 @@ def measured_size(section: Section) -> float:
 
 
 def attenuated(level: int, falloff: equations.Falloff = "paper") -> list[tuple[float, float, float]]:
-    """Return places across the fibres, the measured share of the central amplitude there, and At (Eq. 13)."""
+    """Return places across the fibers, the measured share of the central amplitude there, and At (Eq. 13)."""
     muscle = sheet(falloff=falloff)
     surface, out = folded(muscle, level), []
     full = measured_size(cut(surface, muscle, across=0.1))
@@ -195,7 +195,7 @@ def report(quick: bool = False) -> Report:
             ],
         ),
         Table("Other alpha and k0 (mm)", tuple(closed), [tuple(row.values()) for row in by_shape]),
-        Table("Attenuation: share of the amplitude at a place across the fibres", ("across", "measured", "At"), faded),
+        Table("Attenuation: share of the amplitude at a place across the fibers", ("across", "measured", "At"), faded),
         Table(
             "Five expressions of the paper's muscles, with mended folds at the default resolution, cut across those "
             "of one muscle (mm)",
@@ -241,15 +241,15 @@ def _levels_plot(levels: range, errors: dict[str, list[float]], orders: dict[str
     muscle = sheet()
     x = np.linspace(4.4, 44.0, 2001)
     left.plot(x, closed_form(muscle, x), color="black", linewidth=2.5, alpha=0.25, label="closed form")
-    for level, colour in zip((1, 2, 3), COLOURS, strict=False):
+    for level, color in zip((1, 2, 3), COLORS, strict=False):
         section = cut(folded(muscle, level), muscle)
-        left.plot(section.along, section.height, ".-", color=colour, linewidth=1, markersize=3, label=f"level {level}")
-    left.set(xlim=(3, 25), xlabel="place along the fibre at rest, l (mm)", ylabel="height (mm)")
+        left.plot(section.along, section.height, ".-", color=color, linewidth=1, markersize=3, label=f"level {level}")
+    left.set(xlim=(3, 25), xlabel="place along the fiber at rest, l (mm)", ylabel="height (mm)")
     left.legend(fontsize=7, ncols=4, loc="upper center", bbox_to_anchor=(0.5, 1.13), frameon=False)
-    for kind, colour in zip(("largest", "rms", "mean"), COLOURS, strict=False):
+    for kind, color in zip(("largest", "rms", "mean"), COLORS, strict=False):
         edge, error = np.array(errors["edge"]), np.array(errors[kind])
-        right.plot(edge, error, "o-", color=colour, label=f"{kind}: order {orders[kind]:.2f}")
-    right.plot(edge, 0.012 * edge**2, "--", color="grey", linewidth=1, label="edge squared")
+        right.plot(edge, error, "o-", color=color, label=f"{kind}: order {orders[kind]:.2f}")
+    right.plot(edge, 0.012 * edge**2, "--", color="gray", linewidth=1, label="edge squared")
     log_scales(right)
     right.set(xlabel="mean edge (mm)", ylabel="error of the height (mm)")
     right.legend(fontsize=7, frameon=False)
@@ -264,27 +264,27 @@ def _shapes_plot(level: int) -> Plot:
     figure, axes = plot(1, 3, (11.0, 3.4))
     varied = {"alpha": (0.5, 1.0, 2.0, 4.0), "depth": (0.1, 0.25, 0.5, 1.0)}
     for (name, values), ax in zip(varied.items(), axes, strict=False):
-        for value, colour in zip(values, COLOURS, strict=False):
+        for value, color in zip(values, COLORS, strict=False):
             muscle = sheet(**{name: value})
             section = cut(folded(muscle, level), muscle)
             label = f"α = {value:g}" if name == "alpha" else f"k₀ = {value:g} mm"
             x = np.linspace(4.4, 44.0, 4001)
-            ax.plot(x, closed_form(muscle, x), color=colour, linewidth=1, label=label)
-            ax.plot(section.along[::3], section.height[::3], ".", color=colour, markersize=3)
+            ax.plot(x, closed_form(muscle, x), color=color, linewidth=1, label=label)
+            ax.plot(section.along[::3], section.height[::3], ".", color=color, markersize=3)
         ax.set(xlim=(10, 25), xlabel="l (mm)", ylabel="height (mm)")
         ax.legend(fontsize=7, frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     across = np.linspace(-1.05, 1.05, 801)
-    for falloff, colour in zip(get_args(equations.Falloff), COLOURS, strict=False):
+    for falloff, color in zip(get_args(equations.Falloff), COLORS, strict=False):
         at = equations.attenuation(equations.band(np.abs(across), 0.5, 1.0), falloff)
-        axes[2].plot(across, at, color=colour, linewidth=1, label=f"At, {falloff}")
+        axes[2].plot(across, at, color=color, linewidth=1, label=f"At, {falloff}")
         rows = np.array(attenuated(level, falloff))
-        axes[2].plot(rows[:, 0], rows[:, 1], "o", color=colour, markersize=4)
-    axes[2].set(xlabel="place across the fibres (1: border)", ylabel="share of the central amplitude")
+        axes[2].plot(rows[:, 0], rows[:, 1], "o", color=color, markersize=4)
+    axes[2].set(xlabel="place across the fibers (1: border)", ylabel="share of the central amplitude")
     axes[2].legend(fontsize=7, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return Plot(
         "shapes", figure,
         f"Measured on the plate at level {level} (dots) and in closed form (lines): other alpha, other k0, and the "
-        "amplitude across the fibres, where it is attenuated.",
+        "amplitude across the fibers, where it is attenuated.",
     )  # fmt: skip
 
 
@@ -295,7 +295,7 @@ def _heads_plot(heads: dict[str, tuple[str, Section, Section, Array]]) -> Plot:
     for ax, (name, (which, own, fine, truth)) in zip(axes, heads.items(), strict=False):
         ax.plot(fine.distance, truth, color="black", linewidth=2.5, alpha=0.25, label="closed form")
         place = np.interp(own.along, fine.along, fine.distance)
-        ax.plot(place, own.height, ".-", color=COLOURS[0], markersize=4, linewidth=1, label="frame")
+        ax.plot(place, own.height, ".-", color=COLORS[0], markersize=4, linewidth=1, label="frame")
         ax.set_title(f"{name}\n{which}", fontsize=8)
         ax.set(xlabel="along the bare skin (mm)", ylabel="height (mm)")
     axes[0].legend(fontsize=7, frameon=False)
@@ -321,10 +321,10 @@ def _papers_plots(face: fw.Face, size: tuple[int, int]) -> list[Plot]:
     lines = [[p - to_left, p + to_left] for p in (1.6 * top - 0.6 * brow + to_left, brow + to_left)]
     ruler = fw.SheetMuscle(*lines, wrinkles=Wrinkles(start=0.0))
     figure, axes = plot(1, 1, (8.0, 3.2))
-    for (label, sim), colour in zip(sims.items(), COLOURS, strict=False):
+    for (label, sim), color in zip(sims.items(), COLORS, strict=False):
         section = cut(wrinkled_surface(sim), ruler, face.unit)
         up = face.unit * ruler.length - section.along
-        axes[0].plot(up, section.height, ".-", color=colour, linewidth=1.2, markersize=3, label=label)
+        axes[0].plot(up, section.height, ".-", color=color, linewidth=1.2, markersize=3, label=label)
     axes[0].set(xlabel="up from the glabella, at rest (mm)", ylabel="height (mm)")
     axes[0].legend(fontsize=8, frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return [

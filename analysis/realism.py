@@ -2,7 +2,7 @@
 
 A face is cut across the lines of a region by planes, and W, the height over the bare skin, is read along each cut. A
 furrow is as deep as it lies below the lower of the crests on either side; lines are as far apart as the bottoms of
-neighbouring furrows. Of all cuts through a region the deepest furrows count, as in profilometry.
+neighboring furrows. Of all cuts through a region the deepest furrows count, as in profilometry.
 """
 
 from __future__ import annotations

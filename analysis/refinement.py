@@ -19,7 +19,7 @@ from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.mesh import to_polydata
 
 from .performance import PAPER
-from .report import COLOURS, Plot, Report, Table, log_scales, plot, run_report
+from .report import COLORS, Plot, Report, Table, log_scales, plot, run_report
 from .surfaces import (
     EXPRESSIONS,
     IntArray,
@@ -309,10 +309,10 @@ def report(quick: bool = False) -> Report:
 
 def _counts_plot(played: dict[str, tuple[Array, dict[str, float]]], paper: dict) -> Plot:  # type: ignore[type-arg]
     figure, (left, right) = plot(1, 2)
-    for (name, (by_level, _)), colour in zip(played.items(), COLOURS, strict=False):
+    for (name, (by_level, _)), color in zip(played.items(), COLORS, strict=False):
         total = by_level.sum(axis=1)
-        left.plot(np.arange(1, len(total) + 1), total, color=colour, label=name)
-        left.plot([len(total) // 2], [paper[name].after], "o", color=colour, markersize=5)
+        left.plot(np.arange(1, len(total) + 1), total, color=color, label=name)
+        left.plot([len(total) // 2], [paper[name].after], "o", color=color, markersize=5)
     left.set(xlabel="frame (released at half time)", ylabel="triangles", ylim=(0, None))
     title = "lines: as printed, here; dots: the paper's"
     left.legend(loc="lower center", fontsize=7, frameon=False, title=title, title_fontsize=7)
@@ -333,7 +333,7 @@ def _gaps_plot(gaps: dict[str, dict[str, list[Gap]]], cap: int) -> Plot:
     figure, axes = plot(1, 2)
     shown = {"distance": "distance, rms (mm)", "angle": "normals, rms (degrees)"}
     for ax, (what, label) in zip(axes, shown.items(), strict=True):
-        for (name, pair), colour in zip(gaps.items(), COLOURS, strict=False):
+        for (name, pair), color in zip(gaps.items(), COLORS, strict=False):
             for kind, style in (("adaptive", "-"), ("uniform", "--")):
                 x, y = [g.triangles for g in pair[kind]], [getattr(g, what) for g in pair[kind]]
                 ax.plot(
@@ -342,12 +342,12 @@ def _gaps_plot(gaps: dict[str, dict[str, list[Gap]]], cap: int) -> Plot:
                     style,
                     marker="o",
                     markersize=3,
-                    color=colour,
+                    color=color,
                     linewidth=1,
                     label=name if style == "-" else None,
                 )
             own = pair["adaptive"][cap]
-            ax.plot([own.triangles], [getattr(own, what)], "o", color=colour, markersize=8, fillstyle="none")
+            ax.plot([own.triangles], [getattr(own, what)], "o", color=color, markersize=8, fillstyle="none")
         log_scales(ax)
         ax.set(xlabel="triangles of the whole head", ylabel=label)
     axes[0].legend(fontsize=7, frameon=False)
@@ -364,14 +364,14 @@ def _blind_plot(ratios: Array, blind: tuple[Array, Array]) -> Plot:
         ratios,
         blind[1].min(axis=1),
         blind[1].max(axis=1),
-        color=COLOURS[0],
+        color=COLORS[0],
         alpha=0.25,
         linewidth=0,
         label="rows anywhere",
     )
-    ax.plot(ratios, blind[0][:, 0], "o-", color=COLOURS[0], markersize=4, label="a row at the bottom of a furrow")
-    ax.axhline(0.03, color=COLOURS[1], linestyle="--", linewidth=1, label="gamma_c = 0.03")
-    ax.axvspan(0.25, ratios[-1], color=COLOURS[2], alpha=0.08, label="too long for the wavelength")
+    ax.plot(ratios, blind[0][:, 0], "o-", color=COLORS[0], markersize=4, label="a row at the bottom of a furrow")
+    ax.axhline(0.03, color=COLORS[1], linestyle="--", linewidth=1, label="gamma_c = 0.03")
+    ax.axvspan(0.25, ratios[-1], color=COLORS[2], alpha=0.08, label="too long for the wavelength")
     ax.set(xlabel="distance of the rows of vertices / half cycle u", ylabel="largest Eq. 19 on the plate")
     ax.legend(fontsize=7, frameon=False)
     return Plot(
@@ -383,12 +383,12 @@ def _blind_plot(ratios: Array, blind: tuple[Array, Array]) -> Plot:
 
 def _caught_plot(found: dict[tuple[str, int], dict[str, float]]) -> Plot:
     figure, (ax,) = plot(1, 1, (10.0, 3.6))
-    for k, (kind, colour) in enumerate(zip(("Eq. 19", "wavelength", "either"), COLOURS, strict=False)):
+    for k, (kind, color) in enumerate(zip(("Eq. 19", "wavelength", "either"), COLORS, strict=False)):
         ax.bar(
             np.arange(len(found)) + (k - 1) * 0.27,
             [row[kind] for row in found.values()],
             0.25,
-            color=colour,
+            color=color,
             label=kind,
         )
     ax.set_xticks(

@@ -23,8 +23,8 @@ from facewrinkle.export import output_folder
 from facewrinkle.plotting import save_picture
 
 OUTPUT = Path("output/analysis")
-COLOURS = ("#1f5a85", "#c8553d", "#3a7d44", "#8a5aa8", "#c99700", "#5f6b76")
-"""Colours of lines in plots, in their order."""
+COLORS = ("#1f5a85", "#c8553d", "#3a7d44", "#8a5aa8", "#c99700", "#5f6b76")
+"""Colors of lines in plots, in their order."""
 
 Cell = str | int | float
 

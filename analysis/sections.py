@@ -58,7 +58,7 @@ class Section:
 def cut(surface: WrinkledSurface, muscle: Muscle, unit: float = 1.0, across: float = 0.0) -> Section:
     """Cut a wrinkled surface across the folds of a muscle.
 
-    With straight fibres, the cut is the plane through a fibre and the skin's normal; round a sphincter it is an ellipse
+    With straight fibers, the cut is the plane through a fiber and the skin's normal; round a sphincter it is an ellipse
     between the borders of its ring. It is made on the surface at rest and follows its material points.
 
     Parameters
@@ -67,7 +67,7 @@ def cut(surface: WrinkledSurface, muscle: Muscle, unit: float = 1.0, across: flo
     muscle : Muscle
         The one that makes the folds (`fold_pattern`), in units of `unit` mm.
     across : float
-        0 for the central fibre; towards -1 and 1 lie the borders of the region.
+        0 for the central fiber; towards -1 and 1 lie the borders of the region.
     """
     level, along = _level_and_place(surface, muscle, unit, across)
     edges = unique_edges(surface.triangles)[0]
@@ -176,16 +176,16 @@ def _level_and_place(surface: WrinkledSurface, muscle: Muscle, unit: float, acro
     if not isinstance(muscle, LinearMuscle | SheetMuscle):
         raise ParameterError(f"a {type(muscle).__name__} has no folds to cut across.")
     origin, insertion = (np.atleast_2d(p).mean(axis=0) for p in (muscle.attachment, muscle.insertion))
-    fibre = (insertion - origin) / np.linalg.norm(insertion - origin)
+    fiber = (insertion - origin) / np.linalg.norm(insertion - origin)
     normals = vertex_normals(surface.rest, surface.triangles)
     normal = normals[muscle.wrinkling_region(x)].mean(axis=0)
-    side = np.cross(fibre, normal)
+    side = np.cross(fiber, normal)
     side /= np.linalg.norm(side)
     offset = x - origin
     if isinstance(muscle, SheetMuscle):
-        return offset @ side - 0.5 * across * muscle.width, offset @ fibre
+        return offset @ side - 0.5 * across * muscle.width, offset @ fiber
     angle = across * muscle.max_angle
-    side, fibre = np.cos(angle) * side - np.sin(angle) * fibre, np.cos(angle) * fibre + np.sin(angle) * side
+    side, fiber = np.cos(angle) * side - np.sin(angle) * fiber, np.cos(angle) * fiber + np.sin(angle) * side
     round_fronts = muscle.wrinkles.fronts == "round"
     return offset @ side, np.linalg.norm(offset, axis=1) if round_fronts else muscle.coordinates(x)[0] * muscle.radius
 

@@ -1,4 +1,4 @@
-"""Faces to analyse: the built-in head as random people, and other people's faces beside the repository."""
+"""Faces to analyze: the built-in head as random people, and other people's faces beside the repository."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pyvista as pv
 import facewrinkle as fw
 
 FACES = Path(__file__).parents[2] / "shared" / "faces"
-"""Folder of other people's faces; without it only the built-in head is analysed."""
+"""Folder of other people's faces; without it only the built-in head is analyzed."""
 
 HEADS, PERSONS = 5, 7
 """Numbers of built-in heads and of captured persons; the first of either is the mean."""

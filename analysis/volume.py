@@ -20,7 +20,7 @@ from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
 from facewrinkle.simulation.fold_layers import with_printed_muscles
 
 from .profiles import EPSILON, sheet
-from .report import COLOURS, Plot, Report, Table, log_scales, order, plot, run_report
+from .report import COLORS, Plot, Report, Table, log_scales, order, plot, run_report
 from .surfaces import (
     EXPRESSIONS,
     KINDS,
@@ -246,9 +246,9 @@ def _unbounded() -> MuscleWrinkles:
 def _mesh_plot(mesh: dict[str, list[float]], orders: dict[str, float]) -> Plot:
     figure, (ax,) = plot(1, 1, (6.0, 3.8))
     labels = {"net": "net volume", "displaced": "error of the displaced volume"}
-    for (name, label), colour in zip(labels.items(), COLOURS, strict=False):
-        ax.plot(mesh["edge"], mesh[name], "o-", color=colour, label=f"{label}: order {orders[name]:.2f}")
-    ax.axhline(0.5, color="grey", linestyle="--", linewidth=1)
+    for (name, label), color in zip(labels.items(), COLORS, strict=False):
+        ax.plot(mesh["edge"], mesh[name], "o-", color=color, label=f"{label}: order {orders[name]:.2f}")
+    ax.axhline(0.5, color="gray", linestyle="--", linewidth=1)
     log_scales(ax)
     ax.set(xlabel="mean edge (mm)", ylabel="% of the displaced volume")
     ax.legend(fontsize=8, frameon=False)
@@ -262,9 +262,9 @@ def _mesh_plot(mesh: dict[str, list[float]], orders: dict[str, float]) -> Plot:
 def _ladder_plot(rungs: dict[str, dict[str, float]]) -> Plot:
     figure, (ax,) = plot(1, 1, (10.0, 3.8))
     width = 0.13
-    for k, (step, colour) in enumerate(zip(STEPS, COLOURS, strict=False)):
+    for k, (step, color) in enumerate(zip(STEPS, COLORS, strict=False)):
         place = np.arange(len(rungs)) + (k - 2.0) * width
-        ax.bar(place, [rung[step] for rung in rungs.values()], width * 0.92, color=colour, label=step)
+        ax.bar(place, [rung[step] for rung in rungs.values()], width * 0.92, color=color, label=step)
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.set_xticks(np.arange(len(rungs)), list(rungs))
     ax.set(ylabel="net, % of the displaced volume")

@@ -1,6 +1,6 @@
 """Pictures of frames, 800 x 800, against the cheapest drawing of the same frames; drawing as a movie does it.
 
-The drawing: one headlight, one plain colour, no anti-aliasing, the frame's own normals, nothing read back. A picture
+The drawing: one headlight, one plain color, no anti-aliasing, the frame's own normals, nothing read back. A picture
 has eyes, hair, texture and furrows, and is read back. Goals: a quick one takes at most twice as long, one as the README
 shows it at most six times; a camera that turns about a frame that stands costs no more than rendering; the skin's
 micro-relief costs less than a tenth of a close-up. What a graphics card does not do in software is far less than what

@@ -1,6 +1,6 @@
 """A frame of the model (skin, refinement, amplitudes, normals, PolyData) against the cheapest drawing of that frame.
 
-The drawing: 800 x 800 off screen, one headlight, one plain colour, no anti-aliasing, the frame's own normals, nothing
+The drawing: 800 x 800 off screen, one headlight, one plain color, no anti-aliasing, the frame's own normals, nothing
 read back. Goal: the model takes less than half of it, so that with it two in three milliseconds go into the picture.
 """
 

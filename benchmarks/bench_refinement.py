@@ -6,7 +6,7 @@ Each size is one group, with the references in the same run. `forest` splits a p
 round), as a simulation does each frame; `forest_with_build` starts from the bare triangles each time. scikit-fem closes
 red-green-blue; pymeshlab's midpoint subdivision halves the edges inside the selection but not those of its border, and
 so does slightly less. Both give conforming meshes and start from their own mesh object, which is not timed.
-trimesh.remesh.subdivide(face_index=...) is no reference: it leaves hanging midpoints on the neighbours of the
+trimesh.remesh.subdivide(face_index=...) is no reference: it leaves hanging midpoints on the neighbors of the
 selection (396 edges with one triangle instead of the square's 192 at 4.6k), so its result has cracks.
 """
 

@@ -1,6 +1,6 @@
 """A tear of a frame against the cheapest drawing of the same frame.
 
-The drawing: 800 x 800 off screen, one headlight, one plain colour, no anti-aliasing, the frame's own normals, nothing
+The drawing: 800 x 800 off screen, one headlight, one plain color, no anti-aliasing, the frame's own normals, nothing
 read back. Goal: a tear takes less than a quarter of it, over a clip in which the face moves and the mesh is refined.
 """
 

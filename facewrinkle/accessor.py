@@ -119,7 +119,7 @@ class FaceWrinkleAccessor:
         time : float
             Seconds: the time at which patterns that tremble, or are functions of time, are evaluated.
         units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
-            Unit of the mesh, or millimetres per unit. Default: by the size of the face; without landmarks by that of
+            Unit of the mesh, or millimeters per unit. Default: by the size of the face; without landmarks by that of
             the mesh (:func:`facewrinkle.anatomy.fitting.unit_by_size`).
         max_level : int
             The most times that a triangle is split.

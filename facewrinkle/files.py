@@ -285,7 +285,7 @@ def replaced(path: str | Path) -> Iterator[Path]:
             path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         with _refusals(path):
-            _synchronise(temporary)
+            _synchronize(temporary)
             if path.exists():
                 shutil.copymode(path, temporary)  # a private file stays private
             temporary.replace(path)
@@ -399,7 +399,7 @@ def _remove(files: list[Path]) -> None:
                 folder.rmdir()
 
 
-def _synchronise(path: Path) -> None:
+def _synchronize(path: Path) -> None:
     """Bring a file onto the disk: some systems tell only now that it did not fit."""
     with path.open("r+b") as file:
         try:

@@ -26,7 +26,7 @@ def cap(resolution: int = 12) -> pv.PolyData:
     low, high = corner[:-1], corner[1:]
     a, b, c, d = (part.ravel() for part in (low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]))
     triangles = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    return mesh_of(points, triangles, identity=np.arange(len(points)), colour=np.abs(points))
+    return mesh_of(points, triangles, identity=np.arange(len(points)), color=np.abs(points))
 
 
 def sphere(centre: tuple[float, float, float], radius: float, resolution: int = 8) -> pv.PolyData:

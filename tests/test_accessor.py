@@ -185,16 +185,16 @@ def test_it_is_closed_outside_and_where_it_was_led(round_ball, where):
 
 
 def test_units_scale_a_tear(round_ball):
-    metres = round_ball.scale(0.001)
+    meters = round_ball.scale(0.001)
     water, other = (
         mesh.facewrinkle.tear(on_ball((0.6, 1.0), (1.5, 1.0)) * scale, units=units, width=4.0)
-        for mesh, scale, units in ((round_ball, 1.0, "mm"), (metres, 0.001, 1000.0))
+        for mesh, scale, units in ((round_ball, 1.0, "mm"), (meters, 0.001, 1000.0))
     )
     assert other.volume * 1e9 == pytest.approx(water.volume, rel=0.01)
 
 
 def test_without_units_the_size_of_the_mesh_says_them(ball, round_ball):
-    """A ball of 40 is one in mm, one of 0.04 in metres: patterns and tears are the same."""
+    """A ball of 40 is one in mm, one of 0.04 in meters: patterns and tears are the same."""
     small = ball.scale(0.001)
     usual = ball.facewrinkle.pattern("dimple", (0, 0, 40), size=15.0, depth=2.0)
     with pytest.warns(FaceWrinkleWarning, match="taken to be m"):

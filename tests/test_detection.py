@@ -19,12 +19,12 @@ VIEWS = {
 
 def found(image: np.ndarray) -> tuple[int, list[tuple[float, float]]]:
     """Number of faces, and the centres of eyes in the first of them as shares of its width and height."""
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    faces = detector("frontalface_default").detectMultiScale(grey, 1.1, 5, minSize=(120, 120))
+    gray = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    faces = detector("frontalface_default").detectMultiScale(gray, 1.1, 5, minSize=(120, 120))
     if len(faces) == 0:
         return 0, []
     x, y, w, h = faces[0]
-    upper = grey[y : y + int(0.6 * h), x : x + w]
+    upper = gray[y : y + int(0.6 * h), x : x + w]
     eyes = detector("eye").detectMultiScale(upper, 1.05, 5, minSize=(w // 10, w // 10))
     return len(faces), sorted(((ex + ew / 2) / w, (ey + eh / 2) / h) for ex, ey, ew, eh in eyes)
 

@@ -32,8 +32,8 @@ def files(tmp_path_factory):
     shutil.move(folder / "scan_texture.png", folder / "scan.png")
     places = {name: place.tolist() for name, place in head.landmarks.items()}
     (folder / "marks.json").write_text(json.dumps(places))
-    metres = {name: [0.001 * value for value in place] for name, place in places.items()}
-    (folder / "metres.json").write_text(json.dumps(metres))
+    meters = {name: [0.001 * value for value in place] for name, place in places.items()}
+    (folder / "meters.json").write_text(json.dumps(meters))
     shutil.copy(folder / "scan.obj", folder / "surprise.obj")
     fw.write_mesh(head.mesh, folder / "head.glb", head)
     sim = fw.Simulation(head, refinement=None)
@@ -44,13 +44,13 @@ def files(tmp_path_factory):
 
 COMMANDS = {
     "photo": ("fit scan.obj --texture scan.png --landmarks marks.json --out . --quiet", "scan.png"),
-    "scan, by its rig": ("rig head.glb --landmarks metres.json --shapes jawOpen --level 0 --out . --quiet", "head.glb"),
+    "scan, by its rig": ("rig head.glb --landmarks meters.json --shapes jawOpen --level 0 --out . --quiet", "head.glb"),
     "scan, by a mesh": (
         "express surprise --face surprise.obj --landmarks marks.json --save-mesh obj --out . " + " ".join(SHORT),
         "surprise.obj",
     ),
     "scan, by an animation": (
-        f"express AU12 --face head.glb --landmarks metres.json --save-animation head.glb --out new {' '.join(SHORT)}",
+        f"express AU12 --face head.glb --landmarks meters.json --save-animation head.glb --out new {' '.join(SHORT)}",
         "head.glb",
     ),
     "recording": (

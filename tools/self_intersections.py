@@ -21,7 +21,7 @@ BITS = 10
 def self_intersections(points: Array, triangles: NDArray[np.integer]) -> IntArray:
     """Pairs (k, 2) of triangles in which an edge of the first runs through the inside of the second.
 
-    Triangles that only touch or lie in one plane do not count, nor do neighbours at an edge.
+    Triangles that only touch or lie in one plane do not count, nor do neighbors at an edge.
 
     Examples
     --------

@@ -176,8 +176,8 @@ class _OnSkin:
 def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:
     """Return skin and parts in one mesh, the points of the skin first; array "part" indexes `field_data["parts"]`.
 
-    It has the arrays of the skin; where a part lacks one, it is zero. Colours are kept even if only parts have them;
-    points without colours are white.
+    It has the arrays of the skin; where a part lacks one, it is zero. Colors are kept even if only parts have them;
+    points without colors are white.
 
     Examples
     --------

@@ -232,7 +232,7 @@ def usual_corners(landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str,
 
     Examples
     --------
-    Millimetres beside the corners of the built-in face:
+    Millimeters beside the corners of the built-in face:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()

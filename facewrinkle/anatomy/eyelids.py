@@ -74,7 +74,7 @@ LARGEST_TURN = np.deg2rad(40.0)
 # --- Skin is not folded over where the lids join ------------------------------------------------------------
 
 KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
-"""Skin may turn down more than a neighbour by the first share of its height above it, plus this factor (closing,
+"""Skin may turn down more than a neighbor by the first share of its height above it, plus this factor (closing,
 following) of their distance along the lids.
 """
 
@@ -186,7 +186,7 @@ def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
     """The largest angles, not above these, that keep the skin from folding over where the two lids join.
 
-    Skin that turns down (by a positive angle) must stay above its neighbours below, and keep a share of its height over
+    Skin that turns down (by a positive angle) must stay above its neighbors below, and keep a share of its height over
     them; `shear` times their distance `across` is allowed besides. Thus every angle bounds the others along paths of
     edges, and the least bound is a shortest path.
     """

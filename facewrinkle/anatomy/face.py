@@ -90,13 +90,13 @@ class Face:
     tissue : Tissue
         Depth, stiffness and direction of the soft tissue under each vertex.
     unit : float
-        Millimetres per unit of the mesh.
+        Millimeters per unit of the mesh.
     atlas : Atlas
         The source of muscles, action units and expressions.
     estimated : tuple of str
         Landmarks that were not given but mirrored or estimated.
     texture : ndarray of uint8, shape (h, w, 3), optional
-        Colour over the mesh's texture coordinates, first row at the top.
+        Color over the mesh's texture coordinates, first row at the top.
     brows : BrowHairs, optional
         Eyebrows, bound to the triangles of the mesh.
     confidences : dict of str to float
@@ -106,7 +106,7 @@ class Face:
     age : float
         In [-1, 1]: above 0, the depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest; below, how young.
     iris : float
-        In [-1, 1]: the colour of the irises of painted eyes, from blue over grey to dark brown.
+        In [-1, 1]: the color of the irises of painted eyes, from blue over gray to dark brown.
     template : Face, optional
         The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional

@@ -49,7 +49,7 @@ FORMS: dict[str, Form] = {
     _BROWS + "triangles": (_WHOLE, ("hairs", "k"), 0, "m"),
     _BROWS + "weights": ("f", ("hairs", "k", 3), -2.0, 2.0),
     _BROWS + "heights": (_REAL, ("k",), -LARGEST, LARGEST),
-    _BROWS + "colour": (_REAL, (3,), 0.0, 255.0),
+    _BROWS + "color": (_REAL, (3,), 0.0, 255.0),
 }
 """What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
 greatest that is the name of a size is not reached."""

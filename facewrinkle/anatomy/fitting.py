@@ -55,7 +55,7 @@ if TYPE_CHECKING:  # the search is loaded when a face is searched for
 # --- Units ----------------------------------------------------------------------------------------------------
 
 UNITS = {"um": 1e-3, "mm": 1.0, "cm": 10.0, "dm": 100.0, "m": 1000.0, "in": 25.4}
-"""Millimetres, by name."""
+"""Millimeters, by name."""
 
 ALLOWED, USUAL = (1.0, 10_000.0), (30.0, 120.0)
 """Ranges of the distance between the pupils, mm: outside the first is an error, outside the second a warning. A wrong
@@ -111,7 +111,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     head = head_of(person)
     mesh = to_polydata(head.points, head.triangles)
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
-    mesh.point_data["Colors"] = head.colour.copy()
+    mesh.point_data["Colors"] = head.color.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     seen: dict[str, Any] = {"texture": head.texture, "brows": head.brows, "age": person.age, "iris": person.iris}
     if person.hair_length > 0.0:
@@ -157,7 +157,7 @@ def fit_face(
         mirrored or estimated where the others suffice; otherwise they are found by the shape of the mesh
         (:func:`find_landmarks`). Those that are given are kept as they are.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float, optional
-        Unit of the mesh, or millimetres per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
+        Unit of the mesh, or millimeters per unit. Default: such that the pupils are 63 mm apart, as an adult's are.
     atlas : Atlas, optional
         Other muscles than those that come with the package.
     progress : callable, optional
@@ -195,7 +195,7 @@ def fit_face(
     """
     check_type("atlas", atlas, Atlas, optional=True)
     if units is not None:
-        millimetres(units)  # raises before the search
+        millimeters(units)  # raises before the search
     if texture is not None:
         texture = as_texture(texture)
     source = read_surface(mesh)
@@ -362,7 +362,7 @@ def surface(
         Triangles, quads or polygons, any orientation. Not changed. Of several parts the largest is the surface; the
         others go along with it.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
-        Unit of the mesh, or millimetres per unit.
+        Unit of the mesh, or millimeters per unit.
     texture : path, ndarray of shape (h, w, 3), or pyvista.Texture, optional
         See :func:`fit_face`.
 
@@ -388,19 +388,19 @@ def surface(
     """
     source = read_surface(mesh)
     clean = prepare(source)
-    face = Face.without_anatomy(clean.mesh, millimetres(units), clean.source_points)
+    face = Face.without_anatomy(clean.mesh, millimeters(units), clean.source_points)
     others = clean.others
     parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
     report = clean.report + (outside_images(source, mesh) if texture is None else ())
     return dataclasses.replace(face, parts=parts, report=report, texture=_image(mesh, texture, clean.mesh))
 
 
-def millimetres(units: str | float) -> float:
-    """Millimetres per unit.
+def millimeters(units: str | float) -> float:
+    """Millimeters per unit.
 
     Examples
     --------
-    >>> millimetres("in"), millimetres(3)
+    >>> millimeters("in"), millimeters(3)
     (25.4, 3.0)
     """
     if isinstance(units, str):
@@ -431,7 +431,7 @@ def unit_by_size(size: float) -> str:
 
 
 def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
-    """Millimetres per unit of a face: as given, or such that its pupils are as far apart as an adult's.
+    """Millimeters per unit of a face: as given, or such that its pupils are as far apart as an adult's.
 
     Examples
     --------
@@ -440,7 +440,7 @@ def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
     """
     if units is None:
         return MEAN_PUPIL_DISTANCE / pupil_distance
-    unit = millimetres(units)
+    unit = millimeters(units)
     apart = f"with units={units!r} the pupils are {pupil_distance * unit:.3g} mm apart"
     usual = "an adult's are 50 to 76"
     if not ALLOWED[0] <= pupil_distance * unit <= ALLOWED[1]:

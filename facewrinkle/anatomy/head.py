@@ -32,14 +32,14 @@ LIP_GAP = 0.2
 """Height of the gap between closed lips over the vertices of the lower one, mm."""
 
 
-HAIR_COLOUR = (50.0, 38.0, 31.0)
+HAIR_COLOR = (50.0, 38.0, 31.0)
 """Red, green and blue of cropped hair."""
 
-BROW_COLOUR = (78.0, 56.0, 47.0)
+BROW_COLOR = (78.0, 56.0, 47.0)
 """The same of the hairs of the brows."""
 
 HAIR_LIGHT = 127.0
-"""Stored light of hair that has this colour."""
+"""Stored light of hair that has this color."""
 
 
 def both_sides(points: Array) -> Array:
@@ -56,7 +56,7 @@ def seated(points: Array, share: Array, centre: Array, radius: float) -> Array:
 
 
 def parted(points: Array, lips: NDArray[np.int32]) -> Array:
-    """Points (n, 3) with the upper lip's lining clear of the lower one's; see :class:`Mould` for `lips` (m, 4).
+    """Points (n, 3) with the upper lip's lining clear of the lower one's; see :class:`Mold` for `lips` (m, 4).
 
     Only the upper lip gives way: it follows the lower one's curve, so that nobody looks straight in between them. Its
     vertices lie a little ahead of those opposite, over which the line to the next vertex inwards has to pass.
@@ -78,7 +78,7 @@ def pair_of_eyes(centre: Array, radius: float) -> tuple[Eyeball, Eyeball]:
 
 
 @dataclass(frozen=True)
-class Mould:
+class Mold:
     """The map from the cage's points to the head's vertices, which is linear but for the lids and lips.
 
     Parameters
@@ -119,7 +119,7 @@ class BrowHairs:
         Barycentric coordinates of the points in these triangles.
     heights : ndarray, shape (p,)
         Heights of a hair's points above the skin, in the unit of the mesh.
-    colour : ndarray, shape (3,)
+    color : ndarray, shape (3,)
         Mean of the hairs' red, green and blue, from 0 to 255.
 
     Examples
@@ -137,7 +137,7 @@ class BrowHairs:
     triangles: IntArray
     weights: Array
     heights: Array
-    colour: Array = field(default_factory=lambda: np.array(BROW_COLOUR))
+    color: Array = field(default_factory=lambda: np.array(BROW_COLOR))
 
     def polylines(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> Array:
         """Points (k, p, 3) of the hairs on the skin as it is now, given its points and vertex normals (n, 3)."""
@@ -153,15 +153,15 @@ class BrowHairs:
 
 @dataclass(frozen=True)
 class Paint:
-    """Colours of the skin of a head, and the cropped hair over them.
+    """Colors of the skin of a head, and the cropped hair over them.
 
     Parameters
     ----------
     skin : ndarray of uint8, shape (..., 3)
     share, light : ndarray of uint8, shape (...)
-        Share of hair in the colour, 255 where it covers the skin; its light, in units of :data:`HAIR_LIGHT`.
+        Share of hair in the color, 255 where it covers the skin; its light, in units of :data:`HAIR_LIGHT`.
     tint, hair : array_like, shape (3,)
-        Factors of the colour of the skin; the colour of the hair.
+        Factors of the color of the skin; the color of the hair.
     density : float
         -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
     """
@@ -170,11 +170,11 @@ class Paint:
     share: NDArray[np.uint8]
     light: NDArray[np.uint8]
     tint: npt.ArrayLike = (1.0, 1.0, 1.0)
-    hair: npt.ArrayLike = HAIR_COLOUR
+    hair: npt.ArrayLike = HAIR_COLOR
     density: float = 0.0
 
-    def colours(self) -> NDArray[np.uint8]:
-        """Return the colours (..., 3), read-only."""
+    def colors(self) -> NDArray[np.uint8]:
+        """Return the colors (..., 3), read-only."""
         out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
         where = self.share > 0
         share = 1.0 - (1.0 - self.share[where, None] / 255.0) ** (1.0 + self.density)
@@ -186,7 +186,7 @@ class Paint:
 
 @dataclass(frozen=True)
 class Head:
-    """The built-in head at rest: +y up, +z forward, the subject's left at +x, millimetres.
+    """The built-in head at rest: +y up, +z forward, the subject's left at +x, millimeters.
 
     Parameters
     ----------
@@ -200,16 +200,16 @@ class Head:
     eyes : tuple of two Eyeball
         The left one and the right one.
     brows : BrowHairs
-    mould : Mould
+    mold : Mold
     paint : tuple of two Paint
-        What `colour` and `texture` are made of.
+        What `color` and `texture` are made of.
 
     Attributes
     ----------
-    colour : ndarray of uint8, shape (n, 3)
-        Colour of the skin and its hair.
+    color : ndarray of uint8, shape (n, 3)
+        Color of the skin and its hair.
     texture : ndarray of uint8, shape (s, s, 3)
-        The same colour as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
+        The same color as an image over `uv`, first row at v = 1: the border of the lips is sharper in it.
 
     Examples
     --------
@@ -227,16 +227,16 @@ class Head:
     landmarks: dict[str, Array]
     eyes: tuple[Eyeball, Eyeball]
     brows: BrowHairs
-    mould: Mould
+    mold: Mold
     paint: tuple[Paint, Paint]
 
     @cached_property
-    def colour(self) -> NDArray[np.uint8]:
-        return self.paint[0].colours()
+    def color(self) -> NDArray[np.uint8]:
+        return self.paint[0].colors()
 
     @cached_property
     def texture(self) -> NDArray[np.uint8]:
-        return self.paint[1].colours()
+        return self.paint[1].colors()
 
 
 @cache
@@ -255,7 +255,7 @@ def load_head() -> Head:
 
 
 def cage_data() -> dict[str, Any]:
-    """The cage as it was typed: names, points, quads, landmarks, eyeball, brows, colours."""
+    """The cage as it was typed: names, points, quads, landmarks, eyeball, brows, colors."""
     data: dict[str, Any] = json.loads((DATA / "head_cage.json").read_text(encoding="utf-8"))
     return data
 
@@ -263,14 +263,14 @@ def cage_data() -> dict[str, Any]:
 def unpacked(data: dict[str, NDArray[Any]]) -> Head:
     """Return the head from its arrays as they are stored."""
     share, light = np.split(_decoded(data["hair"]), 2)
-    paint = Paint(data["colour"], *data["colour_hair"]), Paint(_decoded(data["texture"]), share, light)
+    paint = Paint(data["color"], *data["color_hair"]), Paint(_decoded(data["texture"]), share, light)
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
     hairs = BrowHairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
-    shape = len(data["lid_share"]), int(data["mould_size"])
-    columns = data["mould_cage_points"].astype(np.int32)
-    weights = csr_array((data["mould_weights"], columns, data["mould_rows"]), shape=shape)
+    shape = len(data["lid_share"]), int(data["mold_size"])
+    columns = data["mold_cage_points"].astype(np.int32)
+    weights = csr_array((data["mold_weights"], columns, data["mold_rows"]), shape=shape)
     return Head(
         points=data["points"],
         triangles=data["triangles"],
@@ -278,7 +278,7 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
         landmarks=landmarks,
         eyes=pair_of_eyes(landmarks["eye_l_centre"], float(data["eye_radius"])),
         brows=hairs,
-        mould=Mould(weights, data["lid_share"], data["lips"], data["twins"]),
+        mold=Mold(weights, data["lid_share"], data["lips"], data["twins"]),
         paint=paint,
     )
 

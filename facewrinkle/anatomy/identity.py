@@ -1,4 +1,4 @@
-"""Identity of a face: parameters in an artist's words that move the cage of the built-in head, and colour it."""
+"""Identity of a face: parameters in an artist's words that move the cage of the built-in head, and color it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.closest_point import closest_point
 from ..geometry.interpolation import smoothstep
-from .head import DATA, HAIR_COLOUR, Head, cage_data, load_head, pair_of_eyes
+from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 
-COLOURS = ("skin", "hair", "hair_density", "iris", "hair_length")
+COLORS = ("skin", "hair", "hair_density", "iris", "hair_length")
 """Parameters that do not change the shape of the head."""
 
 HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
@@ -40,22 +40,22 @@ Chardon, I. Cretois and C. Hourseau, Int. J. Cosmetic Science 13, 1991), from ve
 below -30.
 """
 
-GREYING, GREY = 0.2, np.array([152.0, 145.0, 136.0])
-"""The age at which hair begins to turn grey, and its colour then."""
+GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
+"""The age at which hair begins to turn gray, and its color then."""
 
-GREYEST = 0.85
-"""Share of hair that is grey at age 1."""
+GRAYEST = 0.85
+"""Share of hair that is gray at age 1."""
 
 BROWS_SHARE = 0.5
 """Brows differ from those of the mean head by this share of what hair does."""
 
 BROWS_ON_SKIN = 0.6
-"""Brows that are not grey have at most this share of the forehead's colour."""
+"""Brows that are not gray have at most this share of the forehead's color."""
 
 CHILD, ADULT = 0.24, 0.31
 """Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its
 base, both in distances between the pupils: both grow with the years. Adults have at least the second (0.31 to 0.51 on
-thirty-two labelled faces).
+thirty-two labeled faces).
 """
 
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
@@ -127,7 +127,7 @@ class Identity:
     skin : float
         From fair to dark skin, through the ten tones of the Monk Skin Tone Scale; see :attr:`monk`.
     hair : float
-        From fair to black hair; with `age` it turns grey.
+        From fair to black hair; with `age` it turns gray.
     hair_density : float
         From a shaved head to dense hair.
     iris : float
@@ -201,7 +201,7 @@ class Identity:
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
         """Return a random person, with all parameters in [-spread, spread]; the same for the same seed.
 
-        One in ten is a child, most women have long hair, and the colours are :meth:`plausible`.
+        One in ten is a child, most women have long hair, and the colors are :meth:`plausible`.
 
         Examples
         --------
@@ -261,32 +261,32 @@ def head_of(identity: Identity) -> Head:
     mean = load_head()
     if identity == Identity():
         return mean
-    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLOURS}
+    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLORS}
     data = cage_data()
     cage = np.array(list(data["points"].values()))
     left = mean.eyes[0]
     shift, eye_shift = _shifts(weights, list(data["points"]), cage, left.centre)
     centre = left.centre + eye_shift
-    points = mean.mould(cage + shift, centre, left.radius)
+    points = mean.mold(cage + shift, centre, left.radius)
     landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
-    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GREYING:
+    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING:
         return head
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
     tint = HAIR_TINTS[int(identity.hair > 0.0)] ** abs(identity.hair)
-    grey = GREYEST * smoothstep((identity.age - GREYING) / (1.0 - GREYING))
-    own = np.minimum(tint**BROWS_SHARE * mean.brows.colour, BROWS_ON_SKIN * skin * TONES[4, 1:])
+    gray = GRAYEST * smoothstep((identity.age - GRAYING) / (1.0 - GRAYING))
+    own = np.minimum(tint**BROWS_SHARE * mean.brows.color, BROWS_ON_SKIN * skin * TONES[4, 1:])
     strands, brows = (
-        (1.0 - share * grey) * colour + share * grey * GREY
-        for colour, share in ((tint * HAIR_COLOUR, 1.0), (own, BROWS_SHARE))
+        (1.0 - share * gray) * color + share * gray * GRAY
+        for color, share in ((tint * HAIR_COLOR, 1.0), (own, BROWS_SHARE))
     )
-    colour, texture = (
+    color, texture = (
         dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density) for paint in mean.paint
     )
-    return dataclasses.replace(head, paint=(colour, texture), brows=dataclasses.replace(mean.brows, colour=brows))
+    return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(mean.brows, color=brows))
 
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:

@@ -160,7 +160,7 @@ class FaceFrame:
 
     @property
     def scale(self) -> float:
-        """A millimetre on a face of average size, in the unit of the landmarks."""
+        """A millimeter on a face of average size, in the unit of the landmarks."""
         return self.pupil_distance / MEAN_PUPIL_DISTANCE
 
     def local(self, points: Array) -> Array:
@@ -175,7 +175,7 @@ class FaceFrame:
         return np.asarray((points - self.origin) @ self.axes.T / self.pupil_distance)
 
     def local_mm(self, points: Array) -> Array:
-        """Return :meth:`local` coordinates in millimetres on a face of average size."""
+        """Return :meth:`local` coordinates in millimeters on a face of average size."""
         return np.asarray((points - self.origin) @ self.axes.T * (MEAN_PUPIL_DISTANCE / self.pupil_distance))
 
     def world(self, local: Array) -> Array:

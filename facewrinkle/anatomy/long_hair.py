@@ -16,7 +16,7 @@ from .head import Head
 from .parts import Part
 
 SEED = 5
-"""All people have the same locks, in their own colours."""
+"""All people have the same locks, in their own colors."""
 
 COLUMNS, STRANDS = 400, 160
 """Hairs that the sheet is made of, in order around the head, and loose ones."""
@@ -146,8 +146,8 @@ def long_hair(head: Head, length: float) -> Part:
     quads = np.vstack([_quads(1, COLUMNS, KNOTS), _quads(STRANDS, 2, STRAND_KNOTS) + COLUMNS * KNOTS])
     mesh = to_polydata(places, np.vstack([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]]))
     tints = _tints(random, COLUMNS, KNOTS).T, np.repeat(_tints(random, STRANDS, STRAND_KNOTS), 2)
-    colours = np.asarray(head.paint[0].hair) * np.concatenate([tint.ravel() for tint in tints])[:, None]
-    mesh.point_data[COLORS] = np.rint(np.clip(colours, 0.0, 255.0)).astype(np.uint8)
+    colors = np.asarray(head.paint[0].hair) * np.concatenate([tint.ravel() for tint in tints])[:, None]
+    mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
     return Part(mesh, follows="skull")
 
 
@@ -194,7 +194,7 @@ def _strands(random: np.random.Generator, hull: RoundedHull, lines: Array, ends:
 
 
 def _tints(random: np.random.Generator, hairs: int, knots: int) -> Array:
-    """Return factors (hairs, knots) of the colour: hairs differ, are dark at the parting, and fair at the tips."""
+    """Return factors (hairs, knots) of the color: hairs differ, are dark at the parting, and fair at the tips."""
     share = np.linspace(0.0, 1.0, knots)
     streaks = 0.24 * random.normal(size=(hairs, 1)) + 0.15 * _even(random, (hairs, knots), 1.5)
     return np.asarray(np.exp(streaks) * (0.55 + 0.45 * np.minimum(5.0 * share, 1.0)) * (1.0 + 0.2 * share**2))

@@ -17,7 +17,7 @@ from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import components
 from ..mesh import merged_texture
-from ..mesh.arrays import COLORS, PIECE, SOURCE, has_colours, with_data
+from ..mesh.arrays import COLORS, PIECE, SOURCE, has_colors, with_data
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame, mouth_middle
 
@@ -67,7 +67,7 @@ BALL_BULGE = 0.25
 """Points may lie this far off the sphere, in its radii; those of a cornea do."""
 
 BALL_BREADTH = 1.2
-"""The piece is this broad at least, in radii. Of some eyes only the front is modelled; an iris is narrower."""
+"""The piece is this broad at least, in radii. Of some eyes only the front is modeled; an iris is narrower."""
 
 # --- It belongs to the mouth: teeth, gums, tongue (teeth, unless it is a tongue) ---------------------------
 
@@ -124,7 +124,7 @@ class Part:
     side : {"l", "r", ""}
         Side of an eye; "" for all else.
     texture : ndarray of uint8, shape (h, w, 3 or 4), optional
-        Colour, and opacity, over the mesh's texture coordinates.
+        Color, and opacity, over the mesh's texture coordinates.
     source_points : ndarray of int, shape (k,), optional
         Index of each point in the mesh that the face was made from.
 
@@ -144,8 +144,8 @@ class Part:
 
     @cached_property
     def lacks_picture(self) -> bool:
-        """True for cards, mostly no hairs, that have neither the picture of hairs that they should show nor colours."""
-        if self.texture is not None or has_colours(self.mesh):
+        """True for cards, mostly no hairs, that have neither the picture of hairs that they should show nor colors."""
+        if self.texture is not None or has_colors(self.mesh):
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
         pieces = [points[np.unique(triangles[piece])] for piece in _pieces(piece_of(self.mesh))]
@@ -276,13 +276,13 @@ def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
     """The part of a name that some cells of a mesh make up."""
     kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
     mesh = with_data(others, renumbered.reshape(-1, 3), kept, cells)
-    if has_colours(mesh):
-        colours = np.asarray(mesh.point_data[COLORS])
-        if colours.min() == 255:
-            del mesh.point_data[COLORS]  # other parts have colours, this one has none
-        elif colours.shape[1] == 4 and colours[:, 3].min() > 0.95 * (255 if colours.dtype == np.uint8 else 1.0):
+    if has_colors(mesh):
+        colors = np.asarray(mesh.point_data[COLORS])
+        if colors.min() == 255:
+            del mesh.point_data[COLORS]  # other parts have colors, this one has none
+        elif colors.shape[1] == 4 and colors[:, 3].min() > 0.95 * (255 if colors.dtype == np.uint8 else 1.0):
             # Opaque: scanners and exporters leave an alpha of 254 here and there.
-            mesh.point_data[COLORS] = colours[:, :3].copy()
+            mesh.point_data[COLORS] = colors[:, :3].copy()
     return follower(name, mesh, merged_texture(mesh))
 
 

@@ -56,7 +56,7 @@ class Tissue:
 
     Examples
     --------
-    Tissue is thin on the forehead and thick in the cheeks; millimetres:
+    Tissue is thin on the forehead and thick in the cheeks; millimeters:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()

@@ -47,10 +47,10 @@ BEHIND_TEETH = 3.0
 
 
 ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
-"""Colours of a crown at its edge and at the gum."""
+"""Colors of a crown at its edge and at the gum."""
 
 GUM = np.array([172.0, 92.0, 88.0])
-"""Colour of the gum."""
+"""Color of the gum."""
 
 CROWN_SIDES, CROWN_RINGS = 14, 7
 """Points around a crown, and rings of them from its edge into the gum."""
@@ -68,7 +68,7 @@ class Arch:
     triangles : ndarray of int, shape (m, 3)
         Counter-clockwise seen from outside.
     paint : ndarray of uint8, shape (n, 3)
-        Colour.
+        Color.
     edge : ndarray, shape (3,)
         Middle of the edges of the incisors.
 
@@ -166,7 +166,7 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: floa
 
 
 def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
-    """Points [left, up, forward] in mm, triangles and colours; the incisors' edges meet the outer border at 0."""
+    """Points [left, up, forward] in mm, triangles and colors; the incisors' edges meet the outer border at 0."""
     sign = 1.0 if jaw == "upper" else -1.0
     parts = [_gum(jaw)]
     crowns = ring_triangles(CROWN_SIDES, CROWN_RINGS, first=CROWN_SIDES * CROWN_RINGS)

@@ -66,7 +66,7 @@ CAP, BLUNT = np.sqrt(1.0 - TIP**3), np.sqrt(1.0 - TIP**5)
 GRAIN = CAP * np.random.default_rng(0).normal(size=(RINGS, ABOVE + BELOW)) * UPPER
 
 BACK, SIDE, FURROWED = np.array([198.0, 116.0, 112.0]), np.array([184.0, 86.0, 84.0]), 0.25
-"""Colours of the back of the tongue, which is coated, and of its sides, and the share of the light that its furrow
+"""Colors of the back of the tongue, which is coated, and of its sides, and the share of the light that its furrow
 lacks.
 """
 
@@ -119,7 +119,7 @@ def tongue_points(out: float, crest: Array) -> Array:
 
 
 def tongue_paint() -> Array:
-    """Return the colours (n, 3) of the points of a tongue.
+    """Return the colors (n, 3) of the points of a tongue.
 
     Examples
     --------

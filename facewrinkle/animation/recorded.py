@@ -222,7 +222,7 @@ class Recorded:
         names : sequence of str, optional
             Default: shape_0, shape_1, ...
         rest : array_like, shape (n, 3), optional
-            The mesh at rest, by which points are recognised where the face has fewer points, or other ones.
+            The mesh at rest, by which points are recognized where the face has fewer points, or other ones.
         pose : callable, optional
             See :class:`Recorded`.
         """
@@ -369,7 +369,7 @@ class Recorded:
     def points_of(self, face: Face) -> IntArray:
         """Return the number (n,) of the recorded point that each vertex of a face is.
 
-        Points are recognised by their numbers in the mesh that the face was made from and, where these do not fit, by
+        Points are recognized by their numbers in the mesh that the face was made from and, where these do not fit, by
         their positions at rest.
 
         Raises

@@ -27,8 +27,8 @@ SPOKES = 96
 """Vertices of each ring."""
 
 TINTS = {
-    name: np.array(colour, dtype=np.float64)
-    for name, colour in {
+    name: np.array(color, dtype=np.float64)
+    for name, color in {
         "pupil": (8, 8, 10),
         "limbus": (34, 38, 42),
         "sclera": (212, 204, 199),
@@ -47,9 +47,9 @@ IRISES = np.array(
     ],
     dtype=np.float64,
 )
-"""Colours of the iris and its collar around the pupil in blue, grey and dark brown eyes."""
+"""Colors of the iris and its collar around the pupil in blue, gray and dark brown eyes."""
 
-FULL_COLOUR = 0.6
+FULL_COLOR = 0.6
 """Irises are blue below minus this parameter, and dark brown above it."""
 
 
@@ -66,7 +66,7 @@ class PaintedEye:
     sphere, cornea : ndarray, shape (k, 3)
         Directions [aside, up, ahead] from the centre to the points of the ball, and of its normals.
     tints : ndarray, shape (k, 3)
-        Colours of the points, before lids shade them and flesh covers the inner corner.
+        Colors of the points, before lids shade them and flesh covers the inner corner.
     quads : ndarray of int, shape (q, 4)
     corners : list of ndarray, shape (3,)
         Inner and outer corner between the lids, at rest.
@@ -184,7 +184,7 @@ def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:
 
 
 def eye_paint(points: Array, eye: Eyeball, face: Face) -> npt.NDArray[np.uint8]:
-    """Return the colours (n, 3) of the points (n, 3) of an eye of any shape at rest, with the iris of an adult.
+    """Return the colors (n, 3) of the points (n, 3) of an eye of any shape at rest, with the iris of an adult.
 
     Examples
     --------
@@ -210,20 +210,20 @@ def _directions(angle: Array, spoke: Array) -> Array:
     return np.stack([away * np.cos(spoke), away * np.sin(spoke), np.cos(np.radians(angle))], axis=1)
 
 
-def _eye_paint(angle: Array, spoke: Array, iris_colour: float) -> Array:
-    """Colours (n, 3) of points at angles from the axis, degrees, on spokes, radians, of an eye from blue to brown."""
+def _eye_paint(angle: Array, spoke: Array, iris_color: float) -> Array:
+    """Colors (n, 3) of points at angles from the axis, degrees, on spokes, radians, of an eye from blue to brown."""
     across = np.clip((angle - PUPIL) / (IRIS - PUPIL), 0.0, 1.0)
     wave = 0.5 * np.sin(7.0 * across + 3.0 * np.sin(5.0 * spoke))
-    fibres = 0.55 * np.sin(29.0 * spoke + wave) * np.sin(11.0 * spoke + 4.0 * across) + 0.45 * np.sin(
+    fibers = 0.55 * np.sin(29.0 * spoke + wave) * np.sin(11.0 * spoke + 4.0 * across) + 0.45 * np.sin(
         47.0 * spoke - wave
     )
     collar = np.exp(-(((across - 0.28 - 0.05 * np.sin(9.0 * spoke)) / 0.16) ** 2))[:, None]
     # Light from above gathers in the lower half of the iris.
     glow = 0.86 + 0.24 * np.clip(-np.sin(spoke), -0.6, 1.0) * across
-    pigment = min(abs(iris_colour) / FULL_COLOUR, 1.0)
-    ground, ring = IRISES[1] + pigment * (IRISES[2 if iris_colour > 0.0 else 0] - IRISES[1])
+    pigment = min(abs(iris_color) / FULL_COLOR, 1.0)
+    ground, ring = IRISES[1] + pigment * (IRISES[2 if iris_color > 0.0 else 0] - IRISES[1])
     iris = ground + 0.75 * collar * (ring - ground)
-    iris = iris * ((1.0 + 0.20 * fibres) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
+    iris = iris * ((1.0 + 0.20 * fibers) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
     vein = smoothstep((np.sin(13.0 * spoke + 3.0 * np.sin(0.11 * angle + 4.0 * spoke)) - 0.93) / 0.07)
     red = smoothstep((angle - 36.0) / 50.0) + 0.25 * vein * smoothstep((angle - 38.0) / 14.0)
     sclera = TINTS["sclera"] + np.clip(red, 0.0, 1.0)[:, None] * (TINTS["corner"] - TINTS["sclera"])
@@ -233,7 +233,7 @@ def _eye_paint(angle: Array, spoke: Array, iris_colour: float) -> Array:
 
 
 def _mixed(first: Array, second: Array, t: Array) -> Array:
-    """Colours (n, 3) between a first one, at t <= 0, and a second one, at t >= 1."""
+    """Colors (n, 3) between a first one, at t <= 0, and a second one, at t >= 1."""
     share = smoothstep(t)[:, None]
     return np.asarray(first * (1.0 - share) + second * share)
 

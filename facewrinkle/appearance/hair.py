@@ -55,7 +55,7 @@ class HairCards:
     half : ndarray, shape (count, knots)
         Half the width of the hairs at their points, in the unit of the mesh.
     tint : ndarray, shape (count, 3)
-        Colours from 0 to 255.
+        Colors from 0 to 255.
     pixel : float
         Width of a pixel, in the unit of the mesh.
     """
@@ -100,14 +100,14 @@ def fitted_brows(face: Face) -> BrowHairs:
 
 
 class Hairs:
-    """Hairs with a width and a colour.
+    """Hairs with a width and a color.
 
     Attributes
     ----------
     half : ndarray, shape (count, knots)
         Half the width of the hairs at their points, in the unit of the mesh.
     tint : ndarray, shape (count, 3)
-        Colours from 0 to 255.
+        Colors from 0 to 255.
     """
 
     half: Array
@@ -162,7 +162,7 @@ class Brows(Hairs):
         aside, bend = random.uniform(-8.0, 8.0, shape), random.normal(0.0, 3.5, shape)
         self._aside = width * (aside * (1.0 - 0.5 * share) + bend * share**2)
         self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share**2), (k * self.STRANDS, p))
-        self.tint = hairs.colour * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
+        self.tint = hairs.color * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
     def lines(
         self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
@@ -247,7 +247,7 @@ class LashRow:
         Height of the roots above the vertices of the margin.
     half : float
         Half the width at the root.
-    colour : tuple of float
+    color : tuple of float
     """
 
     count: int
@@ -256,7 +256,7 @@ class LashRow:
     droop: tuple[float, ...]
     root: float
     half: float
-    colour: tuple[float, float, float]
+    color: tuple[float, float, float]
 
 
 UPPER_LASHES = LashRow(130, 0.105, (-0.05, 0.62), (-0.5, -0.05, 0.0), 0.014, 0.00085, (30.0, 23.0, 20.0))
@@ -310,7 +310,7 @@ class Lashes(Hairs):
             self._paths.append(np.array([0.0, 0.0, row.root * size]) + reach[:, None, None] * path)
             self._droops.append(reach[:, None] * np.polyval(row.droop, t))
             half.append(np.broadcast_to(row.half * size * (1.0 - 0.9 * t**1.5), (row.count, self.KNOTS)))
-            tint.append(np.tile(row.colour, (row.count, 1)))
+            tint.append(np.tile(row.color, (row.count, 1)))
         if self.roots:
             self.half, self.tint = np.concatenate(half), np.concatenate(tint)
             self._open_gap = self._gap(self._rooted(face.points))

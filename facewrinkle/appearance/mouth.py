@@ -30,10 +30,10 @@ FARTHEST, FADING = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
 third, in distances between the pupils: the flesh around reflects red.
 """
 
-TONGUE_COLOUR = (176, 92, 88)
+TONGUE_COLOR = (176, 92, 88)
 
-POCKET_COLOURS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
-"""Colours of the rings of the pocket, from the lips backwards; it ends in a point of the last colour."""
+POCKET_COLORS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
+"""Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
 
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
 """Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
@@ -191,7 +191,7 @@ class Mouth:
     def _blank_pocket(self) -> pv.PolyData:
         """The pocket with its triangles and paint, but no shape."""
         n = len(self.loop)
-        tints = np.array([*POCKET_COLOURS, POCKET_COLOURS[-1]], np.uint8)
+        tints = np.array([*POCKET_COLORS, POCKET_COLORS[-1]], np.uint8)
         paint = np.repeat(tints, [n, n, n, n, 1], axis=0)
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})

@@ -13,10 +13,10 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.parts import Part
 from ..array_types import Array, IntArray
 from ..mesh import split_at_seams, with_normals
-from ..mesh.arrays import has_colours, is_frame, rest_of
+from ..mesh.arrays import has_colors, is_frame, rest_of
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .hair import Brows, HairLines, Lashes, fitted_brows
-from .mouth import TONGUE_COLOUR, Mouth
+from .mouth import TONGUE_COLOR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
 from .smooth_skin import SmoothSkin
 
@@ -65,14 +65,14 @@ class Appearance:
 
     @cached_property
     def painter(self) -> SkinPainter | None:
-        """Paints the skin, if it has landmarks but neither a texture nor colours."""
+        """Paints the skin, if it has landmarks but neither a texture nor colors."""
         face = self.face
-        painted = face.landmarks and face.texture is None and not has_colours(face.mesh)
+        painted = face.landmarks and face.texture is None and not has_colors(face.mesh)
         return SkinPainter(face) if painted else None
 
     @cached_property
     def base_paint(self) -> npt.NDArray[np.uint8]:
-        """Colours (n0, 3) of the vertices of the face; for faces with a painter."""
+        """Colors (n0, 3) of the vertices of the face; for faces with a painter."""
         assert self.painter is not None
         return self.painter(self.face.points)
 
@@ -210,14 +210,14 @@ class Seen:
 
     @cached_property
     def paint(self) -> npt.NDArray[np.uint8]:
-        """Colours (n, 3) of the skin; for faces with a painter."""
+        """Colors (n, 3) of the skin; for faces with a painter."""
         painter, base = self._of.painter, self._of.base_paint
         assert painter is not None
         return np.concatenate([base, painter(rest_of(self.skin)[len(base) :])])
 
     @cached_property
     def shade(self) -> npt.NDArray[np.uint8] | None:
-        """Factors (n, 3) of the skin's colours in furrows, as bytes; None for a frame without heights."""
+        """Factors (n, 3) of the skin's colors in furrows, as bytes; None for a frame without heights."""
         return cavity_shading(self.skin, self._of.face.unit) if is_frame(self.skin) else None
 
 
@@ -255,19 +255,19 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
     return parts | own
 
 
-# --- parts that came with a face and are drawn with their own shape and colours ---------------------------------------
+# --- parts that came with a face and are drawn with their own shape and colors ---------------------------------------
 
-PART_COLOURS = {
-    "teeth": (214, 205, 186), "tongue": TONGUE_COLOUR, "glasses": (40, 40, 44), "other": (150, 140, 134),
+PART_COLORS = {
+    "teeth": (214, 205, 186), "tongue": TONGUE_COLOR, "glasses": (40, 40, 44), "other": (150, 140, 134),
     "hair": (62, 46, 38),
 }  # fmt: skip
-"""Colours of parts that have none, by a word in their names; all others have that of hair."""
+"""Colors of parts that have none, by a word in their names; all others have that of hair."""
 
 
 def is_drawn(name: str, part: Part, face: Face) -> bool:
     """Return True if a part is drawn with its own shape.
 
-    An eye that has no colours, or only one, would look blind: a painted one takes its place where the lids are open.
+    An eye that has no colors, or only one, would look blind: a painted one takes its place where the lids are open.
     In the same way, painted lashes take the place of hair cards whose picture is missing.
     """
     if name.startswith("lashes"):
@@ -276,8 +276,8 @@ def is_drawn(name: str, part: Part, face: Face) -> bool:
 
 
 def is_blind(part: Part) -> bool:
-    """Return True for an eye that has no colours, or only one."""
-    one = not has_colours(part.mesh) or not np.ptp(part.mesh.point_data["Colors"], axis=0).any()
+    """Return True for an eye that has no colors, or only one."""
+    one = not has_colors(part.mesh) or not np.ptp(part.mesh.point_data["Colors"], axis=0).any()
     return part.texture is None and bool(one)
 
 
@@ -295,9 +295,9 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
             parts[name] = split_at_seams(part)
         elif name in eyes and is_blind(face.parts[name]):
             part.point_data["paint"] = eye_paint(np.asarray(face.parts[name].mesh.points), eyes[name], face)
-        elif has_colours(part):
+        elif has_colors(part):
             part.point_data["paint"] = np.asarray(part.point_data["Colors"])
         else:
-            colour = next((c for stem, c in PART_COLOURS.items() if stem in name), PART_COLOURS["hair"])
-            part.point_data["paint"] = np.tile(np.array(colour, np.uint8), (part.n_points, 1))
+            color = next((c for stem, c in PART_COLORS.items() if stem in name), PART_COLORS["hair"])
+            part.point_data["paint"] = np.tile(np.array(color, np.uint8), (part.n_points, 1))
     return parts

@@ -1,7 +1,7 @@
-"""Colours of skin by its place on a face: red, yellow and grey zones, eye sockets, lips, and shaved hair;
+"""Colors of skin by its place on a face: red, yellow and gray zones, eye sockets, lips, and shaved hair;
 and the shading of furrows.
 
-Landmarks place everything, so it fits any mesh. Colours are numbers from 0 to 255; lengths are mm on a face whose
+Landmarks place everything, so it fits any mesh. Colors are numbers from 0 to 255; lengths are mm on a face whose
 pupils are 63 mm apart.
 """
 
@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy.cavities import INSIDE_DEPTH, Cavities
 from ..anatomy.face import Face
-from ..anatomy.head import HAIR_COLOUR
+from ..anatomy.head import HAIR_COLOR
 from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
@@ -25,10 +25,10 @@ from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
 from ..mesh.arrays import rest_of
 
-SKIN_COLOUR = (211.0, 169.0, 142.0)
+SKIN_COLOR = (211.0, 169.0, 142.0)
 
 TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, float], float], ...] = (
-    # landmark, offset [outwards, up, forward], reach, colour, strength
+    # landmark, offset [outwards, up, forward], reach, color, strength
     ("forehead_mid", (0, 0, 0), 30, (222, 180, 148), 0.55),
     ("brow_mid", (8, 14, 0), 20, (220, 176, 146), 0.4),
     ("glabella", (0, -4, 0), 9, (210, 152, 128), 0.35),
@@ -47,18 +47,18 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
     ("gonion", (0, -40, 0), 34, (204, 158, 128), 0.45),
 )
 
-BEARD_COLOUR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
+BEARD_COLOR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
 
 SHAVED = 0.10
-"""Share of the hair's colour on a shaved head: more looks like a cap, and ends in a line as coarse as the mesh."""
+"""Share of the hair's color on a shaved head: more looks like a cap, and ends in a line as coarse as the mesh."""
 
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
-LIP_COLOUR = (178.0, 104.0, 96.0)
+LIP_COLOR = (178.0, 104.0, 96.0)
 
-CAVITY_COLOURS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
-"""Colours in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
+CAVITY_COLORS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
+"""Colors in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
 
 NOSTRIL_RATE, NOSTRIL_RIM = 2.2, 1.3
 """Nostrils darken faster than the mouth by the first factor, from the second depth on: above it, rims are rounded."""
@@ -67,19 +67,19 @@ NOSTRIL_TILT = 40.0
 """Depth in nostrils is measured as seen from this far below, degrees: from the front, wings and sill hide it."""
 
 HIDDEN_DEPTH = 20.0
-"""Lining that cannot be seen from the front has the colour of this depth."""
+"""Lining that cannot be seen from the front has the color of this depth."""
 
 LID, FLESH, DEEP_FLESH = (
-    np.array(colour, dtype=np.float64) for colour in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
+    np.array(color, dtype=np.float64) for color in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
 )
-"""Colours of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
+"""Colors of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
 
 LID_STRENGTH = 0.75
-"""Share of these colours in the paint of thick lids near their margins; it grows to 1 at the ball."""
+"""Share of these colors in the paint of thick lids near their margins; it grows to 1 at the ball."""
 
 
 class SkinPainter:
-    """Paints a face that has no colours of its own: skin, lips, shaved hair, and the dark of mouth and nostrils.
+    """Paints a face that has no colors of its own: skin, lips, shaved hair, and the dark of mouth and nostrils.
 
     Parameters
     ----------
@@ -109,28 +109,28 @@ class SkinPainter:
         self._hair = bool((where[:, 1].max() > top[1] + WHOLE_HEAD) & (where[:, 2].min() < ear[2] - 2.0 * WHOLE_HEAD))
 
     def __call__(self, points: Array) -> npt.NDArray[np.uint8]:
-        """Return the colours (n, 3) of points of the face at rest."""
+        """Return the colors (n, 3) of points of the face at rest."""
         landmarks, frame = self._face.landmarks, self._face.frame
-        colour = complexion(points, landmarks, frame)
+        color = complexion(points, landmarks, frame)
         depth = self._cavities.depth(points)
         creased = smoothstep((depth - 0.3) / 1.2) * self._by_corners(points)
         red = np.maximum(lips(points, landmarks, frame), creased)
-        colour += 0.7 * red[:, None] * (np.array(LIP_COLOUR) - colour)
+        color += 0.7 * red[:, None] * (np.array(LIP_COLOR) - color)
         if self._hair:
             hair = SHAVED * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
-            colour += hair * (np.array(HAIR_COLOUR) - colour)
+            color += hair * (np.array(HAIR_COLOR) - color)
         depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
         far = smoothstep(2.0 * depth / HIDDEN_DEPTH - 1.0)  # so far behind what is seen, there are no rims of nostrils
         rims = (1.0 - far) * self._cavities.at_nostrils(points)
         for where, inside in ((1.0 - rims, depth), (rims, NOSTRIL_RATE * (self._nostrils.depth(points) - NOSTRIL_RIM))):
-            for tint, begin, over in CAVITY_COLOURS:
-                colour += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - colour)
+            for tint, begin, over in CAVITY_COLORS:
+                color += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - color)
         away, nearest = self._tree.query(points)
         for opening, facing in zip(self._openings, self._facing, strict=True):
             behind = opening.behind(points, facing[nearest] & (away == 0.0))
             strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
-            colour += strength[:, None] * (flesh(behind) - colour)
-        return np.asarray(np.rint(colour), dtype=np.uint8)
+            color += strength[:, None] * (flesh(behind) - color)
+        return np.asarray(np.rint(color), dtype=np.uint8)
 
     def _by_corners(self, points: Array) -> Array:
         """Nearness (0 to 1) of points to the corners of the mouth, where the lips end in a crease."""
@@ -141,7 +141,7 @@ class SkinPainter:
 
 
 def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """Return the colour (n, 3) of the skin at points of a face, without lips and hair.
+    """Return the color (n, 3) of the skin at points of a face, without lips and hair.
 
     Examples
     --------
@@ -153,19 +153,19 @@ def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     True
     """
     where = frame.local_mm(points)
-    colour = np.tile(SKIN_COLOUR, (len(points), 1))
+    color = np.tile(SKIN_COLOR, (len(points), 1))
     for stem, offset, reach, tint, strength in TINTS:
         cover = np.zeros(len(points))
         for side, sign in (("l", 1.0), ("r", -1.0)):
             centre = frame.local_mm(landmarks[of_side(stem, side)]) + np.array(offset) * [sign, 1.0, 1.0]
             cover = np.maximum(cover, np.exp(-0.5 * ((where - centre) ** 2).sum(axis=1) / reach**2))
-        colour += strength * cover[:, None] * (np.array(tint) - colour)
-    colour += BEARD_STRENGTH * beard(where, landmarks, frame)[:, None] * (np.array(BEARD_COLOUR) - colour)
-    return colour
+        color += strength * cover[:, None] * (np.array(tint) - color)
+    color += BEARD_STRENGTH * beard(where, landmarks, frame)[:, None] * (np.array(BEARD_COLOR) - color)
+    return color
 
 
 def flesh(behind: Array) -> Array:
-    """Return the colour (n, 3) of flesh at depths (n,) between the margin of a lid (0) and the ball (1)."""
+    """Return the color (n, 3) of flesh at depths (n,) between the margin of a lid (0) and the ball (1)."""
     t = behind[:, None]
     return np.asarray(np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP_FLESH - FLESH) * (t - 0.4) / 0.6))
 
@@ -264,7 +264,7 @@ def furrow_shade(height: Array) -> Array:
 
 
 def cavity_shading(skin: pv.PolyData, unit: float = 1.0) -> npt.NDArray[np.uint8]:
-    """Return factors (n, 3) of a frame's colours, as bytes: furrows get less light, and lose less of the red.
+    """Return factors (n, 3) of a frame's colors, as bytes: furrows get less light, and lose less of the red.
 
     Between walls of the slope s the sky is 1 / sqrt(1 + s^2) of what it is in the open: a slit is dark, a valley of
     the same depth is not. Dimples, whose walls stand around them instead of facing each other, are lit by the lamps

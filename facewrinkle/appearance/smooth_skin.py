@@ -10,7 +10,7 @@ import pyvista as pv
 from ..anatomy.face import Face, per_face
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import barycentric, interpolated
-from ..geometry.normals import normalise, vertex_normals
+from ..geometry.normals import normalize, vertex_normals
 from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
 from ..geometry.visibility import openness
 from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
@@ -134,7 +134,7 @@ def _split(
     upright = vertex_normals(face.points, face.triangles)
     points = np.concatenate([face.points, lifted(places, face.points[corners], upright[corners], shares)])
     normals = np.concatenate([upright, interpolated(upright, corners, shares)])
-    normalise(normals)
+    normalize(normals)
     scale = face.frame.scale
     split = smooth_split(points, normals, triangles, longest=LONGEST * scale, bend=BEND, sagitta=SAGITTA * scale)
     return (corners, shares), split

@@ -40,7 +40,7 @@ DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 2.0}
 """How deep they are: the lines of the young, as captured people have them, are too faint for small pictures."""
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
-"""Arrays of a frame that are drawn in colour."""
+"""Arrays of a frame that are drawn in color."""
 
 
 def express(
@@ -258,10 +258,10 @@ def record(
                 row.append(scenes.picture(peak, replace(style, wireframe=True)))
                 recorder.save_picture(side_by_side(row), suffix)
             if fields:
-                with Scene(face, replace(styles[0], scalars=FIELDS[0])) as coloured:
+                with Scene(face, replace(styles[0], scalars=FIELDS[0])) as colored:
                     for name in FIELDS:
-                        coloured.color_by(name)
-                        recorder.save_picture(coloured.picture(peak), f"_{name}")
+                        colored.color_by(name)
+                        recorder.save_picture(colored.picture(peak), f"_{name}")
     recorder.files += [] if bake is None else bake()
     seconds = sum(simulation.seconds.values()) - simulation.seconds["precompute"]
     milliseconds = 1000.0 * seconds / performance.steps

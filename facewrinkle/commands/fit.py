@@ -96,13 +96,13 @@ def _draw_landmarks(scene: Scene, face: Face) -> Image:
     size, forward = face.frame.pupil_distance, face.frame.axes[2]
     scene.show(face.mesh)
     estimated = set(face.estimated)
-    for names, colour in ((set(face.landmarks) - estimated, "#35d07f"), (estimated, "#ffb347")):
+    for names, color in ((set(face.landmarks) - estimated, "#35d07f"), (estimated, "#ffb347")):
         shown = sorted(names - set(NOT_ON_SKIN))
         if not shown:
             continue
         where = np.array([face.landmarks[name] for name in shown]) + 0.015 * size * forward
         dots = pv.PolyData(where).glyph(geom=pv.Sphere(radius=0.022 * size), scale=False, orient=False)
-        scene.plotter.add_mesh(dots, color=colour, ambient=0.6, reset_camera=False)
+        scene.plotter.add_mesh(dots, color=color, ambient=0.6, reset_camera=False)
         mine = [i for i, name in enumerate(shown) if "r" not in name.split("_")[1:]]  # the other side's are the same
         labels = ["_".join(part for part in shown[i].split("_") if part != "l") for i in mine]
         scene.plotter.add_point_labels(

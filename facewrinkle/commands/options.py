@@ -21,7 +21,7 @@ from rich.table import Table
 from ..anatomy.atlas import Atlas, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
-from ..anatomy.fitting import default_face, fit_face, millimetres, surface, unit_by_size
+from ..anatomy.fitting import default_face, fit_face, millimeters, surface, unit_by_size
 from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
@@ -289,7 +289,7 @@ class FaceOptions:
         refuse(f"needs a face, --{place} to a mesh that is none: leave out one of them.", **of_face)
         found = surface(self.face, "mm" if self.units is None else self.units, texture=self.texture)
         own = float(np.linalg.norm(np.ptp(found.points, axis=0)))
-        unit = millimetres(unit_by_size(own)) if size is None else size / own
+        unit = millimeters(unit_by_size(own)) if size is None else size / own
         return replace(found, unit=unit) if self.units is None else found
 
 

@@ -30,7 +30,7 @@ Drawing = Callable[[], Image]
 
 SEEN = 1.0 / 256.0
 """Pixels by which something must move to be drawn again in a movie: an edge between black and white that moves less
-changes a colour by one of its 256 steps. (Where a hair passes a sample, some 20 pixels of a picture change by more.)
+changes a color by one of its 256 steps. (Where a hair passes a sample, some 20 pixels of a picture change by more.)
 """
 
 

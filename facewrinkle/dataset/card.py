@@ -25,13 +25,13 @@ IDENTITY = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris", 
 """Columns of the tables about people that the card counts."""
 
 BIASES = """\
-- Drawn at random, each by itself: shape, age, colours and skin tone of a person, expression, gaze, tears, fine lines,
+- Drawn at random, each by itself: shape, age, colors and skin tone of a person, expression, gaze, tears, fine lines,
   camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
 - All people with the built-in head have its topology. Hair is shaved, cropped, or falls from a parting, to the chin at
   most. Missing are other haircuts, beards, make-up, glasses, jewellery, hats and clothes: heads end in bare necks.
 - The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
 - Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
-- Pictures are rasterised: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
+- Pictures are rasterized: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
   face, no hand and no strand of hair; cameras have no noise, blur or distortion.
 - Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
   specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
@@ -77,7 +77,7 @@ def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
             "Hair": {"shaved or cropped": np.mean(length <= 0.0), "longer": np.mean(length > 0.0)},
             "Irises": {
                 "blue (`iris` below -0.3)": np.mean(iris < -0.3),
-                "grey to hazel": np.mean((iris >= -0.3) & (iris < 0.3)),
+                "gray to hazel": np.mean((iris >= -0.3) & (iris < 0.3)),
                 "brown (from 0.3)": np.mean(iris >= 0.3),
             },
         }
@@ -88,7 +88,7 @@ def contents_of(table: dict[str, list[Any]], sums: Sums) -> str:
         f"- {title}: {', '.join(f'{name} {share:.1%}' for name, share in shares.items())}."
         for title, shares in groups.items()
     ]
-    mean, deviation = mean_and_deviation(pixels.sum(), sums["colours"], sums["squares"])
+    mean, deviation = mean_and_deviation(pixels.sum(), sums["colors"], sums["squares"])
     lines.append(
         f"- Red, green and blue, from 0 to 255: mean {_numbers(mean)}, standard deviation {_numbers(deviation)} "
         "over all pixels."
@@ -129,7 +129,7 @@ task_categories: [image-segmentation, depth-estimation, keypoint-detection]
 tags: [synthetic, faces, wrinkles, webdataset]
 ---
 
-# Faces with labelled wrinkles
+# Faces with labeled wrinkles
 
 {made} of {count} samples, {pictures} of {spec.size[0]} x {spec.size[1]} pixels, made by
 facewrinkle {__version__}, code {code_digest()}; {count - made} could not be made. {redrawn:.1%} were drawn again
@@ -138,7 +138,7 @@ because the face was not in the picture, showed the inside of its skin, or did n
 ## Files
 
 `shard-NNNNNN.tar` are WebDataset shards of {spec.shard} samples; `index/` has Parquet tables with a row for each
-picture; `statistics/` has sums over pixels, which add up: of parts, colours and their squares.
+picture; `statistics/` has sums over pixels, which add up: of parts, colors and their squares.
 `sha256sum -c shard-*.sha256` checks all. Pictures of a clip have keys with the number of the sample and of
 the frame. The persons of a shard take turns. A picture has
 
@@ -154,7 +154,7 @@ the frame. The persons of a shard take turns. A picture has
   - `region` (uint8) of the skin, by the nearest of points that landmarks span, with plain borders between:
     {regions};
 - `mesh.npz`, if asked for: `points` of the skin and where they are at `rest`, in the unit of the face, and `triangles`;
-  or `mesh.glb`: skin, eyes, mouth and tears with their colours, for other programs;
+  or `mesh.glb`: skin, eyes, mouth and tears with their colors, for other programs;
 - `json`: landmarks in 3D and in pixels with their visibility, contractions of all muscles, weights of action units
   (FACS; in a clip those of this picture), identity, tone of the skin (`monk`), camera matrices (OpenCV's convention),
   lamps, background, names of the scan, the picture and the environment of one's own (`files`), and `furrows`, of which

@@ -27,7 +27,7 @@ def sums_of(sample: Sample) -> Sums:
     Returns
     -------
     dict of str to ndarray of uint64
-        ``pictures``, 1; ``pixels`` of each part (len(PARTS),); ``colours`` and ``squares``, the sums of red, green and
+        ``pictures``, 1; ``pixels`` of each part (len(PARTS),); ``colors`` and ``squares``, the sums of red, green and
         blue over the pixels, and of their squares (3,); ``small`` and ``small_squares``, the picture reduced to
         :data:`LARGEST`, and its square (h, w, 3).
 
@@ -42,12 +42,12 @@ def sums_of(sample: Sample) -> Sums:
 
     reduced = Pillow.fromarray(sample.image)
     reduced.thumbnail((LARGEST, LARGEST), Pillow.Resampling.BOX)
-    small, colours = np.array(reduced, np.uint64), sample.image.reshape(-1, 3).astype(np.uint64)
+    small, colors = np.array(reduced, np.uint64), sample.image.reshape(-1, 3).astype(np.uint64)
     return {
         "pictures": np.array(1, np.uint64),
         "pixels": np.bincount(sample.labels["part"].ravel(), minlength=len(PARTS)).astype(np.uint64),
-        "colours": colours.sum(axis=0),
-        "squares": (colours**2).sum(axis=0),
+        "colors": colors.sum(axis=0),
+        "squares": (colors**2).sum(axis=0),
         "small": small,
         "small_squares": small**2,
     }

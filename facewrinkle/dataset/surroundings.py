@@ -90,8 +90,8 @@ def lamps_of(plan: Plan, spec: Spec) -> list[Lamp]:
         lamps, strengths = lamps_in(environment(spec.environments[int(drawn["environment"])])), 3 * [drawn["key"]]
     warm = np.array([1.0 + drawn["warmth"], 1.0, 1.0 - drawn["warmth"]])
     return [
-        (direction, tuple(np.clip(warm * colour, 0.0, 1.0).tolist()), intensity * strength)
-        for (direction, colour, intensity), strength in zip(lamps, strengths, strict=True)
+        (direction, tuple(np.clip(warm * color, 0.0, 1.0).tolist()), intensity * strength)
+        for (direction, color, intensity), strength in zip(lamps, strengths, strict=True)
     ]
 
 
@@ -168,8 +168,8 @@ def lamps_in(radiance: Array) -> list[Lamp]:
         vectors = light[own].T @ direction[own] / np.pi
         towards = vectors.sum(axis=0) + 1e-12 * lamp  # where all is dark
         towards /= np.linalg.norm(towards)
-        colour = np.maximum(vectors @ towards, 1e-300)
-        found.append((tuple(towards.tolist()), tuple((colour / colour.max()).tolist()), float(colour.max())))
+        color = np.maximum(vectors @ towards, 1e-300)
+        found.append((tuple(towards.tolist()), tuple((color / color.max()).tolist()), float(color.max())))
     return sorted(found, key=lambda lamp: -lamp[2])
 
 

@@ -12,7 +12,7 @@ import pyvista as pv
 
 from ..array_types import Array, IntArray
 from ..geometry.compilation import compiled
-from ..geometry.depth_buffer import rasterise
+from ..geometry.depth_buffer import rasterize
 from ..geometry.interpolation import interpolated
 
 
@@ -156,7 +156,7 @@ class TriangleBuffer:
             scale, k = np.where(seen, nearness, 0.0), self.camera.intrinsic
             x, y = (k[axis, axis] * local[:, axis] * scale + k[axis, 2] - 0.5 for axis in range(2))  # whole in middles
             # 1 / z is linear in the picture. Triangles that reach beyond the near plane are left out.
-            rasterise(x, y, nearness, corners, 0.0, np.inf, self._count, self.numbers, self._inverse)
+            rasterize(x, y, nearness, corners, 0.0, np.inf, self._count, self.numbers, self._inverse)
             self._meshes[name] = local, corners, self._count
             self._count += len(corners)
 

@@ -44,7 +44,7 @@ THIN = 0.02
 def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
     """Return the skin of a frame, "face", and all that is seen beside it, whether it is hidden now or not.
 
-    Skin without a picture or colours of its own is painted.
+    Skin without a picture or colors of its own is painted.
 
     Examples
     --------
@@ -54,8 +54,8 @@ def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
     ['face', 'eye_l', 'eye_r']
     """
     skin = skin_model(frame, face)
-    if skin.png is None and skin.colours is None and Appearance.of(face).painter is not None:
-        skin = replace(skin, colours=Appearance.of(face).at(frame).paint[skin.origin])
+    if skin.png is None and skin.colors is None and Appearance.of(face).painter is not None:
+        skin = replace(skin, colors=Appearance.of(face).at(frame).paint[skin.origin])
     return {"face": skin} | part_models(face, frame, always=True)
 
 

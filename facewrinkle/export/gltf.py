@@ -24,8 +24,8 @@ KINDS = {width: kind for kind, width in WIDTHS.items()}
 VERTICES, INDICES = 34962, 34963
 """Uses of buffer views (ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER)."""
 
-SKIN_COLOUR = [0.72, 0.41, 0.27, 1.0]
-"""Linear light of a mesh with neither texture nor colours."""
+SKIN_COLOR = [0.72, 0.41, 0.27, 1.0]
+"""Linear light of a mesh with neither texture nor colors."""
 
 
 def roughness(name: str) -> float:
@@ -59,7 +59,7 @@ def gltf(
     models : mapping of str to Model
         Each becomes a mesh and a node of this name.
     unit : float
-        Millimetres per unit: points are kept as they are, and the nodes scale them to metres.
+        Millimeters per unit: points are kept as they are, and the nodes scale them to meters.
     rotation : ndarray, shape (3, 3), optional
         Rotation by which the nodes make +y up and +z the front, as the format asks.
     binary : bool
@@ -142,10 +142,10 @@ class _File:
         surface: dict[str, Any] = {"metallicFactor": 0.0, "roughnessFactor": roughness(name)}
         if model.png is not None:
             surface["baseColorTexture"] = {"index": self.texture(model.png)}
-        elif model.colours is not None:  # they would multiply the texture
-            attributes["COLOR_0"] = self.accessor(_opaque_light(model.colours), normalized=True)
+        elif model.colors is not None:  # they would multiply the texture
+            attributes["COLOR_0"] = self.accessor(_opaque_light(model.colors), normalized=True)
         else:
-            surface["baseColorFactor"] = [1.0, 1.0, 1.0, WATER_OPACITY] if model.water else SKIN_COLOUR
+            surface["baseColorFactor"] = [1.0, 1.0, 1.0, WATER_OPACITY] if model.water else SKIN_COLOR
         kind = "<u2" if len(model.points) <= 0xFFFF else "<u4"
         indices = self.accessor(model.triangles.astype(kind).reshape(-1, 1), target=INDICES)
         material = {"name": name, "doubleSided": True, "pbrMetallicRoughness": surface}
@@ -262,7 +262,7 @@ def _normalized(vectors: Array) -> Array:
     return np.where(lengths > 0.0, vectors / np.maximum(lengths, 1e-300), [0.0, 1.0, 0.0])
 
 
-def _opaque_light(colours: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint16]:
-    """Linear light (n, 4) in 65,535ths, opaque, of sRGB colours (n, 3)."""
-    light = linear_light(colours)
+def _opaque_light(colors: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint16]:
+    """Linear light (n, 4) in 65,535ths, opaque, of sRGB colors (n, 3)."""
+    light = linear_light(colors)
     return np.rint(65535.0 * np.hstack([light, np.ones((len(light), 1))])).astype("<u2")

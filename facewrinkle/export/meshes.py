@@ -1,4 +1,4 @@
-"""The mesh of one frame as a file for other programs: glTF, OBJ or PLY, with normals, texture and colours."""
+"""The mesh of one frame as a file for other programs: glTF, OBJ or PLY, with normals, texture and colors."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def write_mesh(
     parts: bool = False,
     tears: Iterable[pv.PolyData] = (),
 ) -> Path:
-    """Write the mesh of one frame for other programs, refined and wrinkled, with normals, texture and colours.
+    """Write the mesh of one frame for other programs, refined and wrinkled, with normals, texture and colors.
 
-    glTF holds everything in one file, in metres and upright, as the format asks: points stay as they are, and the nodes
+    glTF holds everything in one file, in meters and upright, as the format asks: points stay as they are, and the nodes
     scale them, and turn them by right angles until the face looks along +z with +y up. OBJ comes with NAME.mtl, and
     OBJ and PLY with the texture as NAME_texture.png. Where the format needs it (glTF, PLY), points at seams of the
     texture are split; their positions and normals are the same. ``frame.save`` writes VTK's own formats, with all
@@ -45,7 +45,7 @@ def write_mesh(
     path : path
         Ends in .glb, .gltf, .obj or .ply. An existing file is replaced.
     face : Face, optional
-        The face of the frame: its texture and axes, and the unit of a mesh that is no frame (else millimetres).
+        The face of the frame: its texture and axes, and the unit of a mesh that is no frame (else millimeters).
     parts : bool
         In glTF, add meshes for eyes, for the teeth between parted lips, and for all parts that came with the face, such
         as hair.
@@ -168,10 +168,10 @@ def obj_files(skin: Model, path: Path, texture: Path, tears: Model | None = None
 def _skin_lines(skin: Model, material: list[str]) -> list[str]:
     n = int(skin.origin.max()) + 1
     lines = [f"# {n} vertices, {len(skin.triangles)} triangles", *material]
-    if skin.colours is None:
+    if skin.colors is None:
         lines += _rows("v %.9g %.9g %.9g", skin.points[:n])
     else:
-        lines += _rows("v %.9g %.9g %.9g %.4g %.4g %.4g", np.hstack([skin.points[:n], skin.colours[:n] / 255.0]))
+        lines += _rows("v %.9g %.9g %.9g %.4g %.4g %.4g", np.hstack([skin.points[:n], skin.colors[:n] / 255.0]))
     lines += _rows("vn %.6g %.6g %.6g", skin.normals[:n])
     corners = skin.origin[skin.triangles] + 1
     if skin.uv is None:
@@ -204,8 +204,8 @@ def ply_files(model: Model, path: Path, texture: Path) -> dict[Path, bytes]:
     ]
     if model.uv is not None:
         columns.append(("s t", "f4", model.uv))
-    if model.colours is not None:
-        columns.append(("red green blue", "u1", model.colours))
+    if model.colors is not None:
+        columns.append(("red green blue", "u1", model.colors))
     names = [(name, kind) for group, kind, _ in columns for name in group.split()]
     vertices = np.empty(len(model.points), [(name, "<" + kind) for name, kind in names])
     for group, _, values in columns:

@@ -14,7 +14,7 @@ from ..array_types import Array, Image, IntArray, Single
 from ..errors import MeshError, ParameterError, check_type
 from ..geometry.normals import vertex_normals
 from ..mesh import split_at_seams, with_normals
-from ..mesh.arrays import COLORS, has_colours, in_bytes
+from ..mesh.arrays import COLORS, has_colors, in_bytes
 
 ORIGIN = " origin"
 """Name of the array with the numbers of the frame's vertices while they are split at seams."""
@@ -35,7 +35,7 @@ class Model:
         Vertex of the frame that each vertex comes from; the frame's own come first, then their twins at texture seams.
     uv : ndarray, shape (n, 2), optional
         Texture coordinates, v upwards.
-    colours : ndarray of uint8, shape (n, 3), optional
+    colors : ndarray of uint8, shape (n, 3), optional
     png : bytes, optional
         The texture; in glTF it may also be a JPEG.
     cutout : bool
@@ -49,7 +49,7 @@ class Model:
     triangles: IntArray
     origin: IntArray
     uv: Array | None
-    colours: Image | None
+    colors: Image | None
     png: bytes | None
     cutout: bool = False
     water: bool = False
@@ -127,13 +127,13 @@ def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
         triangles=np.asarray(mesh.regular_faces, dtype=np.int64),
         origin=np.asarray(mesh.point_data[ORIGIN]),
         uv=None if uv is None else np.asarray(uv, dtype=np.float64),
-        colours=_colours(mesh, COLORS) if has_colours(mesh) else None,
+        colors=_colors(mesh, COLORS) if has_colors(mesh) else None,
         png=None if texture is None else _png(texture),
     )
 
 
 def part_model(part: pv.PolyData, texture: Image | None = None) -> Model:
-    """Return a mesh that is seen beside the skin, coloured by its texture, or else by its array `paint`."""
+    """Return a mesh that is seen beside the skin, colored by its texture, or else by its array `paint`."""
     points, triangles = np.asarray(part.points, np.float64), np.asarray(part.triangulate().regular_faces, np.int64)
     normals = part.point_data.get("Normals")  # an eye has those of its cornea
     return Model(
@@ -142,7 +142,7 @@ def part_model(part: pv.PolyData, texture: Image | None = None) -> Model:
         triangles=triangles,
         origin=np.arange(len(points)),
         uv=None if texture is None else np.asarray(part.active_texture_coordinates, dtype=np.float64),
-        colours=_colours(part, "paint"),
+        colors=_colors(part, "paint"),
         png=None if texture is None else _png(texture),
         cutout=texture is not None and texture.shape[2] == 4,
     )
@@ -158,7 +158,7 @@ def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
     if not surfaces:
         return None
     merged = pv.merge(surfaces, merge_points=False) if len(surfaces) > 1 else surfaces[0]
-    return replace(part_model(merged), colours=None, water=True)
+    return replace(part_model(merged), colors=None, water=True)
 
 
 def _png(image: Image) -> bytes:
@@ -169,9 +169,9 @@ def _png(image: Image) -> bytes:
     return stream.getvalue()
 
 
-def _colours(mesh: pv.PolyData, name: str) -> Image | None:
-    """Colours (n, 3) of the points, if there are any."""
-    colours = mesh.point_data.get(name)
-    if colours is None or colours.ndim != 2 or colours.shape[1] < 3:
+def _colors(mesh: pv.PolyData, name: str) -> Image | None:
+    """Colors (n, 3) of the points, if there are any."""
+    colors = mesh.point_data.get(name)
+    if colors is None or colors.ndim != 2 or colors.shape[1] < 3:
         return None
-    return in_bytes(np.asarray(colours)[:, :3])
+    return in_bytes(np.asarray(colors)[:, :3])

@@ -50,8 +50,8 @@ def write_movie(images: Iterable[np.ndarray], path: str | Path, *, fps: float = 
     >>> import numpy as np, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     pictures = (np.full((8, 8, 3), 20 * i, np.uint8) for i in range(5))
-    ...     write_movie(pictures, f"{folder}/grey.gif", fps=10).name
-    'grey.gif'
+    ...     write_movie(pictures, f"{folder}/gray.gif", fps=10).name
+    'gray.gif'
     """
     with movie_writer(path, fps=fps) as append:
         for image in images:
@@ -66,7 +66,7 @@ def movie_writer(path: str | Path, *, fps: float = 25.0) -> Iterator[Callable[[n
     Examples
     --------
     >>> import numpy as np, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder, movie_writer(f"{folder}/grey.gif") as append:
+    >>> with tempfile.TemporaryDirectory() as folder, movie_writer(f"{folder}/gray.gif") as append:
     ...     for i in range(5):
     ...         append(np.full((8, 8, 3), 20 * i, np.uint8))
     """

@@ -12,7 +12,7 @@ from ..array_types import Array, Single
 from ..errors import optional_imports
 from ..files import written
 from ..mesh.formats.merging import linear_light
-from .gltf import SKIN_COLOUR, roughness
+from .gltf import SKIN_COLOR, roughness
 from .model import Model, Morphs, WeightTrack
 
 SUFFIXES = (".usd", ".usdc", ".usda")
@@ -33,7 +33,7 @@ def write_usd(
     """Write meshes with their blend shapes as a USD file: one `SkelRoot`, with one joint that does not move.
 
     Shapes are sparse; a mesh has those that move it. Shapes that are driven by another's weight squared are part of
-    that one, with an in-between at half its weight. Colours are `displayColor`, texture coordinates `primvars:st`, and
+    that one, with an in-between at half its weight. Colors are `displayColor`, texture coordinates `primvars:st`, and
     materials preview surfaces, with the pictures in files beside.
 
     Parameters
@@ -42,7 +42,7 @@ def write_usd(
         Ends in .usd or .usdc (binary) or .usda (text).
     models : mapping of str to Model
     unit : float
-        Millimetres per unit.
+        Millimeters per unit.
     rotation : ndarray, shape (3, 3), optional
         Turns the models upright.
     morphs : mapping of str to Morphs, optional
@@ -126,7 +126,7 @@ def write_usd(
 
 
 def _fill(mesh: Any, model: Model) -> None:
-    """Write points, triangles, normals, colours and texture coordinates of a mesh."""
+    """Write points, triangles, normals, colors and texture coordinates of a mesh."""
     from pxr import Sdf, UsdGeom
 
     points = model.points.astype(np.float32)
@@ -137,8 +137,8 @@ def _fill(mesh: Any, model: Model) -> None:
     mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
     mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     mesh.CreateExtentAttr(np.stack([points.min(axis=0), points.max(axis=0)]))
-    if model.colours is not None:
-        light = linear_light(model.colours)
+    if model.colors is not None:
+        light = linear_light(model.colors)
         mesh.CreateDisplayColorPrimvar(UsdGeom.Tokens.vertex).Set(light.astype(np.float32))
     if model.uv is not None:
         places = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, "vertex")
@@ -188,22 +188,22 @@ def _merged(morphs: Morphs) -> Iterator[tuple[str, Single, Single | None]]:
 
 
 def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[Path]:
-    """Bind a preview surface to a mesh, with its colours, or with its picture in a file beside `place`; return that."""
+    """Bind a preview surface to a mesh, with its colors, or with its picture in a file beside `place`; return that."""
     from pxr import Sdf, UsdShade
 
     material = UsdShade.Material.Define(stage, f"/Face/Materials/{name}")
     surface = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Surface")
     surface.CreateIdAttr("UsdPreviewSurface")
     surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(roughness(name))
-    colour = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    color = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
     material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
     if model.png is None or model.uv is None:
-        reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Colours")
+        reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Colors")
         reader.CreateIdAttr("UsdPrimvarReader_float3")
         reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
-        reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(tuple(SKIN_COLOUR[:3]))
-        colour.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
+        reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(tuple(SKIN_COLOR[:3]))
+        color.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
         return []
     ending = "png" if model.png.startswith(b"\x89PNG") else "jpg"
     picture = place.with_name(f"{place.stem}_{name}.{ending}")
@@ -220,7 +220,7 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[
         texture.CreateInput(f"wrap{side}", Sdf.ValueTypeNames.Token).Set("repeat")
     places = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
     texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(places)
-    colour.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
+    color.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
     if model.cutout:
         opacity = surface.CreateInput("opacity", Sdf.ValueTypeNames.Float)
         opacity.ConnectToSource(texture.CreateOutput("a", Sdf.ValueTypeNames.Float))

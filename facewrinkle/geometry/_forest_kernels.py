@@ -105,7 +105,7 @@ def plant(nodes, edges, points, ends, sides, triangles):
 
 @compiled
 def _must_split(nodes, edges, x):
-    """Return True if leaf x has midpoints on two sides, or a neighbour two levels finer."""
+    """Return True if leaf x has midpoints on two sides, or a neighbor two levels finer."""
     hanging = nodes[x, FLAGS] & HANGING
     if hanging & (hanging - 1):
         return True
@@ -180,7 +180,7 @@ def _split_red(nodes, edges, points, state, x):
     _new_node(nodes, centre, p, q, r, level + 1)
     for s in range(3):
         nodes[centre, EDGE + s] = inner + (s + 1) % 3
-    # The children never have to be split in the same call: two hanging sides, or a neighbour two levels
+    # The children never have to be split in the same call: two hanging sides, or a neighbor two levels
     # finer, would need midpoints on two sides of x, or on a half of one, from before the call, and then x
     # would not have been a leaf.
     for node in range(child, child + 4):

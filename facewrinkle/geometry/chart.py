@@ -145,7 +145,7 @@ def smoothly_interpolated(
 def smoothed(points: Array, triangles: IntArray, values: Array, length: float) -> Array:
     """Values (n, d) at the vertices without features shorter than about `length`; linear functions stay as they are.
 
-    Minimises the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative
+    Minimizes the area integral of ``(c - values)^2 + length^4 |second derivatives of c|^2``, where a second derivative
     is the jump of the slope across an edge. Vertices with NaN, and triangles that have one, are left out.
 
     Examples
@@ -249,7 +249,7 @@ def _polar(points, triangles, offsets, around, first, reach, distance, angle):
     for v in range(n):
         if not done[v]:
             distance[v] = np.inf
-    # Now that all neighbours are known, each vertex takes the edge that its line really crosses; twice over.
+    # Now that all neighbors are known, each vertex takes the edge that its line really crosses; twice over.
     order = np.argsort(distance)
     for _ in range(2):
         for v in order:

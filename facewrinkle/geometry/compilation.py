@@ -31,9 +31,9 @@ def compiled(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     Loops of the package are declared so, as the one that gives vectors the length 1:
 
     >>> import numpy as np
-    >>> from facewrinkle.geometry.normals import normalise
+    >>> from facewrinkle.geometry.normals import normalize
     >>> vectors = np.array([[0.0, 3, 4]])
-    >>> normalise(vectors)
+    >>> normalize(vectors)
     >>> vectors.tolist()
     [[0.0, 0.6, 0.8]]
     """

@@ -16,7 +16,7 @@ from .normals import area_vector, vertex_normals
 from .topology import as_triangles, unique_edges
 
 SPACING = 0.67
-"""Vertices are removed while they are closer to a neighbour than this share of the wanted length: the edges that stay
+"""Vertices are removed while they are closer to a neighbor than this share of the wanted length: the edges that stay
 are then about as long as wanted, on average.
 """
 
@@ -39,10 +39,10 @@ CORNER = 0.1
 """No line is cut short by more than this at a vertex, relative to the edges that are wanted."""
 
 NEAR = 3.0
-"""Neighbours up to this far are near, relative to the nearest one."""
+"""Neighbors up to this far are near, relative to the nearest one."""
 
-MOST_NEIGHBOURS = 64
-"""Vertices with more neighbours than this are not removed, and no vertex gets more."""
+MOST_NEIGHBORS = 64
+"""Vertices with more neighbors than this are not removed, and no vertex gets more."""
 
 LEAST_OF_LINE = 8
 """Every line and every boundary loop keeps at least this many vertices, or all that it has."""
@@ -54,7 +54,7 @@ def decimated(
     size: Array,
     lines: npt.NDArray[np.integer] | None = None,
 ) -> tuple[npt.NDArray[np.int64], IntArray]:
-    """Merge vertices into neighbours (half-edge collapses) until the edges of a mesh are about as long as wanted.
+    """Merge vertices into neighbors (half-edge collapses) until the edges of a mesh are about as long as wanted.
 
     The topology stays: components, boundary loops, and the Euler characteristic. Boundaries and other `lines` stay
     lines of vertices of their own. No triangle turns over, and none becomes much worse shaped than it was.
@@ -86,9 +86,9 @@ def decimated(
     """
     faces = as_triangles(triangles, len(points)).copy()
     positions = np.ascontiguousarray(points, dtype=np.float64)
-    kind, neighbours, loop, left = _lines(faces, len(positions), lines)
+    kind, neighbors, loop, left = _lines(faces, len(positions), lines)
     normals, wanted = vertex_normals(positions, faces), np.ascontiguousarray(size, dtype=np.float64)
-    alive = _decimate(positions, normals, wanted, faces, kind, neighbours, loop, left)
+    alive = _decimate(positions, normals, wanted, faces, kind, neighbors, loop, left)
     vertices, renumbered = np.unique(faces[alive], return_inverse=True)
     return vertices.astype(np.int64), renumbered.reshape(-1, 3).astype(np.int32)
 
@@ -96,7 +96,7 @@ def decimated(
 def _lines(
     triangles: IntArray, n: int, lines: npt.NDArray[np.integer] | None
 ) -> tuple[npt.NDArray[np.int8], npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Kinds (n,) of vertices, neighbours (n, 2) of those on lines, their line (n,), and the vertices of each line."""
+    """Kinds (n,) of vertices, neighbors (n, 2) of those on lines, their line (n,), and the vertices of each line."""
     edges, sides = unique_edges(triangles)
     shared = np.bincount(sides.ravel(), minlength=len(edges))
     chosen = edges[shared == 1]
@@ -109,18 +109,18 @@ def _lines(
     kind[edges[shared > 2]] = FIXED
     both = np.concatenate([chosen, chosen[:, ::-1]])
     both = both[np.lexsort((both[:, 1], both[:, 0]))]
-    neighbours = np.full((n, 2), -1, np.int64)
+    neighbors = np.full((n, 2), -1, np.int64)
     pair = both[degree[both[:, 0]] == 2].reshape(-1, 2, 2)
-    neighbours[pair[:, 0, 0]] = pair[:, :, 1]
+    neighbors[pair[:, 0, 0]] = pair[:, :, 1]
     graph = coo_array((np.ones(len(chosen), np.int8), tuple(chosen.T)), shape=(n, n))
     count, loop = connected_components(graph, directed=False)
     left = np.bincount(loop, minlength=count)
-    return kind, neighbours, loop.astype(np.int64), left.astype(np.int64)
+    return kind, neighbors, loop.astype(np.int64), left.astype(np.int64)
 
 
 @compiled
-def _neighbours(v, triangles, alive, head, following, out):
-    """Write the neighbours of a vertex to `out`, and return the count; more than fit count as one too many."""
+def _neighbors(v, triangles, alive, head, following, out):
+    """Write the neighbors of a vertex to `out`, and return the count; more than fit count as one too many."""
     count, corner = 0, head[v]
     while corner >= 0:
         t = corner // 3
@@ -207,11 +207,11 @@ def _sides(v, w, triangles, alive, head, following):
 
 @compiled
 def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
-    """Link condition: v and u share no neighbours but those opposite to their edge, and what becomes one was not the
+    """Link condition: v and u share no neighbors but those opposite to their edge, and what becomes one was not the
     border, or the whole of a piece.
     """
     apexes = _sides(v, u, triangles, alive, head, following)
-    n_other = _neighbours(u, triangles, alive, head, following, other)
+    n_other = _neighbors(u, triangles, alive, head, following, other)
     if n_other > len(other) or n_other + count - apexes - 2 > len(other):
         return False
     shared = 0
@@ -229,7 +229,7 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
 
 @compiled
 def _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare):
-    """Return the neighbour into which v is best merged, or -1; far ones only if none is near."""
+    """Return the neighbor into which v is best merged, or -1; far ones only if none is near."""
     best, found = 0.0, -1
     near = np.inf
     for i in range(count):
@@ -242,7 +242,7 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
             continue
         if (_distance(points, u, v) > near) == (turn < count):
             continue
-        if kind[v] == ON_LINE:  # v is not far from the straight line between its neighbours
+        if kind[v] == ON_LINE:  # v is not far from the straight line between its neighbors
             w, square, along, length = lines[v, 0] + lines[v, 1] - u, 0.0, 0.0, 0.0
             for k in range(3):
                 a, b = points[v, k] - points[u, k], points[w, k] - points[u, k]
@@ -289,7 +289,7 @@ def _merge(v, u, triangles, alive, head, following):
 
 @compiled
 def _enqueue(v, gap, heap, key, kind):
-    """Put a vertex in the queue if it may be removed and is too close to a neighbour, but not twice by one key."""
+    """Put a vertex in the queue if it may be removed and is too close to a neighbor, but not twice by one key."""
     if kind[v] != FIXED and gap < SPACING and gap != key[v]:
         key[v] = gap
         heappush(heap, (gap, v))
@@ -297,9 +297,9 @@ def _enqueue(v, gap, heap, key, kind):
 
 @compiled
 def _decimate(points, normals, size, triangles, kind, lines, loop, left):
-    """Merge vertices into neighbours, the closest first, until none is closer than `SPACING` of the wanted size.
+    """Merge vertices into neighbors, the closest first, until none is closer than `SPACING` of the wanted size.
 
-    Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbours of
+    Changes `triangles`, whose removed ones are marked by False in the result, and `lines`, the two neighbors of
     vertices on lines. `left` counts the vertices of each line `loop`, of which at least `LEAST_OF_LINE` stay.
     """
     n, m = len(points), len(triangles)
@@ -308,21 +308,21 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
         v = triangles[corner // 3, corner % 3]
         following[corner] = head[v]
         head[v] = corner
-    ring, other = np.empty((2, MOST_NEIGHBOURS), np.int64)
+    ring, other = np.empty((2, MOST_NEIGHBORS), np.int64)
     spare, key = np.empty((2, 3)), np.full(n, np.inf)
     heap = [(0.0, 0)]
     heap.clear()
     for v in range(n):
         if head[v] >= 0:
-            count = _neighbours(v, triangles, alive, head, following, ring)
+            count = _neighbors(v, triangles, alive, head, following, ring)
             _enqueue(v, _shortest(v, count, ring, points, size), heap, key, kind)
     while len(heap):
         asked, v = heappop(heap)
         if head[v] < 0 or asked != key[v]:
             continue
         key[v] = np.inf
-        count = _neighbours(v, triangles, alive, head, following, ring)
-        if count > MOST_NEIGHBOURS or (kind[v] == ON_LINE and left[loop[v]] <= LEAST_OF_LINE):
+        count = _neighbors(v, triangles, alive, head, following, ring)
+        if count > MOST_NEIGHBORS or (kind[v] == ON_LINE and left[loop[v]] <= LEAST_OF_LINE):
             continue
         # A key is too small once the edge it stands for is gone.
         gap = _shortest(v, count, ring, points, size)
@@ -332,7 +332,7 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
         u = _target(v, count, ring, other, points, normals, size, kind, lines, triangles, alive, head, following, spare)
         if u < 0:
             continue
-        if kind[v] == ON_LINE:  # its neighbours on the line become neighbours
+        if kind[v] == ON_LINE:  # its neighbors on the line become neighbors
             w = lines[v, 0] + lines[v, 1] - u
             for one, two in ((u, w), (w, u)):
                 if lines[one, 0] == v:
@@ -341,11 +341,11 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
                     lines[one, 1] = two
             left[loop[v]] -= 1
         _merge(v, u, triangles, alive, head, following)
-        for i in range(count):  # those that could not be removed before may be now, with u or another neighbour
+        for i in range(count):  # those that could not be removed before may be now, with u or another neighbor
             w = ring[i]
             gap = key[w]
             if gap == np.inf:
-                gap = _shortest(w, _neighbours(w, triangles, alive, head, following, other), other, points, size)
+                gap = _shortest(w, _neighbors(w, triangles, alive, head, following, other), other, points, size)
             elif w != u:
                 gap = min(gap, 2.0 * _distance(points, u, w) / (size[u] + size[w]))
             _enqueue(w, gap, heap, key, kind)

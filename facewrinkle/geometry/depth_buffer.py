@@ -51,7 +51,7 @@ def depth_buffer(
     depth, numbers = np.full(shape, -np.inf), np.empty(shape, np.int32)
     x, y = ((points[:, k] - low[k]) / step for k in range(2))
     z, corners = np.ascontiguousarray(points[:, 2]), np.ascontiguousarray(triangles, np.int32)
-    rasterise(x, y, z, corners, *span, 0, numbers, depth)
+    rasterize(x, y, z, corners, *span, 0, numbers, depth)
     return depth
 
 
@@ -84,7 +84,7 @@ def sampled_depth_buffer(pixels: IntArray, heights: Array, shape: npt.ArrayLike)
 
 
 @compiled
-def rasterise(x, y, z, triangles, low, high, first, numbers, depth):
+def rasterize(x, y, z, triangles, low, high, first, numbers, depth):
     """Write the z of triangles and their numbers, from `first`, into the nodes where they are in front of all before.
 
     The node in row i and column j is at (j, i) in the coordinates x and y (n,) of the points; z is linear in them. Only

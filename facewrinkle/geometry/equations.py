@@ -48,9 +48,9 @@ def linear_coordinates(along: Array, angle: Array, radius: float, max_angle: flo
     Parameters
     ----------
     along : ndarray, shape (n,)
-        l, the distance from the attachment along the central fibre: ``|x - mA| cos(phi_i)``.
+        l, the distance from the attachment along the central fiber: ``|x - mA| cos(phi_i)``.
     angle : ndarray, shape (n,)
-        phi_i, the angle at the attachment between the central fibre and the point.
+        phi_i, the angle at the attachment between the central fiber and the point.
     radius, max_angle : float
         R and phi, length and half opening angle of the cone.
 
@@ -223,7 +223,7 @@ class EdgeWeights:
     ----------
     rest : ndarray, shape (n, 3)
     rings : tuple of ndarray
-        Neighbours of each vertex, as (indptr, indices).
+        Neighbors of each vertex, as (indptr, indices).
     vertices : ndarray of int, shape (p,)
         Those at which compression is measured; one may come several times.
 
@@ -240,12 +240,12 @@ class EdgeWeights:
     """
 
     def __init__(self, rest: Array, rings: tuple[IntArray, IntArray], vertices: IntArray) -> None:
-        offsets, neighbours = rings
+        offsets, neighbors = rings
         counts = np.diff(offsets)[vertices]
         self._owner = np.repeat(np.arange(len(vertices)), counts)
         place = np.arange(len(self._owner)) - np.repeat(np.cumsum(counts) - counts, counts)
         self._i = vertices[self._owner]
-        self._j = neighbours[offsets[self._i] + place]
+        self._j = neighbors[offsets[self._i] + place]
         self._length = np.linalg.norm(rest[self._j] - rest[self._i], axis=1)
         self._n = len(vertices)
 
@@ -282,7 +282,7 @@ def attenuation(s: npt.ArrayLike, falloff: Falloff = "paper") -> Array:
     Parameters
     ----------
     s : array_like
-        Normalised position in the outer band.
+        Normalized position in the outer band.
     falloff : {"paper", "smoothstep"}
         "paper" is ``1 - (s + s^3) / 2``, continuous in value only; "smoothstep" is ``1 - 3 s^2 + 2 s^3``, continuous
         in slope.
@@ -314,7 +314,7 @@ def band(x: npt.ArrayLike, inner: float, outer: float) -> Array:
     return (x - inner) / (outer - inner)
 
 
-# --- Section 3.3, sheet muscles: Eqs. 12 and 13, which is Eq. 11 with the distance from the fibre -------
+# --- Section 3.3, sheet muscles: Eqs. 12 and 13, which is Eq. 11 with the distance from the fiber -------
 
 
 def sheet_coordinates(along: Array, across: Array, length: float, width: float | Array) -> tuple[Array, Array]:
@@ -325,7 +325,7 @@ def sheet_coordinates(along: Array, across: Array, length: float, width: float |
     Parameters
     ----------
     along, across : ndarray, shape (n,)
-        l and h, the distances from the attachment line and from the central fibre.
+        l and h, the distances from the attachment line and from the central fiber.
     length, width : float, or width of shape (n,)
         Ls and Ws.
 

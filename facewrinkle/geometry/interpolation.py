@@ -208,7 +208,7 @@ def _overlap(points, triangles, low, high, out):
 def _interpolate_corners(values, base, triangles, roots, hosts, weights, out):
     """Interpolate values (m0, 3, d) at corners of base triangles for the corners (m, 3, d) of the triangles in them.
 
-    Vertex v lies in the base triangle with the vertices hosts[v], at weights[v]; that triangle may be a neighbour of
+    Vertex v lies in the base triangle with the vertices hosts[v], at weights[v]; that triangle may be a neighbor of
     the root of a triangle at v. Sums run over the corners of the root: on an edge one of the three terms is 0, so
     that both sides of the edge are rounded alike.
     """

@@ -1,4 +1,4 @@
-"""Laplacians and means of neighbours on triangle meshes, as sparse matrices."""
+"""Laplacians and means of neighbors on triangle meshes, as sparse matrices."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def graph_laplacian(edges: npt.NDArray[np.integer], weight: Array, n: int) -> cs
     return csr_array(diags_array(np.asarray(graph.sum(axis=1))) - graph)
 
 
-def neighbour_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
+def neighbor_mean(edges: npt.NDArray[np.integer], n: int) -> csr_array:
     """Matrix (n, n) that gives each vertex the mean of those it shares an edge (e, 2) with; loose vertices get 0.
 
     Examples
     --------
-    >>> neighbour_mean(np.array([[0, 1], [1, 2]]), 4) @ np.array([1.0, 2.0, 5.0, 7.0])
+    >>> neighbor_mean(np.array([[0, 1], [1, 2]]), 4) @ np.array([1.0, 2.0, 5.0, 7.0])
     array([2., 3., 2., 0.])
     """
     both = np.concatenate([edges, edges[:, ::-1]]).T

@@ -32,7 +32,7 @@ def vertex_normals(points: npt.ArrayLike, triangles: npt.ArrayLike) -> Array:
     positions = np.ascontiguousarray(points, dtype=np.float64)
     normals = np.empty_like(positions)
     _accumulate(positions, np.ascontiguousarray(triangles, dtype=np.int32), normals)
-    normalise(normals)
+    normalize(normals)
     return normals
 
 
@@ -51,7 +51,7 @@ def detail_normals(bare: Array, displaced: Array, triangles: npt.NDArray[np.int3
     Returns
     -------
     ndarray, shape (n, 3)
-        Exactly `smooth`, normalised, where nothing is displaced.
+        Exactly `smooth`, normalized, where nothing is displaced.
 
     Examples
     --------
@@ -78,7 +78,7 @@ def details_normals(
     before = vertex_normals(bare, triangles)
     out = [vertex_normals(points, triangles) - before + smooth for points in displaced]
     for normals in out:
-        normalise(normals)
+        normalize(normals)
     return out
 
 
@@ -161,7 +161,7 @@ def area_vector(points, i, j, k):
 
 @compiled
 def _accumulate(points, triangles, out):
-    """Sum the normals of the triangles at each vertex, weighted by area; not normalised."""
+    """Sum the normals of the triangles at each vertex, weighted by area; not normalized."""
     out[:] = 0.0
     for f in range(triangles.shape[0]):
         i, j, k = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
@@ -185,7 +185,7 @@ def _add_areas(points, triangles, out):
 
 
 @compiled
-def normalise(vectors):
+def normalize(vectors):
     """Scale vectors (n, 3) to unit length in place; zero vectors stay."""
     for v in range(vectors.shape[0]):
         x, y, z = vectors[v, 0], vectors[v, 1], vectors[v, 2]

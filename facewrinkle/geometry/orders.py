@@ -1,4 +1,4 @@
-"""An order of points along a line, where neighbours are mostly neighbours in space."""
+"""An order of points along a line, where neighbors are mostly neighbors in space."""
 
 from __future__ import annotations
 

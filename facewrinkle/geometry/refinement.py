@@ -1,9 +1,9 @@
 """Adaptive red-green refinement of triangle meshes, by connectivity alone.
 
-A triangle is split *red* into four similar ones; where that leaves one hanging vertex on a neighbour, the
-neighbour is bisected *green*, and where it leaves two, the neighbour is split red as well (Zhang, Sim and
+A triangle is split *red* into four similar ones; where that leaves one hanging vertex on a neighbor, the
+neighbor is bisected *green*, and where it leaves two, the neighbor is split red as well (Zhang, Sim and
 Tan, Section 4). Bisecting bisected triangles again and again would ruin their angles, so the state is the
-forest of red splits, and the green halves are derived from it each time. Neighbouring leaves of the forest
+forest of red splits, and the green halves are derived from it each time. Neighboring leaves of the forest
 differ by at most one level, every vertex keeps its place in the base mesh M0 as barycentric weights, and
 undoing every split restores M0 exactly.
 """

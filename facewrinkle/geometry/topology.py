@@ -115,12 +115,12 @@ def incident_triangles(elements: NDArray[np.integer]) -> tuple[NDArray[np.int64]
 
 
 def vertex_rings(triangles: ArrayLike, n_points: int | None = None) -> tuple[IntArray, IntArray]:
-    """Neighbours of each vertex, ascending, as CSR (offsets (n + 1,), neighbours (2 e,)).
+    """Neighbors of each vertex, ascending, as CSR (offsets (n + 1,), neighbors (2 e,)).
 
     Examples
     --------
-    >>> offsets, neighbours = vertex_rings([[0, 1, 2], [2, 1, 3]])
-    >>> neighbours[offsets[3]:offsets[4]].tolist()
+    >>> offsets, neighbors = vertex_rings([[0, 1, 2], [2, 1, 3]])
+    >>> neighbors[offsets[3]:offsets[4]].tolist()
     [1, 2]
     """
     array = as_triangles(triangles, n_points)
@@ -233,7 +233,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     array = as_triangles(triangles)
     m = len(array)
     h, g, opposite = _shared(array, unique_edges(array)[1])
-    # Double cover: each triangle stands once as it is (t) and once flipped (m + t); consistent neighbours connect.
+    # Double cover: each triangle stands once as it is (t) and once flipped (m + t); consistent neighbors connect.
     t, u = h // 3, g // 3
     links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
     _, label = connected_components(
@@ -296,12 +296,12 @@ def _following(half_edges: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def pairs_of(found: Sequence[Sequence[int]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the pairs that lists of neighbours stand for: the number (p,) of each one's list, and what is on it (p,).
+    """Return the pairs that lists of neighbors stand for: the number (p,) of each one's list, and what is on it (p,).
 
     Examples
     --------
-    >>> owner, neighbour = pairs_of([[4, 2], [], [7]])
-    >>> owner.tolist(), neighbour.tolist()
+    >>> owner, neighbor = pairs_of([[4, 2], [], [7]])
+    >>> owner.tolist(), neighbor.tolist()
     ([0, 0, 2], [4, 2, 7])
     """
     counts = np.fromiter(map(len, found), np.int64, len(found))

@@ -41,11 +41,11 @@ class Untangling:
         At rest.
     triangles : ndarray of int, shape (m, 3)
     offsets, ring : ndarray of int
-        Neighbours of each vertex; see :func:`facewrinkle.geometry.topology.vertex_rings`.
+        Neighbors of each vertex; see :func:`facewrinkle.geometry.topology.vertex_rings`.
 
     Examples
     --------
-    One vertex of a flat grid is moved beyond its neighbours:
+    One vertex of a flat grid is moved beyond its neighbors:
 
     >>> import pyvista as pv
     >>> from facewrinkle.geometry.topology import vertex_rings
@@ -71,7 +71,7 @@ class Untangling:
         """Return moved points (n, 3) with no triangle turned over; the given ones themselves if none is.
 
         Corners of triangles that are turned over, or nearly so, make room for them. Where they cannot, there and around
-        points go half the way to where the mean motion of their neighbours takes them, and make room again, up to 20
+        points go half the way to where the mean motion of their neighbors takes them, and make room again, up to 20
         times.
         """
         low = self._low(points, LEAST)

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from ..array_types import Array, IntArray
 from .interpolation import smoothstep
-from .laplacian import neighbour_mean
+from .laplacian import neighbor_mean
 from .normals import tangent_axes, vertex_normals
 from .topology import unique_edges, vertex_rings
 
@@ -50,7 +50,7 @@ class VertexInterpolation:
     Attributes
     ----------
     rings : tuple of ndarray of int
-        Neighbours of each vertex; see :func:`facewrinkle.geometry.topology.vertex_rings`.
+        Neighbors of each vertex; see :func:`facewrinkle.geometry.topology.vertex_rings`.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class VertexInterpolation:
         length = np.linalg.norm(where[edges[:, 0]] - where[edges[:, 1]], axis=1)
         valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
         spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
-        radius = RADIUS * 0.5 * (spacing + neighbour_mean(edges, len(where)) @ spacing)
+        radius = RADIUS * 0.5 * (spacing + neighbor_mean(edges, len(where)) @ spacing)
         offsets, ring = self.rings = vertex_rings(triangles, n)
         way = np.linalg.norm(positions[np.repeat(np.arange(n), np.diff(offsets))] - positions[ring], axis=1)
         graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))

@@ -19,7 +19,7 @@ from ..array_types import Array, BoolArray, IntArray
 from ..checks import plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
 from ..geometry.interpolation import interpolated
-from ..geometry.normals import normalise, vertex_areas
+from ..geometry.normals import normalize, vertex_areas
 from ..geometry.refinement import Change, RedGreenForest, frozen
 from ..mesh.arrays import ARRAYS
 from .compression import StrainField, compression_along, principal_compression
@@ -69,7 +69,7 @@ class SurfacePoints:
         """Return the vertices of a refined mesh, from number `first` on, given base vertices and normals (n0, 3)."""
         corners, barycentric = forest.corners[first:], forest.barycentric[first:]
         upright = interpolated(normals, corners, barycentric)
-        normalise(upright)
+        normalize(upright)
         return cls(interpolated(points, corners, barycentric), upright, corners, barycentric, forest.host[first:])
 
     def taken(self, some: slice | IntArray) -> Self:

@@ -245,7 +245,7 @@ def located(
     vertices: SurfacePoints, muscles: list[Muscle], zones: BoolArray, some: npt.NDArray[np.int64]
 ) -> dict[str, np.ndarray]:
     """Return lambda, gamma and the index of that muscle of `some` in whose wrinkling region each vertex lies, within
-    the base triangles (k, m0) that it may touch; of several, the one whose central fibre is nearest, by gamma.
+    the base triangles (k, m0) that it may touch; of several, the one whose central fiber is nearest, by gamma.
 
     They are 0, and the index -1, in no region.
 
@@ -342,7 +342,7 @@ class Folds(Entries):
         metric : ndarray, shape (n0, 6)
             Rest metric at the base vertices.
         unit : float
-            Millimetres per unit of the vertices.
+            Millimeters per unit of the vertices.
         shares : ndarray, shape (n0,), optional
             Share of their depth that folds have at the base vertices; without them, all of it.
         """

@@ -5,7 +5,7 @@ elsewhere.
 
 document, protocol | the session that pages change, with undo; messages between a page and the studio
 visible_parts      | what is seen of a frame, as parts
-fields             | fields in colour; what made a fold, with the numbers of its formula
+fields             | fields in color; what made a fold, with the numbers of its formula
 stage              | the thread that simulates
 capture            | phones and trackers that drive the face
 server             | pages that are connected; the web server

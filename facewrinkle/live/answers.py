@@ -32,7 +32,7 @@ from ..session.content import is_session
 from ..session.parts import LONGEST, Anywhere, Camera, point_of, ranges
 from ..session.session import START
 from .document import Document
-from .fields import FIELDS, colours, labels, probe
+from .fields import FIELDS, colors, labels, probe
 from .library import Library, opened
 from .protocol import (
     FACE_ALONE,
@@ -58,7 +58,7 @@ from .server import Client, Server
 from .stage import Stage
 
 ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
-"""Places of a muscle's handle along its fibres, from the insertion: the first with room is taken."""
+"""Places of a muscle's handle along its fibers, from the insertion: the first with room is taken."""
 
 ROOM = 0.08
 """Distance of handles as seen from the front, in distances between the pupils."""
@@ -127,7 +127,7 @@ class Answers:
         """Return what a page is told first: names, ranges, and the face."""
         return {
             "atlas": of_atlas(self._stage.face.atlas),
-            "fields": {name: colours(name) for name in FIELDS},
+            "fields": {name: colors(name) for name in FIELDS},
             "folds": ranges(Folds),
             "patterns": {"kinds": list(KINDS), "numbers": ranges(Pattern)},
             "tears": ranges(Tear),
@@ -378,7 +378,7 @@ def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
     pull.
 
     Muscles that end at one place, as at the corner of the mouth, have their handles a part of the way along their
-    fibres, so that each can be taken. A sphincter is pulled from its side towards its centre, and the jaw down.
+    fibers, so that each can be taken. A sphincter is pulled from its side towards its centre, and the jaw down.
     """
     found: dict[str, dict[str, Any]] = {}
     normals = vertex_normals(face.points, face.triangles)

@@ -1,4 +1,4 @@
-"""Fields of a frame in colour, and all that is known at a vertex: what made the fold there, by which formula."""
+"""Fields of a frame in color, and all that is known at a vertex: what made the fold there, by which formula."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS
 from ..mesh.arrays import rest_of
-from ..plotting.fields import FIELD_COLOURS, FOLDED
+from ..plotting.fields import FIELD_COLORS, FOLDED
 from .protocol import Part
 from .visible_parts import VisibleParts
 
@@ -35,13 +35,13 @@ NAMES = {
 """Words for the numbers of formulas; those that are fields are told with the fields."""
 
 
-def colours(name: str) -> list[int]:
-    """Return the colours of a field, 64 of red, green and blue, 0 to 255."""
-    cmap = matplotlib.colormaps[FIELD_COLOURS.get(name, ("viridis", None))[0]]
+def colors(name: str) -> list[int]:
+    """Return the colors of a field, 64 of red, green and blue, 0 to 255."""
+    cmap = matplotlib.colormaps[FIELD_COLORS.get(name, ("viridis", None))[0]]
     return [round(255.0 * float(value)) for value in cmap(np.linspace(0.0, 1.0, 64))[:, :3].ravel()]
 
 
-def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence[Layer] = ()) -> Part:
+def colored(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence[Layer] = ()) -> Part:
     """Return a field of a frame for a page; one that the frame does not have means nothing anywhere.
 
     Its ``value``, for each drawn vertex, goes from 0 (the least) to 65534; it is 65535 where the field means nothing.
@@ -49,7 +49,7 @@ def coloured(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequenc
     """
     info: dict[str, Any] = {"name": name, "about": ARRAYS.get(name, ""), "unit": "mm" if name == "W" else ""}
     values = values_of(frame, name)
-    scheme, limits = FIELD_COLOURS.get(name, ("viridis", None))
+    scheme, limits = FIELD_COLORS.get(name, ("viridis", None))
     some = np.isfinite(values)
     largest = float(np.abs(values[some]).max(initial=0.0)) or 1.0
     low, high = limits or ((-largest, largest) if scheme == "RdBu_r" else (0.0, largest))

@@ -36,8 +36,8 @@ Kind = Literal["picture", "movie", "glb", "animation", "rig", "face", "atlas", "
 """What can be saved."""
 
 
-FIBRES = "fibres"
-"""The part with the fibres of muscles."""
+FIBERS = "fibers"
+"""The part with the fibers of muscles."""
 
 
 @dataclass(kw_only=True)
@@ -84,7 +84,7 @@ class Reset(Message):
 
 @dataclass(kw_only=True)
 class Field(Message):
-    """Show a field in colour, or none, and the fibres of muscles, or not."""
+    """Show a field in color, or none, and the fibers of muscles, or not."""
 
     name: Text | None
     muscles: bool = False
@@ -92,7 +92,7 @@ class Field(Message):
     @property
     def parts(self) -> set[str]:
         """Names of what a frame must hold for that."""
-        return {name for name in (self.name, FIBRES if self.muscles else None) if name}
+        return {name for name in (self.name, FIBERS if self.muscles else None) if name}
 
 
 FACE_ALONE = Field(name=None)
@@ -290,7 +290,7 @@ def message(head: Mapping[str, Any], parts: Iterable[Part], known: Known) -> tup
 
     Examples
     --------
-    >>> dot = Part("dot", "mesh", {"colour": np.zeros(3, np.uint8), "place": np.zeros((1, 3), np.uint16)})
+    >>> dot = Part("dot", "mesh", {"color": np.zeros(3, np.uint8), "place": np.zeros((1, 3), np.uint16)})
     >>> first, has = message({}, [dot], {})
     >>> moved = Part("dot", "mesh", {**dot.arrays, "place": np.ones((1, 3), np.uint16)})
     >>> second, _ = message({}, [moved], has)

@@ -27,7 +27,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from aiohttp.http_exceptions import HttpProcessingError
 
-from ..appearance.fibres import BENEATH, CONTRACTED, OPACITY, RELAXED
+from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
 from ..errors import FaceWrinkleError, ParameterError
 from ..plotting.scene import BACKGROUND
 from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
@@ -125,20 +125,20 @@ def page_files() -> dict[str, tuple[str, bytes]]:
         ending = entry.name.rpartition(".")[2]
         if ending in TYPES:
             found[entry.name] = TYPES[ending], entry.read_bytes()
-    lights = [{"direction": where, "colour": [strength * c for c in colour]} for where, colour, strength in LIGHTS]
+    lights = [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS]
     room, tear = tear_code("aspect", "focal", FULLY_WET)
     materials = {
         "tear_declarations": room,
-        "tear": tear.replace("gl_FragData[0]", "vec4 colour_of_tear"),
+        "tear": tear.replace("gl_FragData[0]", "vec4 color_of_tear"),
         "skin": SKIN_MATERIAL.code(len(LIGHTS)),
         "eye": EYE_MATERIAL.code(len(LIGHTS)),
         "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
     }
-    fibres = {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH}
+    fibers = {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH}
     lines = [
         f"export const MATERIALS = {json.dumps(materials)};",
         f"export const LIGHTS = {json.dumps(lights)};",
-        f"export const FIBRES = {json.dumps(fibres)};",
+        f"export const FIBERS = {json.dumps(fibers)};",
         f"export const VIEW_ANGLE = {VIEW_ANGLE};",
         f"export const BACKGROUND = {json.dumps(BACKGROUND)};",
     ]

@@ -26,9 +26,9 @@ from ..session.parts import point_of
 from ..session.player import Player, layers_of, mixture_of
 from ..session.session import START
 from .document import Document
-from .fields import coloured
+from .fields import colored
 from .library import Library
-from .protocol import FIBRES, Box, Part, small_normals
+from .protocol import FIBERS, Box, Part, small_normals
 from .visible_parts import VisibleParts
 
 STILL, STILL_STEPS = 2e-3, 6
@@ -334,9 +334,9 @@ class Stage(threading.Thread):
         if session.probes:
             places = {name: point_of(place, self.face) for name, place in session.probes.items()}
             parts.append(self.parts.pins(frame, places))
-        fields = {name: coloured(frame, name, self.parts, layers) for name in sorted(self.wanted_fields - {FIBRES})}
-        if FIBRES in self.wanted_fields:
-            fields[FIBRES] = self.parts.fibres(frame, player.contractions)
+        fields = {name: colored(frame, name, self.parts, layers) for name in sorted(self.wanted_fields - {FIBERS})}
+        if FIBERS in self.wanted_fields:
+            fields[FIBERS] = self.parts.fibers(frame, player.contractions)
         self._steps += 1
         box, surfaces = self.parts.box, list(tears.values())
         shown = Shown(

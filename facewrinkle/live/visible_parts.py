@@ -18,7 +18,7 @@ from PIL import Image
 
 from ..anatomy.face import Face
 from ..appearance.eye import TINTS, PaintedEye
-from ..appearance.fibres import Fibres
+from ..appearance.fibers import Fibers
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
@@ -27,10 +27,10 @@ from ..array_types import Array, IntArray
 from ..geometry.closest_point import closest
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
-from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colours, in_bytes, is_frame, rest_of
+from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..mesh.frame_state import FrameState
-from ..plotting.scene import PLAIN_COLOUR
-from .protocol import FIBRES, LARGEST, Box, Part, small_normals
+from ..plotting.scene import PLAIN_COLOR
+from .protocol import FIBERS, LARGEST, Box, Part, small_normals
 
 VERSIONS = itertools.count(1)
 """Numbers of the triangles of skins, each of another one."""
@@ -132,14 +132,14 @@ class VisibleParts:
             self.origin, drawn, texture = parts.origin, parts.triangles, parts.values
         elif photographed:
             texture = frame.active_texture_coordinates
-        own = _skin_colours(frame, self._appearance) if texture is None else _texture_numbers(np.asarray(texture))
+        own = _skin_colors(frame, self._appearance) if texture is None else _texture_numbers(np.asarray(texture))
         lined = self._visible.lined(frame, triangles)
         open_ones = np.vstack([self._visible.across(frame, triangles), np.asarray(drawn)[~lined]])
         kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
         return {
             "index": open_ones.astype(kind),
             "lined": np.asarray(drawn)[lined].astype(kind),
-            "colour" if texture is None else "texture": own,
+            "color" if texture is None else "texture": own,
         }
 
     def _eyes(self, points: Array, state: FrameState) -> list[Part]:
@@ -204,20 +204,20 @@ class VisibleParts:
         if places is not None:
             arrays["texture"] = self._same(name, "texture", np.asarray(places, np.float32))
         else:
-            arrays["colour"] = self._same(name, "colour", _colours(mesh))
+            arrays["color"] = self._same(name, "color", _colors(mesh))
         arrays["index"] = self._same(name, "index", _indices(triangles))
         return Part(name, kind, arrays)
 
-    def fibres(self, frame: pv.PolyData, rates: Mapping[str, float]) -> Part:
-        """Return the fibres of muscles in a frame, and their contractions from 0 to 255."""
-        fibres = Fibres.of(self.face)
+    def fibers(self, frame: pv.PolyData, rates: Mapping[str, float]) -> Part:
+        """Return the fibers of muscles in a frame, and their contractions from 0 to 255."""
+        fibers = Fibers.of(self.face)
         arrays: dict[str, np.ndarray] = {
-            "half": self._same(FIBRES, "half", fibres.half.astype(np.float32)),
-            "muscle": self._same(FIBRES, "muscle", fibres.muscle.astype(np.uint8)),
-            "position": self._same(FIBRES, "position", self.box.quantised(fibres.at(frame).reshape(-1, 3))),
-            "rate": np.array([round(255.0 * rates.get(name, 0.0)) for name in fibres.names], np.uint8),
+            "half": self._same(FIBERS, "half", fibers.half.astype(np.float32)),
+            "muscle": self._same(FIBERS, "muscle", fibers.muscle.astype(np.uint8)),
+            "position": self._same(FIBERS, "position", self.box.quantised(fibers.at(frame).reshape(-1, 3))),
+            "rate": np.array([round(255.0 * rates.get(name, 0.0)) for name in fibers.names], np.uint8),
         }
-        return Part(FIBRES, FIBRES, arrays, {"names": fibres.names, "knots": fibres.half.shape[1]})
+        return Part(FIBERS, FIBERS, arrays, {"names": fibers.names, "knots": fibers.half.shape[1]})
 
     def pins(self, frame: pv.PolyData, places: Mapping[str, Sequence[float]]) -> Part:
         """Return the triangles of a frame that places at rest lie in, by their corners, and their shares in these."""
@@ -249,15 +249,15 @@ def _texture_numbers(places: np.ndarray) -> np.ndarray:
     return np.rint(LARGEST * places).astype(np.uint16) if small else places.astype(np.float32)
 
 
-def _skin_colours(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:
-    if has_colours(frame):
+def _skin_colors(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:
+    if has_colors(frame):
         return in_bytes(np.asarray(frame.point_data[COLORS])[:, :3])
     if appearance.painter is not None:
         return appearance.at(frame).paint
-    return np.tile(np.rint(255.0 * np.array(PLAIN_COLOUR)).astype(np.uint8), (frame.n_points, 1))
+    return np.tile(np.rint(255.0 * np.array(PLAIN_COLOR)).astype(np.uint8), (frame.n_points, 1))
 
 
-def _colours(mesh: pv.PolyData) -> npt.NDArray[np.uint8]:
+def _colors(mesh: pv.PolyData) -> npt.NDArray[np.uint8]:
     for name in ("paint", COLORS):
         if name in mesh.point_data:
             return in_bytes(np.asarray(mesh.point_data[name])[:, :3])
@@ -282,7 +282,7 @@ def _eye(ball: PaintedEye) -> Part:
     arrays: dict[str, np.ndarray] = {
         "sphere": ball.sphere.astype(np.float32),
         "cornea": ball.cornea.astype(np.float32),
-        "colour": np.rint(np.clip(ball.tints, 0.0, 255.0)).astype(np.uint8),
+        "color": np.rint(np.clip(ball.tints, 0.0, 255.0)).astype(np.uint8),
         "index": _indices(triangles),
     }
     corner = ball.corners[0] - eye.centre
@@ -302,7 +302,7 @@ def _rigid(mesh: pv.PolyData) -> dict[str, np.ndarray]:
     return {
         "position": np.asarray(points, np.float32),
         "normal": small_normals(np.asarray(mesh.point_data["Normals"])),
-        "colour": np.asarray(mesh.point_data["paint"], np.uint8),
+        "color": np.asarray(mesh.point_data["paint"], np.uint8),
         "index": _indices(np.asarray(triangles)),
     }
 

@@ -38,7 +38,7 @@ MUSCLES = "muscles"
 """The field-data array of a frame that lists the muscles' names."""
 
 UNIT = "unit"
-"""The field-data array of a frame that holds the millimetres per unit of its mesh."""
+"""The field-data array of a frame that holds the millimeters per unit of its mesh."""
 
 POSE = "pose"
 """The field-data array of a frame of a head that moves as a whole: a matrix (4, 4), in the unit of the mesh."""
@@ -102,30 +102,28 @@ TEXTURE = "Texture Coordinates"
 """The point-data array of texture coordinates (n, 2); at seams, the first that a point has."""
 
 COLORS = "Colors"
-"""The point-data array of colours, see :func:`has_colours`; other arrays of this name are the user's own."""
+"""The point-data array of colors, see :func:`has_colors`; other arrays of this name are the user's own."""
 
 CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, if there are seams."""
 
 
-def has_colours(mesh: pv.PolyData) -> bool:
-    """Return True if the points of a mesh have colours: uint8 or numbers from 0 to 1, (n, 3) or (n, 4).
+def has_colors(mesh: pv.PolyData) -> bool:
+    """Return True if the points of a mesh have colors: uint8 or numbers from 0 to 1, (n, 3) or (n, 4).
 
     Examples
     --------
     >>> sheet = pv.Plane()
     >>> sheet.point_data["Colors"] = np.zeros((sheet.n_points, 3))
-    >>> colours = has_colours(sheet)
+    >>> colors = has_colors(sheet)
     >>> sheet.point_data["Colors"] = np.arange(sheet.n_points)
-    >>> colours, has_colours(sheet)
+    >>> colors, has_colors(sheet)
     (True, False)
     """
-    colours = mesh.point_data.get(COLORS)
-    if colours is None or colours.ndim != 2 or colours.shape[1] not in (3, 4):
+    colors = mesh.point_data.get(COLORS)
+    if colors is None or colors.ndim != 2 or colors.shape[1] not in (3, 4):
         return False
-    return bool(
-        colours.dtype == np.uint8 or (colours.dtype.kind == "f" and colours.min() >= 0.0 and colours.max() <= 1.0)
-    )
+    return bool(colors.dtype == np.uint8 or (colors.dtype.kind == "f" and colors.min() >= 0.0 and colors.max() <= 1.0))
 
 
 def is_frame(mesh: pv.PolyData) -> bool:
@@ -256,7 +254,7 @@ def to_polydata(
             raise MeshError(
                 f"point data {name!r} must have {len(points)} rows, one for each point, received {len(values)}."
             )
-        mesh.point_data.set_array(values, name)  # which, unlike an item, never becomes what the mesh is coloured by
+        mesh.point_data.set_array(values, name)  # which, unlike an item, never becomes what the mesh is colored by
     return mesh
 
 
@@ -373,7 +371,7 @@ def interpolated_point_data(
         array = np.asarray(values)
         if name == "Normals":
             continue
-        if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.ndim > 1):  # colours
+        if array.dtype.kind == "f" or (array.dtype == np.uint8 and array.ndim > 1):  # colors
             flat = interpolated(array.reshape(len(array), -1).astype(np.float64), corners, barycentric)
             flat = np.rint(flat) if array.dtype == np.uint8 else flat
             out[name] = flat.reshape(-1, *array.shape[1:]).astype(array.dtype)
@@ -444,7 +442,7 @@ def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping
     """Return several meshes of triangles as one, their points and triangles one after the other.
 
     Of the point data, it has the arrays of the given names, in the widest form that one of the meshes has; those that
-    lack it get the number in `missing`, or else 0. Colours without transparency are opaque beside others, and
+    lack it get the number in `missing`, or else 0. Colors without transparency are opaque beside others, and
     those from 0 to 1 become bytes.
 
     Examples
@@ -459,7 +457,7 @@ def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping
         owns: list[np.ndarray | None] = [mesh.point_data.get(name) for mesh in meshes]
         if name == COLORS:
             owns = [
-                in_bytes(mesh.point_data[name]) if has_colours(mesh) else own
+                in_bytes(mesh.point_data[name]) if has_colors(mesh) else own
                 for mesh, own in zip(meshes, owns, strict=True)
             ]
         widest = max((own for own in owns if own is not None), key=lambda own: own.shape[1:])

@@ -22,7 +22,7 @@ from .arrays import (
     SOURCE,
     corner_texture,
     drop_labels,
-    has_colours,
+    has_colors,
     labels_of,
     with_data,
 )
@@ -155,10 +155,10 @@ def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None
     kept = skin.origin[used]
     clean = with_data(source, triangles, kept, skin.corners[:, 0] // 3)
     clean.points = skin.points[used]
-    if has_colours(clean):
+    if has_colors(clean):
         clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
         if not np.ptp(clean.point_data[COLORS], axis=0).any():
-            del clean.point_data[COLORS]  # a single colour is that of the material, and of no use
+            del clean.point_data[COLORS]  # a single color is that of the material, and of no use
     texture, of_points = corner_texture(source), clean.active_texture_coordinates
     if texture is not None:
         at_corners = texture.reshape(-1, 2)[skin.corners]
@@ -242,7 +242,7 @@ def _oriented(skin: RepairedMesh, forward: np.ndarray | None) -> RepairedMesh:
     turned = (alike != skin.triangles).any(axis=1)
     if turned.any():
         skin = _turned(skin, turned).reported(
-            f"Turned triangles that were oriented against their neighbours: {turned.sum()} of {len(turned)}."
+            f"Turned triangles that were oriented against their neighbors: {turned.sum()} of {len(turned)}."
         )
     if _enclosed_volume(skin.points, skin.triangles, forward) < 0:
         skin = _turned(skin, np.ones(len(turned), bool)).reported(

@@ -27,7 +27,7 @@ ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 """Positions that differ by less than this share of the largest coordinate are the same: files have single precision."""
 
 FOLDED = -0.9
-"""Cosine between the normals of neighbours that lie back to back."""
+"""Cosine between the normals of neighbors that lie back to back."""
 
 
 @dataclass(frozen=True)
@@ -117,8 +117,8 @@ def without_duplicates(mesh: RepairedMesh) -> RepairedMesh:
 def without_slivers(mesh: RepairedMesh) -> RepairedMesh:
     """Drop the triangles without area, without tearing the mesh.
 
-    Such a triangle may hold its neighbours together. If two of its corners coincide, they become one point; if a corner
-    lies on the opposite side, the neighbour there is split at it.
+    Such a triangle may hold its neighbors together. If two of its corners coincide, they become one point; if a corner
+    lies on the opposite side, the neighbor there is split at it.
     """
     flat = degenerate(mesh.points, mesh.triangles)
     if not flat.any():
@@ -154,8 +154,8 @@ def _merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
 
 
 def _flipped(mesh: RepairedMesh) -> RepairedMesh:
-    """Flip the longest side of triangles without area: the corner on it splits the neighbour at this side."""
-    for _ in range(4):  # neighbours of slivers may be slivers
+    """Flip the longest side of triangles without area: the corner on it splits the neighbor at this side."""
+    for _ in range(4):  # neighbors of slivers may be slivers
         flat = np.flatnonzero(degenerate(mesh.points, mesh.triangles))
         flat = flat[(mesh.triangles[flat] != np.roll(mesh.triangles[flat], 1, axis=1)).all(axis=1)]
         if not len(flat):
@@ -331,7 +331,7 @@ def _in_excess(mesh: RepairedMesh) -> IntArray:
 
 
 def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
-    """True (m,) for triangles that lie back to back with at least two neighbours; the mesh must be oriented."""
+    """True (m,) for triangles that lie back to back with at least two neighbors; the mesh must be oriented."""
     normals = area_vectors(points, triangles)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
     _, sides = topology.unique_edges(triangles)
@@ -343,7 +343,7 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
 
 
 def unfolded(mesh: RepairedMesh) -> RepairedMesh:
-    """Lay triangles that are turned over flat: their points move to the mean of their neighbours.
+    """Lay triangles that are turned over flat: their points move to the mean of their neighbors.
 
     Points on borders stay where they are; so do triangles that have no others.
     """

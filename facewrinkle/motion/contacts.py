@@ -1,7 +1,7 @@
 """Contacts of the skin with eyeballs, teeth, the other lip and the other lid.
 
 Each contact is an energy that is zero until two surfaces meet, and grows with the square of the depth to which one has
-entered the other. It depends on nothing but the present place of the skin. The steps of the skin minimise it together
+entered the other. It depends on nothing but the present place of the skin. The steps of the skin minimize it together
 with all other energies, and the quadratic model of each iteration knows every contact that its step would meet. So
 stiff contacts cost no iterations, and steps end at what they meet.
 """

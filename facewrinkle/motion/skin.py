@@ -3,7 +3,7 @@
 Each vertex is a mass, each edge a biphasic spring. Bending stiffness keeps the skin smooth, tethers of soft tissue hold
 every vertex to its anchor on the bone, stiffer along the normal than along the surface (skin glides), and muscles pull.
 All weights are by area, so that the triangles hardly affect the motion. A step is implicit Euler, which is stable at
-any time step: the positions minimise the sum of inertia and energy.
+any time step: the positions minimize the sum of inertia and energy.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
 from .contacts import Contacts
 from .joints import Joints
-from .minimiser import Factors, Minimiser
+from .minimizer import Factors, Minimizer
 from .self_contact import closing_forces, tied_lips
 from .skin_mesh import SKIN_VERTICES, SkinMesh
 
@@ -187,7 +187,7 @@ class Skin:
         self._mass = self._area / (m.decay * m.rate) ** 2
         self._drag = 2.0 * m.damping * m.rate * self.time_step
         factors = per_face(face, "factors", (m, self.time_step), self._factors)
-        self._minimiser = Minimiser(factors, self._area, iterations, self.contacts)
+        self._minimizer = Minimizer(factors, self._area, iterations, self.contacts)
         self.reset()
 
     # --- what the skin is made of -------------------------------------------------------------
@@ -218,7 +218,7 @@ class Skin:
         return bending, csr_array(self._forces(face, whole).reshape(len(self.names), -1).T), resistance
 
     def _factors(self) -> Factors:
-        """Return those of the curvature of what a step minimises."""
+        """Return those of the curvature of what a step minimizes."""
         inertia = diags_array(self._mass * (1.0 + self._drag) / self.time_step**2)
         return Factors([matrix + inertia for matrix in self._stiffness_matrices(self._bending)])
 
@@ -351,7 +351,7 @@ class Skin:
         self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
-        self._minimiser.reset()
+        self._minimizer.reset()
         self.contacts.reset()
 
     def contract(self, rates: Mapping[str, float]) -> None:
@@ -437,7 +437,7 @@ class Skin:
         True
         """
         self.displacement = displacement
-        self._minimiser.reset()
+        self._minimizer.reset()
         self.contacts.reset()
         self._place(self.rates)
         for _ in range(CLEARED_IN):
@@ -454,7 +454,7 @@ class Skin:
             self.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
-        """Advance by a time h: implicit Euler, whose step minimises the sum of inertia, drag and energy.
+        """Advance by a time h: implicit Euler, whose step minimizes the sum of inertia, drag and energy.
 
         A step that does not converge is made in two halves. The energy never grows: of motion that would be more than
         the step has set free, the rest is lost.
@@ -466,7 +466,7 @@ class Skin:
             value = self._elastic(u, gradient)
             return float(value + kernels.inertia(u, target, old, self._mass, drag, h, gradient))
 
-        end = self._minimiser.minimised(objective, old)
+        end = self._minimizer.minimized(objective, old)
         if not end.converged and halvings < MOST_HALVINGS:
             for _ in range(2):
                 self._advance(0.5 * h, halvings + 1)

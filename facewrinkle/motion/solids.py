@@ -26,7 +26,7 @@ SLACK = 0.02
 
 STIFFNESS, TEETH_STIFFNESS, EYE_STIFFNESS = 40.0, 100.0, 1000.0
 """Stiffness of contacts, and of those with teeth and eyeballs, per area, relative to the membrane stiffness of the
-skin, 1/mm^2. The strongest muscle presses lips a hundredth of a millimetre deep; many together press them at the teeth,
+skin, 1/mm^2. The strongest muscle presses lips a hundredth of a millimeter deep; many together press them at the teeth,
 and the plates of lids press harder.
 """
 

@@ -1,4 +1,4 @@
-"""Fields in colour: their colour maps, ranges and scalar bars."""
+"""Fields in color: their color maps, ranges and scalar bars."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..array_types import Array
 from ..errors import ParameterError, unknown_name
 from ..mesh import ARRAYS, MUSCLES
 
-FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
+FIELD_COLORS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "W": ("RdBu_r", None),
     "epsilon": ("RdBu_r", None),
     "lambda": ("viridis", (0.0, 1.0)),
@@ -22,7 +22,7 @@ FIELD_COLOURS: dict[str, tuple[str, tuple[float, float] | None]] = {
     "muscle": ("Paired", None),
     "level": ("YlGnBu", None),
 }
-"""Colour maps of fields, and their ranges; None stands for the range of the values."""
+"""Color maps of fields, and their ranges; None stands for the range of the values."""
 
 FOLDED = {
     "lambda": ("muscle",), "gamma": ("muscle",), "muscle": ("muscle",), "epsilon": ("muscle", "family"),
@@ -31,8 +31,8 @@ FOLDED = {
 """Fields that mean nothing where no muscle, or no family of waves, folds the skin: the arrays that tell by -1."""
 
 
-def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
-    """Return options of `add_mesh` that colour skin by a field, with a scalar bar for a window `height` pixels high.
+def field_coloring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
+    """Return options of `add_mesh` that color skin by a field, with a scalar bar for a window `height` pixels high.
 
     Raises
     ------
@@ -49,7 +49,7 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
     folded = [np.asarray(skin.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in skin.point_data]
     if folded:
         values[~np.any(folded, axis=0)] = np.nan
-    colours, limits = FIELD_COLOURS.get(name, ("viridis", None))
+    colors, limits = FIELD_COLORS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     title = f"{name} (mm)\n" if name == "W" else f"{name}\n"
     bar: dict[str, Any] = {
@@ -64,8 +64,8 @@ def field_colouring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]
         "height": 0.6,
         "width": 0.06,
     }
-    options: dict[str, Any] = {"cmap": colours, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
-    if colours == "RdBu_r":
+    options: dict[str, Any] = {"cmap": colors, "nan_color": "#8d8580", "specular": 0.0, "clim": limits}
+    if colors == "RdBu_r":
         options["clim"] = (-largest, largest)
     if name in ("muscle", "level"):
         values = values[np.asarray(skin.regular_faces)].max(axis=1)  # names and levels are not interpolated

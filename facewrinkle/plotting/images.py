@@ -289,7 +289,7 @@ def composed(
 
 @compiled
 def _compose(pixels: Image, factor: int, background: IntArray, out: Image) -> None:
-    """Write pixels over a background (h, 3) of one colour a row, 65536 for 255, to `out` (h, w, 3), top row first."""
+    """Write pixels over a background (h, 3) of one color a row, 65536 for 255, to `out` (h, w, 3), top row first."""
     height, width = out.shape[:2]
     count = factor * factor
     for y in range(height):

@@ -18,7 +18,7 @@ STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
 DULL = 0.8
-"""Share of its gloss that skin loses under cropped hair, whatever the colours of both."""
+"""Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
 
 BELOW_CHIN, FADE = 25.0, 50.0
 """The bust ends below the chin by more than the first; there it fades over the second, mm on a face of average size."""

@@ -1,4 +1,4 @@
-"""Pictures of frames: skin, eyes and brows under studio lights, wireframes, and fields in colour."""
+"""Pictures of frames: skin, eyes and brows under studio lights, wireframes, and fields in color."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..appearance.fibres import OPACITY, Fibres
+from ..appearance.fibers import OPACITY, Fibers
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError, check_type
 from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS, corner_texture, has_colours
-from .fields import field_colouring
+from ..mesh.arrays import COLORS, corner_texture, has_colors
+from .fields import field_coloring
 from .images import begun, texels_per_pixel, texture, window_of
 from .lighting import KeyLight
 from .shaders import (
@@ -46,11 +46,11 @@ HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0
 STRAND_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.22, "specular_power": 18.0}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
-PLAIN_COLOUR = (0.87, 0.67, 0.56)
-"""Colour of skin for meshes that the face's texture does not fit."""
+PLAIN_COLOR = (0.87, 0.67, 0.56)
+"""Color of skin for meshes that the face's texture does not fit."""
 
 BACKGROUND = ("#20242a", "#3a4048")
-"""Colours of the background at the bottom and at the top."""
+"""Colors of the background at the bottom and at the top."""
 
 
 CLAY = (196, 184, 172)
@@ -92,7 +92,7 @@ class Scene:
         self._window = [self._samples * pixels for pixels in self.style.size]
         self.plotter = pv.Plotter(off_screen=True, window_size=self._window, lighting="none")
         self.plotter.disable_anti_aliasing()
-        self.plotter.renderer.SetUseOIT(False)  # hairs of one colour blend in any order
+        self.plotter.renderer.SetUseOIT(False)  # hairs of one color blend in any order
         self.plotter.renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
         self.drawn_parts: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
@@ -103,7 +103,7 @@ class Scene:
         plain = not self.style.wireframe and self.style.scalars is None
         self._visible = VisibleSkin(face, appearance.mouth.bag) if plain else None
         self._relief = self._relief_at(pixel)
-        self._colouring: tuple[bool, bool] | None = None
+        self._coloring: tuple[bool, bool] | None = None
         self._key: KeyLight | None = None
         self._texture = _texture_of(face.mesh, face.texture, pixel)
         self._own_textures = {
@@ -135,12 +135,12 @@ class Scene:
         pixel = height_of(self.face, self.style) / self._window[1]
         before, self._relief = self._relief, self._relief_at(pixel)
         if before is not None or self._relief is not None:
-            self._colouring = None  # the skin's shader is another
+            self._coloring = None  # the skin's shader is another
         self._aim(pixel)
         self._shown = None
 
     def color_by(self, scalars: str) -> None:
-        """Colour the skin by another field from now on, in a scene whose style has one.
+        """Color the skin by another field from now on, in a scene whose style has one.
 
         Examples
         --------
@@ -202,7 +202,7 @@ class Scene:
         self._shown = frame, now
 
     def show_muscles(self, frame: pv.PolyData, rates: Mapping[str, float]) -> None:
-        """Show the fibres of muscles in a frame, as if its skin were translucent, coloured by contraction.
+        """Show the fibers of muscles in a frame, as if its skin were translucent, colored by contraction.
 
         They stay in the pictures that follow; show them again for another frame or view.
 
@@ -224,7 +224,7 @@ class Scene:
         """
         self._wait()
         camera, pixel = np.array(self.plotter.camera.position), height_of(self.face, self.style) / self._window[1]
-        ribbons = Fibres.of(self.face).ribbons(frame, rates, camera, pixel)
+        ribbons = Fibers.of(self.face).ribbons(frame, rates, camera, pixel)
         self._put(ribbons, "muscles", lighting=False, opacity=OPACITY)
 
     def _pose(self, pose: Array) -> None:
@@ -251,7 +251,7 @@ class Scene:
         textured = self._texture is not None and skin.active_texture_coordinates is not None and not self.style.clay
         paint = None if self.style.scalars is not None else self._paint(seen, textured)
         if paint is not None:
-            skin.point_data["paint"] = paint  # colours, or factors of those of the texture
+            skin.point_data["paint"] = paint  # colors, or factors of those of the texture
         if self._relief is not None:
             skin.point_data[RELIEF] = self._relief.on(seen.skin, seen.smooth.split)
         if self._key is not None:
@@ -262,15 +262,15 @@ class Scene:
         if self._visible is not None:
             skin = self._visible.of(skin, viewpoint)
         if self.style.scalars is not None:
-            self._add(skin, "skin", **(options | field_colouring(skin, self.style.scalars, self._window[1])))
+            self._add(skin, "skin", **(options | field_coloring(skin, self.style.scalars, self._window[1])))
             return
         if textured:
             skin = split_at_seams(skin)
-        if self._colouring == (textured, paint is None):
+        if self._coloring == (textured, paint is None):
             self._actors["skin"].GetMapper().SetInputData(skin)
             return
-        self._colouring = textured, paint is None
-        options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOUR}
+        self._coloring = textured, paint is None
+        options |= {"texture": self._texture} if textured else {"color": "white" if paint is not None else PLAIN_COLOR}
         if self.style.wireframe:
             options |= {"show_edges": True, "edge_color": "#241a16", "line_width": self._samples, "edge_opacity": 0.75}
         material = CLAY_MATERIAL if self.style.clay else SKIN_MATERIAL
@@ -284,13 +284,13 @@ class Scene:
         mapper.SelectColorArray("paint")
 
     def _paint(self, seen: Seen, textured: bool) -> npt.NDArray[Any] | None:
-        """Colours of the vertices, or factors of those of the texture; None if there are none."""
+        """Colors of the vertices, or factors of those of the texture; None if there are none."""
         paint = None
         if self.style.clay:
             paint = _clay(seen.skin.n_points, seen.shade)
         elif textured:
             paint = seen.shade
-        elif has_colours(seen.skin):
+        elif has_colors(seen.skin):
             paint = np.asarray(seen.skin.point_data[COLORS])
         elif self._appearance.painter is not None:
             paint = seen.paint
@@ -388,8 +388,8 @@ class Scene:
         """Add a part that has `paint` or a texture, in place of the one that had this name before."""
         if name not in self._actors:
             known = part.copy(deep=False)
-            colours: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
-            self._add(known, name, **colours, **options)
+            colors: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
+            self._add(known, name, **colors, **options)
             self._actors[name].mapper.SetInputData(known)  # PyVista puts a filter before it, in Python
         else:
             known = self._actors[name].mapper.dataset

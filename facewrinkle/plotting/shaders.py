@@ -1,8 +1,8 @@
 """Skin, eyes, teeth and hair under the lights of a scene: shaders, and what that of the skin is told of its relief.
 
 Light enters skin and comes out again around the place where it entered, red light the farthest: the border
-between light and shade is soft and warm. Light that is reflected at the surface is not coloured by the skin, and grows
-towards the outline. Colours are taken as square roots of reflectances. The back of skin, in holes and masks, is dim
+between light and shade is soft and warm. Light that is reflected at the surface is not colored by the skin, and grows
+towards the outline. Colors are taken as square roots of reflectances. The back of skin, in holes and masks, is dim
 and red.
 
 Pores and fine furrows: lights are worked out at the corners of triangles; a pixel adds what the slope of the relief
@@ -35,7 +35,7 @@ from .views import VIEW_ANGLE
 
 VERTEX_DECLARATIONS = """//VTK::Normal::Dec
 %(directions)s
-uniform vec3 %(colours)s;
+uniform vec3 %(colors)s;
 out vec3 scattered;
 out vec3 glints;
 out float facing;
@@ -219,7 +219,7 @@ class Material:
     bleed : str
         Wrap of diffuse light: cosines by which red, green and blue reach past the border of light and shade.
     shine : str
-        Share of light that is reflected at the surface, by the light's colour `C`, the cosine `near` between the normal
+        Share of light that is reflected at the surface, by the light's color `C`, the cosine `near` between the normal
         and the half-way direction, and powers of it (`near8`); of sharp highlights also by the normal `mirrored`, in
         axes of which the last is that direction.
     gloss : str
@@ -264,7 +264,7 @@ class Material:
         lights : int
         textured : bool
         tinted : bool
-            True if its points have colours besides its texture: factors of those of the texture.
+            True if its points have colors besides its texture: factors of those of the texture.
         edges : bool
             Where VTK draws edges, nothing is worked out at the corners: its geometry shader hands on only what it
             knows.
@@ -298,7 +298,7 @@ class Material:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
         parts: dict[str, Any] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
-        parts |= {"place": place, "colours": ", ".join(f"lightColor{k}" for k in numbers), "powers": POWERS}
+        parts |= {"place": place, "colors": ", ".join(f"lightColor{k}" for k in numbers), "powers": POWERS}
         parts |= {"directions": "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)}
         parts |= {"albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
         sharp = [k for k in numbers if k < self.sharp]
@@ -360,12 +360,12 @@ def hair(actor: pv.Actor, lights: int) -> None:
 
 
 def _albedo(textured: bool) -> str:
-    """The colour of a pixel."""
+    """The color of a pixel."""
     return f"diffuseColor * {TEXTURED}" if textured else "diffuseColor"
 
 
 def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
-    """Replace the light of a fragment shader, and how a texture colours it; nothing is cut out by its opacity."""
+    """Replace the light of a fragment shader, and how a texture colors it; nothing is cut out by its opacity."""
     actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
     actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
     if textured:
@@ -473,7 +473,7 @@ def send(actor: vtkActor, *arrays: str) -> None:
 
 
 def send_background(actor: vtkActor, renderer: vtkRenderer) -> None:
-    """Tell the shader of a bust the colours and the height, in pixels, of the background that it ends in."""
+    """Tell the shader of a bust the colors and the height, in pixels, of the background that it ends in."""
     bottom = renderer.GetBackground()
     uniforms = actor.GetShaderProperty().GetFragmentCustomUniforms()
     uniforms.SetUniform3f("bottom", bottom)

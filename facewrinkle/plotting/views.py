@@ -119,7 +119,7 @@ LIGHTS: tuple[Lamp, ...] = (
     ((0.75, -0.05, 0.8), (0.86, 0.93, 1.0), 0.28),
     ((0.75, 0.35, -0.6), (1.0, 0.97, 0.92), 0.75),
 )
-"""A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], colour, intensity."""
+"""A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], color, intensity."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ class Style:
     wireframe : bool
         Draw the edges of the triangles.
     scalars : str, optional
-        Colour by this array of the frame in place of skin.
+        Color by this array of the frame in place of skin.
     eyes, brows : bool
         Draw eyes; draw brows and lashes.
     clay : bool
@@ -253,9 +253,9 @@ def aim(plotter: pv.Plotter, face: Face, style: Style) -> None:
 
 def add_lamps(plotter: pv.Plotter, focus: Array, axes: Array, lamps: Iterable[Lamp]) -> None:
     """Add lights that shine at a point, from directions along the axes (3, 3) right, up and towards the camera."""
-    for direction, colour, intensity in lamps:
+    for direction, color, intensity in lamps:
         where = focus + np.asarray(direction) @ axes
-        plotter.add_light(pv.Light(position=where, focal_point=focus, color=colour, intensity=intensity))
+        plotter.add_light(pv.Light(position=where, focal_point=focus, color=color, intensity=intensity))
 
 
 def closeup(frame: pv.PolyData, face: Face) -> str:

@@ -1,6 +1,6 @@
 """Pictures of tears that look wet: the scene behind them is drawn first, and then seen through them.
 
-The scene goes into a texture. The fragment shader of a tear refracts the line of sight, looks up the colour that it
+The scene goes into a texture. The fragment shader of a tear refracts the line of sight, looks up the color that it
 meets in the texture, and adds a Fresnel reflection of the studio, a highlight, and the light that the bead gathers on
 its far side.
 """
@@ -49,16 +49,16 @@ vec3 studio(vec3 r, vec3 around, float film, float bead)
   return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }
 """
-"""Light of the studio from a direction `r`: a lamp with soft edges, a strip light, and a room coloured by the skin."""
+"""Light of the studio from a direction `r`: a lamp with soft edges, a strip light, and a room colored by the skin."""
 
-TEAR_COLOUR = """//VTK::Light::Impl
+TEAR_COLOR = """//VTK::Light::Impl
   vec3 seen = normalize(vertexVC.xyz);
   vec3 surface = normalVCVSOutput;
   vec3 skin = normalize(underVSOutput);
   vec3 bent = refract(seen, surface, 1.0 / %(index)s);
   vec3 meets = vertexVC.xyz + bent * depthVSOutput / max(dot(-bent, skin), 0.25);
   vec2 place = 0.5 + 0.5 * %(focal)s * vec2(meets.x / %(aspect)s, meets.y) / -meets.z;
-  vec3 colour = texture(behind, clamp(place, 0.001, 0.999)).rgb;
+  vec3 color = texture(behind, clamp(place, 0.001, 0.999)).rgb;
   float facing = clamp(dot(-seen, surface), 0.0, 1.0);
   float mirrored = 0.02 + 0.98 * pow(1.0 - facing, 5.0);
   vec3 tilt = surface - dot(surface, skin) * skin;
@@ -66,12 +66,12 @@ TEAR_COLOUR = """//VTK::Light::Impl
   float lit = dot(tilt, normalize(towards + 1e-5));
   float film = smoothstep(0.0, %(film).8f, depthVSOutput);
   float bead = smoothstep(0.0, %(bead).8f, depthVSOutput);
-  colour *= mix(vec3(1.0), vec3(0.955, 0.935, 0.925), film);  // wet skin is darker, and redder
-  colour *= 1.0 + bead * (1.0 * clamp(-lit, 0.0, 1.0) - 0.25 * clamp(lit, 0.0, 1.0));
-  colour = colour * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), colour, film, bead);
-  gl_FragData[0] = vec4(min(colour, vec3(1.0)), 1.0);
+  color *= mix(vec3(1.0), vec3(0.955, 0.935, 0.925), film);  // wet skin is darker, and redder
+  color *= 1.0 + bead * (1.0 * clamp(-lit, 0.0, 1.0) - 0.25 * clamp(lit, 0.0, 1.0));
+  color = color * (1.0 - mirrored) + mirrored * studio(reflect(seen, surface), color, film, bead);
+  gl_FragData[0] = vec4(min(color, vec3(1.0)), 1.0);
 """
-"""The colour of a tear, from the scene behind it and the studio around."""
+"""The color of a tear, from the scene behind it and the studio around."""
 
 
 class TearScene(Scene):
@@ -97,8 +97,8 @@ class TearScene(Scene):
         self._tears: list[Any] = []
         width, height = self.style.size
         focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
-        room, colour = tear_code(f"{width / height:.6f}", focal, FULLY_WET / face.unit)
-        self._fragment = {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": colour}
+        room, color = tear_code(f"{width / height:.6f}", focal, FULLY_WET / face.unit)
+        self._fragment = {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": color}
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
         """Show a frame and tears, and render twice."""
@@ -146,7 +146,7 @@ class TearScene(Scene):
 
 
 def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
-    """Return the function of the studio's light, and the statements that colour a tear, as GLSL.
+    """Return the function of the studio's light, and the statements that color a tear, as GLSL.
 
     They read and write the variables of VTK's shaders.
 
@@ -163,4 +163,4 @@ def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
     directions = {"key": key, "fill": fill, "rim": rim, "side": side, "up": np.cross(key, side)}
     values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
     values |= {"index": 1.33, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}
-    return STUDIO % values, TEAR_COLOUR % values
+    return STUDIO % values, TEAR_COLOR % values

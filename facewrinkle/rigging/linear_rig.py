@@ -160,7 +160,7 @@ class Rig:
         Returns
         -------
         PolyData
-            With "Normals", and the colours or texture coordinates of the part.
+            With "Normals", and the colors or texture coordinates of the part.
 
         Raises
         ------
@@ -181,8 +181,8 @@ class Rig:
             normals += mixed[k] * morphs.normals[k]
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
         data: dict[str, np.ndarray] = {"Normals": normals}
-        if model.colours is not None:
-            data["Colors"] = model.colours
+        if model.colors is not None:
+            data["Colors"] = model.colors
         mesh = to_polydata(points, model.triangles, data)
         if model.uv is not None:
             mesh.active_texture_coordinates = model.uv

@@ -20,7 +20,7 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
-from ..geometry.depth_buffer import rasterise
+from ..geometry.depth_buffer import rasterize
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
@@ -219,7 +219,7 @@ class Texels:
         self.triangle, first = np.full((2, size, size), -1, np.int32)
         for order, numbers in ((rows // 3, self.triangle), (-(rows // 3), first)):
             depth = np.full((size, size), -np.inf)
-            rasterise(x, y, order.ravel().astype(np.float64), rows, -np.inf, np.inf, 0, numbers, depth)
+            rasterize(x, y, order.ravel().astype(np.float64), rows, -np.inf, np.inf, 0, numbers, depth)
         self.covered = self.triangle >= 0
         self.several = self.covered & (self.triangle != first)
         row, column = np.nonzero(self.covered)

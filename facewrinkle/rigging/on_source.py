@@ -46,13 +46,13 @@ class SourceShapes:
     reached : ndarray of bool, shape (n,)
         False where there is nothing near that the rig moves: loose points, say. These move with what is nearest.
     unit : float
-        Millimetres per unit of the mesh.
+        Millimeters per unit of the mesh.
     chart : ndarray, shape (n, 2), optional
         Texture coordinates of the rig's maps, if the mesh has none.
 
     Examples
     --------
-    One shape that lifts one of two vertices of a mesh in metres:
+    One shape that lifts one of two vertices of a mesh in meters:
 
     >>> deltas = np.float32([[[0.0, 0, 0], [0, 0, 0.01]]])
     >>> shapes = SourceShapes(("up",), np.eye(2, 3), deltas, np.ones(2, bool), 1000.0)

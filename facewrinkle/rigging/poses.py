@@ -1,4 +1,4 @@
-"""The face held in each shape, and performing a take: its muscles, and what is modelled besides."""
+"""The face held in each shape, and performing a take: its muscles, and what is modeled besides."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..geometry.topology import vertex_rings
 from ..geometry.untangling import Untangling
 from ..motion.base import Undriven
 from ..motion.skin import Skin
-from .modelled import Movements
+from .modeled import Movements
 from .shapes import Shape, Side, shapes_named
 from .takes import Take
 
@@ -30,7 +30,7 @@ the left and the right, in distances between the pupils.
 """
 
 CLEARING = 0.0005
-"""Time of the step that takes skin out of eyes, teeth and the other lip where modelled movements have brought it, s."""
+"""Time of the step that takes skin out of eyes, teeth and the other lip where modeled movements have brought it, s."""
 
 INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Barycentric coordinates of the points of a triangle that must clear the balls."""
@@ -125,22 +125,22 @@ class Posing:
     def at(self, mixture: Mapping[str, tuple[Shape, float]]) -> Pose:
         """Return the pose of shapes at weights, muscles of both sides unless a shape has a side."""
         rates = np.zeros(len(self._skin.names))
-        modelled: dict[tuple[str, Side | None], float] = {}
+        modeled: dict[tuple[str, Side | None], float] = {}
         for shape, weight in mixture.values():
             rates = np.maximum(rates, contractions_of(self._skin, self.face, shape, weight))
             _, below = mixture.get(shape.beyond, (shape, weight))
             full = max(weight, below) or 1.0  # of lips over a jaw that is half open, half the weight closes all
-            for name, share in shape.modelled.items():
+            for name, share in shape.modeled.items():
                 key = name, shape.side
-                modelled[key] = max(modelled.get(key, 0.0), share * (weight / full if shape.beyond else weight))
+                modeled[key] = max(modeled.get(key, 0.0), share * (weight / full if shape.beyond else weight))
         moved = self._settled(rates) / self.face.unit
         mandible = np.eye(4)
-        for (name, side), share in modelled.items():
+        for (name, side), share in modeled.items():
             own = share_of_side(self.face, self.face.points, side)
             moved = moved + share * own * self._movements.of(name, moved)
             mandible += share * (self._movements.mandible(name) - np.eye(4))
         base = self.rest + self.face.unit * moved
-        if modelled:
+        if modeled:
             self._clearing.set_rates(rates)
             base = self.rest + self._clearing.cleared(base - self.rest)
         age = max((shape.age * weight for shape, weight in mixture.values()), default=0.0)
@@ -344,17 +344,17 @@ class Performer(Undriven):
             name: contractions_of(self._skin, face, shape, 0.0 if shape.beyond else 1.0)  # correctives have none
             for name, shape in shapes.items()
         }
-        self._ways, self._thrusts = self._modelled(shapes)
-        modelled = self._ways or "mouthClose" in shapes
-        self._clearing = Skin(face, CLEARING) if modelled else None
+        self._ways, self._thrusts = self._modeled(shapes)
+        modeled = self._ways or "mouthClose" in shapes
+        self._clearing = Skin(face, CLEARING) if modeled else None
         self.reset()
 
-    def _modelled(self, shapes: dict[str, Shape]) -> tuple[dict[str, Array], dict[str, Array]]:
+    def _modeled(self, shapes: dict[str, Shape]) -> tuple[dict[str, Array], dict[str, Array]]:
         """Return the displacements (n, 3) and the motions of the mandible (4, 4) that are not muscles', by shape."""
         ways: dict[str, Array] = {}
         thrusts: dict[str, Array] = {}
         for name, shape in shapes.items():
-            for movement, weight in shape.modelled.items():
+            for movement, weight in shape.modeled.items():
                 if movement == "seal":
                     continue
                 own = weight * share_of_side(self.face, self.face.points, shape.side)
@@ -401,7 +401,7 @@ class Performer(Undriven):
         return np.asarray(moved @ self.pose[:3, :3].T + self.face.unit * self.pose[:3, 3])
 
     def _added(self, moved: Array, weights: Mapping[str, float]) -> Array:
-        """Return positions (n, 3), mm, with what is modelled besides."""
+        """Return positions (n, 3), mm, with what is modeled besides."""
         way = np.zeros_like(moved)
         for name, own in self._ways.items():
             way += weights[name] * own

@@ -1,4 +1,4 @@
-"""Blend shapes by name: which muscles contract for each, what is modelled besides, and which side it belongs to.
+"""Blend shapes by name: which muscles contract for each, what is modeled besides, and which side it belongs to.
 
 The names are those of Apple's ARKit (ARFaceAnchor.BlendShapeLocation), of the 15 visemes of the Oculus lip sync
 reference, and of the further shapes that web avatars are asked for. What each does follows from their documentation and
@@ -15,7 +15,7 @@ from typing import Literal
 from ..anatomy.face import Face
 from ..anatomy.mixtures import split_names
 from ..errors import ParameterError, UnknownNameError, unknown_name
-from .modelled import Movements
+from .modeled import Movements
 
 Side = Literal["l", "r"]
 
@@ -31,8 +31,8 @@ class Shape:
     ----------
     units : mapping of str to float
         Action units or muscles, and their weights; of both sides.
-    modelled : mapping of str to float
-        Movements of :mod:`facewrinkle.rigging.modelled`, and their weights.
+    modeled : mapping of str to float
+        Movements of :mod:`facewrinkle.rigging.modeled`, and their weights.
     side : {"l", "r"}, optional
         The side that it belongs to; the other half of the movement is the shape of the other side.
     beyond : str
@@ -44,7 +44,7 @@ class Shape:
     """
 
     units: Mapping[str, float] = field(default_factory=dict)
-    modelled: Mapping[str, float] = field(default_factory=dict)
+    modeled: Mapping[str, float] = field(default_factory=dict)
     side: Side | None = None
     beyond: str = ""
     age: float = 0.0
@@ -53,15 +53,15 @@ class Shape:
     @property
     def movement(self) -> tuple[object, ...]:
         """The movement of both sides, alike for the shapes of a pair."""
-        return tuple(sorted(self.units.items())), tuple(sorted(self.modelled.items())), self.beyond, self.age
+        return tuple(sorted(self.units.items())), tuple(sorted(self.modeled.items())), self.beyond, self.age
 
 
 def _pair(
-    name: str, units: Mapping[str, float], needs: tuple[str, ...] = (), modelled: Mapping[str, float] | None = None
+    name: str, units: Mapping[str, float], needs: tuple[str, ...] = (), modeled: Mapping[str, float] | None = None
 ) -> dict[str, Shape]:
     """Return the shapes of both sides."""
     sides: tuple[tuple[str, Side], ...] = (("Left", "l"), ("Right", "r"))
-    return {f"{name}{word}": Shape(units, modelled or {}, side, needs=needs) for word, side in sides}
+    return {f"{name}{word}": Shape(units, modeled or {}, side, needs=needs) for word, side in sides}
 
 
 EYES, MOUTH, LIPS = ("eyes",), ("mouth",), ("mouth", "lips")
@@ -71,32 +71,32 @@ ARKIT: Mapping[str, Shape] = MappingProxyType(
         **_pair("browDown", {"AU4": 1.0}),
         "browInnerUp": Shape({"AU1": 1.0}),
         **_pair("browOuterUp", {"AU2": 1.0}),
-        "cheekPuff": Shape(modelled={"puff": 1.0}),
+        "cheekPuff": Shape(modeled={"puff": 1.0}),
         **_pair("cheekSquint", {"AU6": 1.0}),
         **_pair("eyeBlink", {"AU45": 1.0}, EYES),
         **_pair("eyeLookDown", {"rectus_inferior": GAZE}),
-        **_pair("eyeLookIn", {"rectus_medialis": GAZE}, modelled={"lids_in": 1.0}),
-        **_pair("eyeLookOut", {"rectus_lateralis": GAZE}, modelled={"lids_out": 1.0}),
+        **_pair("eyeLookIn", {"rectus_medialis": GAZE}, modeled={"lids_in": 1.0}),
+        **_pair("eyeLookOut", {"rectus_lateralis": GAZE}, modeled={"lids_out": 1.0}),
         **_pair("eyeLookUp", {"rectus_superior": GAZE}),
         **_pair("eyeSquint", {"AU7": 1.0}, EYES),
         **_pair("eyeWide", {"AU5": 1.0}, EYES),
-        "jawForward": Shape(modelled={"jaw_forward": 1.0}, needs=MOUTH),
-        "jawLeft": Shape(modelled={"jaw_left": 1.0}, needs=MOUTH),
+        "jawForward": Shape(modeled={"jaw_forward": 1.0}, needs=MOUTH),
+        "jawLeft": Shape(modeled={"jaw_left": 1.0}, needs=MOUTH),
         "jawOpen": Shape({"AU27": 1.0}, needs=MOUTH),
-        "jawRight": Shape(modelled={"jaw_right": 1.0}, needs=MOUTH),
+        "jawRight": Shape(modeled={"jaw_right": 1.0}, needs=MOUTH),
         "mouthClose": Shape({"AU27": 1.0}, {"seal": 1.0}, beyond="jawOpen", needs=LIPS),
         **_pair("mouthDimple", {"AU14": 1.0}),
         **_pair("mouthFrown", {"AU15": 1.0}),
         "mouthFunnel": Shape({"AU22": 1.0}, needs=MOUTH),
-        "mouthLeft": Shape(modelled={"mouth_left": 1.0}),
+        "mouthLeft": Shape(modeled={"mouth_left": 1.0}),
         **_pair("mouthLowerDown", {"AU16": 1.0}, MOUTH),
         **_pair("mouthPress", {"AU24": 1.0}, MOUTH),
         "mouthPucker": Shape({"AU18": 1.0}),
-        "mouthRight": Shape(modelled={"mouth_right": 1.0}),
-        "mouthRollLower": Shape(modelled={"roll_lower": 1.0}, needs=MOUTH),
-        "mouthRollUpper": Shape(modelled={"roll_upper": 1.0}, needs=MOUTH),
+        "mouthRight": Shape(modeled={"mouth_right": 1.0}),
+        "mouthRollLower": Shape(modeled={"roll_lower": 1.0}, needs=MOUTH),
+        "mouthRollUpper": Shape(modeled={"roll_upper": 1.0}, needs=MOUTH),
         "mouthShrugLower": Shape({"AU17": 1.0}),
-        "mouthShrugUpper": Shape(modelled={"lift_upper": 1.0}, needs=MOUTH),
+        "mouthShrugUpper": Shape(modeled={"lift_upper": 1.0}, needs=MOUTH),
         **_pair("mouthSmile", {"AU12": 1.0}),
         **_pair("mouthStretch", {"AU20": 1.0}),
         **_pair("mouthUpperUp", {"AU10": 1.0}, MOUTH),

@@ -60,7 +60,7 @@ class WrinkleLayers:
     layer : dict of str to int
         Number of the layer, from 0, that a shape uses.
     unit : float
-        Millimetres per unit of the mesh.
+        Millimeters per unit of the mesh.
     charted : bool
         The texture coordinates are those of a chart around the head, as the mesh has none.
 
@@ -143,7 +143,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))
-    number = _coloured([each[3] for each in found], 4)  # a mask has four channels, one for each layer
+    number = _colored([each[3] for each in found], 4)  # a mask has four channels, one for each layer
     most = max((float(np.abs(each[1]).max()) for each in found), default=1e-6)
     normals, heights, masks, layer = [], [], {}, {}
     for k in range(max(number, default=-1) + 1):
@@ -168,7 +168,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
     return WrinkleLayers(normals, heights, most, masks, layer, face.unit, corner_texture(face.mesh) is None)
 
 
-def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]:
+def _colored(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]:
     """Return a layer for each field of depths (h, w) so that fields of a layer hardly lie on each other.
 
     The deepest come first, each into the first layer on which hardly more of it lies on others than on any.
@@ -178,7 +178,7 @@ def _coloured(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int
     Two that overlap, and one that lies elsewhere:
 
     >>> depths = [np.array([[1.0, 1.0, 0.0]]), np.array([[0.0, 1.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])]
-    >>> _coloured(depths, 4)
+    >>> _colored(depths, 4)
     [0, 1, 0]
     """
     order = np.argsort([-float(depth.sum()) for depth in depths], kind="stable")

@@ -37,7 +37,7 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     """Write a rig as glTF or USD: all meshes with their shapes as morph targets, with morph normals.
 
     Every mesh has all shapes, in the same order, with their names in ``mesh.extras.targetNames``, as Blender, three.js,
-    Unity and Unreal read them. Points are kept as they are, and nodes scale them to metres, as in
+    Unity and Unreal read them. Points are kept as they are, and nodes scale them to meters, as in
     :func:`facewrinkle.write_mesh`.
 
     Parameters
@@ -180,7 +180,7 @@ def sheet(rig: Rig, *, columns: int = 8, size: int = 240, progress: Progress | N
         shown = {part: rig.at({}, part) for part in rig.parts}
         for part, mesh in shown.items():
             _add(plotter, rig, part, mesh)
-        images = [_labelled(_picture(plotter, rig, shown, name), name or "(rest)") for name in steps]
+        images = [_labeled(_picture(plotter, rig, shown, name), name or "(rest)") for name in steps]
     finally:
         plotter.close()
     images += [np.full_like(images[0], 255)] * (-len(images) % columns)
@@ -190,15 +190,15 @@ def sheet(rig: Rig, *, columns: int = 8, size: int = 240, progress: Progress | N
 def _add(plotter: Any, rig: Rig, part: str, mesh: pv.PolyData) -> None:
     photos = {"face": rig.face.texture} | {name: own.texture for name, own in rig.face.parts.items()}
     photo = photos.get(part)
-    colours: dict[str, Any] = {"color": "#d8a78c"}
+    colors: dict[str, Any] = {"color": "#d8a78c"}
     if photo is not None and mesh.active_texture_coordinates is not None:
-        colours = {"texture": texture(photo)}
+        colors = {"texture": texture(photo)}
     elif "Colors" in mesh.point_data:
-        colours = {"scalars": "Colors", "rgb": True}
+        colors = {"scalars": "Colors", "rgb": True}
     plotter.add_mesh(
         mesh,
         name=part,
-        **colours,
+        **colors,
         show_scalar_bar=False,
         smooth_shading=True,
         split_sharp_edges=False,
@@ -217,7 +217,7 @@ def _picture(plotter: Any, rig: Rig, shown: dict[str, pv.PolyData], name: str) -
     return rendered(plotter, 1)
 
 
-def _labelled(image: Image, text: str) -> Image:
+def _labeled(image: Image, text: str) -> Image:
     picture = Pillow.fromarray(image)
     ImageDraw.Draw(picture).text((5, 3), text, fill="white")
     return np.asarray(picture)

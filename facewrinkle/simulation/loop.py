@@ -24,7 +24,7 @@ from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError, check_range, check_type, check_whole, type_of, unknown_name, warn
 from ..geometry.interpolation import displaced, interpolated, smoothstep
-from ..geometry.normals import details_normals, normalise, vertex_normals
+from ..geometry.normals import details_normals, normalize, vertex_normals
 from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.untangling import unfolded_shares
 from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState, displacement_of, fields_of, over
@@ -543,7 +543,7 @@ class Simulation:
         with self._timed("wrinkles"):
             bare = interpolated(base, vertices.corners, vertices.barycentric)
             smooth = interpolated(vertex_normals(base, self.face.triangles), vertices.corners, vertices.barycentric)
-            normalise(smooth)
+            normalize(smooth)
             state = SurfaceState(
                 self.motion.rates, vertices, triangles, base, bare, self.time, lambda: StrainField.of(self.face)
             )

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
-from ..anatomy.fitting import millimetres
+from ..anatomy.fitting import millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
@@ -169,7 +169,7 @@ class DrippingTear:
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
-        Unit of a surface that is no Face, or millimetres per unit.
+        Unit of a surface that is no Face, or millimeters per unit.
 
     Attributes
     ----------
@@ -211,7 +211,7 @@ class DrippingTear:
         self._support = support = None if surface is None else support_surface(surface, down, units)
         self.down, self.forward = directions(down) if support is None else (support.down, support.forward)
         self._side = np.cross(self.down, self.forward)
-        unit = millimetres(units) if support is None else support.unit
+        unit = millimeters(units) if support is None else support.unit
         self.diameter = check_range("size", size, 1e-6, 1e9) / unit
         self.volume = np.pi / 6.0 * self.diameter**3
         self._depth = self.fall.depth / unit

@@ -158,7 +158,7 @@ def smoothed(support: SupportSurface, path: Array, spacing: float) -> Array:
     for _ in range(12):
         path[1:-1] = 0.25 * path[:-2] + 0.5 * path[1:-1] + 0.25 * path[2:]
     path = support.nearest(path)[1]
-    moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-6 * spacing  # at a border, neighbours may become one
+    moved = np.linalg.norm(np.diff(path, axis=0), axis=1) > 1e-6 * spacing  # at a border, neighbors may become one
     return path[np.concatenate([[True], moved])]
 
 

@@ -181,7 +181,7 @@ class SheddingTear:
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
-        Unit of a surface that is no Face, or millimetres per unit.
+        Unit of a surface that is no Face, or millimeters per unit.
 
     Attributes
     ----------

@@ -208,7 +208,7 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
 def bulge(points: Array, up: Array) -> Array:
     """Return how far (r, c) the surface between points of a grid (r, c, 3) may rise above the facets between them.
 
-    Where one crease crosses between neighbours, it rises no further than facets do that are raised by this much.
+    Where one crease crosses between neighbors, it rises no further than facets do that are raised by this much.
 
     Examples
     --------

@@ -12,7 +12,7 @@ import pyvista as pv
 
 from ..anatomy.eyeball import Eyeball
 from ..anatomy.face import Face
-from ..anatomy.fitting import millimetres
+from ..anatomy.fitting import millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
@@ -69,7 +69,7 @@ class SupportSurface:
     down, forward : ndarray, shape (3,)
         Unit directions, orthogonal: that in which water falls, and away from the surface.
     unit : float
-        Millimetres per unit.
+        Millimeters per unit.
     face : Face, optional
 
     Examples
@@ -184,11 +184,11 @@ def support_surface(
     down : array_like, shape (3,), optional
         Default: down the face; -y on other surfaces.
     units : {"um", "mm", "cm", "dm", "m", "in"} or float
-        Unit of a surface that is no Face, which knows its own; or millimetres per unit.
+        Unit of a surface that is no Face, which knows its own; or millimeters per unit.
 
     Examples
     --------
-    A sheet in centimetres where z is up:
+    A sheet in centimeters where z is up:
 
     >>> import pyvista as pv
     >>> sheet = support_surface(pv.Plane(direction=(0, 1, 0)), down=(0, 0, -1), units="cm")
@@ -204,7 +204,7 @@ def support_surface(
         triangles = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
         if not len(triangles) or not np.isfinite(points).all():
             raise MeshError("a surface for tears needs triangles and finite points.")
-        unit = millimetres(units)
+        unit = millimeters(units)
     if face is None:
         return SupportSurface(points, triangles, *directions(down), unit)
     return SupportSurface(

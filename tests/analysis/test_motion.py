@@ -90,7 +90,7 @@ def test_cheeks_bulge_as_they_did(captured):
 
 
 def test_furrows_run_across_the_compression_of_a_map(face):
-    """Compressed along the fibres of a forehead's muscle everywhere: 0 degrees; across them: 90."""
+    """Compressed along the fibers of a forehead's muscle everywhere: 0 degrees; across them: 90."""
     muscle = face.muscles["frontalis_major_l"]
     along = muscle.fold_direction(face.points[:1])[0]
     beside = np.cross(along, face.frame.axes[2])
@@ -111,7 +111,7 @@ def test_furrows_run_across_the_principal_compression_of_a_captured_face(capture
     assert max(free) < 25.0
     assert max(row.folds for row in rows) < 35.0
     assert np.mean(free) < 15.0
-    assert np.mean([row.fibres for row in rows]) > 30.0  # where the paper's furrows would lie
+    assert np.mean([row.fibers for row in rows]) > 30.0  # where the paper's furrows would lie
     assert min(row.epsilon for row in rows) > 0.05  # and there is something to fold
 
 

@@ -45,7 +45,7 @@ def test_a_known_wave_is_measured():
 
 @pytest.mark.slow
 def test_cuts_are_made_across_folds_of_every_kind(face):
-    """Between the vertices of a fine mesh the closed form of rings and of straight fibres is met."""
+    """Between the vertices of a fine mesh the closed form of rings and of straight fibers is met."""
     for name in ("closing_eye", "paper_surprise"):
         sim = settled(face, name, 30)
         fine = wrinkled_surface(sim, wrinkling(face, rates_of(sim), 4))

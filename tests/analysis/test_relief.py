@@ -20,7 +20,7 @@ def test_a_sphere_has_the_curvature_of_its_radius():
     ball = pv.Icosphere(radius=40.0, nsub=4)
     curvature = mean_curvature(np.asarray(ball.points, float), ball.regular_faces.astype(np.int32))
     assert curvature.mean() == pytest.approx(1.0 / 40.0, rel=1e-3)
-    np.testing.assert_allclose(curvature[12:], 1.0 / 40.0, rtol=0.02)  # the first twelve have five neighbours
+    np.testing.assert_allclose(curvature[12:], 1.0 / 40.0, rtol=0.02)  # the first twelve have five neighbors
 
 
 def test_a_flat_bump_has_the_smoothed_laplacian_of_a_gaussian():

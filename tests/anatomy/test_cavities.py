@@ -12,7 +12,7 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.cavities import BACK_OF_MOUTH, INSIDE_DEPTH, Cavities
 from facewrinkle.anatomy.face import Face
-from facewrinkle.anatomy.head import HAIR_COLOUR
+from facewrinkle.anatomy.head import HAIR_COLOR
 from facewrinkle.appearance.mouth import Mouth
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.appearance.skin_paint import SHAVED, SkinPainter, complexion
@@ -88,7 +88,7 @@ def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
 def test_whole_heads_alone_are_shaved(face):
     crown = face.frame.origin + np.array([[0.0, 90.0, -70.0]])
     bare = complexion(crown, face.landmarks, face.frame)
-    np.testing.assert_allclose(SkinPainter(face)(crown), bare + SHAVED * (HAIR_COLOUR - bare), atol=1.0)
+    np.testing.assert_allclose(SkinPainter(face)(crown), bare + SHAVED * (HAIR_COLOR - bare), atol=1.0)
     front = face.triangles[(face.points[:, 2] > face.landmarks["zygion_l"][2] - 20.0)[face.triangles].all(axis=1)]
     mask = Face.from_landmarks(pv.PolyData.from_regular_faces(face.points, front).clean(), face.landmarks, 1.0)
     np.testing.assert_allclose(SkinPainter(mask)(crown), bare, atol=1.0)

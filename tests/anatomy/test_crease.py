@@ -154,7 +154,7 @@ def test_the_direction_is_the_gradient_of_q():
     np.testing.assert_allclose(crease.fold_direction(x), gradient, atol=1e-6)
 
 
-def test_fibres_that_slide_do_not_pull_the_loose_skin():
+def test_fibers_that_slide_do_not_pull_the_loose_skin():
     crease = Crease([(-20, 10, 0), (0, 10, 0), (20, 10, 0)], (0, 1, 0), 8.0)
     plain = LinearMuscle((0, 30, 0), (0, 8, 0), 0.5, 30.0, folds=crease)
     y = np.linspace(0.0, 29.0, 200)

@@ -25,7 +25,7 @@ from tests.synthetic_faces import skin_with
 
 
 def assert_margins_keep_to_one_edge(face):
-    """Between their ends they go from neighbour to neighbour, and turn little."""
+    """Between their ends they go from neighbor to neighbor, and turn little."""
     sides = {tuple(sorted(edge)) for t in face.triangles.tolist() for edge in zip(t, t[1:] + t[:1], strict=True)}
     for eye in face.eyes:
         for chain in margins_of(face, eye.side):

@@ -159,7 +159,7 @@ DAMAGE = {
     "brows/triangles": [10**6, -1, 0.5, np.zeros((3, 2), np.int64)],
     "brows/weights": [np.nan, 1e9, np.zeros((2, 2, 3))],
     "brows/heights": [np.nan, np.zeros(99)],
-    "brows/colour": [np.nan, 300.0, np.zeros(4)],
+    "brows/color": [np.nan, 300.0, np.zeros(4)],
     "point_data/Texture Coordinates": [np.nan],
     "parts/eye_l/points": [np.nan],
     "parts/eye_l/triangles": [np.zeros((0, 3), np.int64), 10**6],

@@ -31,7 +31,7 @@ from facewrinkle.anatomy.finding.matching import (
     Warp,
     aligned,
     basis,
-    contrast_normalised,
+    contrast_normalized,
     fitted_warp,
     matched,
     pose_score,
@@ -135,7 +135,7 @@ def test_warp_finds_a_warp_that_was_put_in():
         inverse = -np.array([resampled(s, FINE, inverse) for s in shift])
     face = np.array([resampled(c, FINE, inverse) for c in channels])
     weight = base.weight
-    even = [contrast_normalised(c, (weight > 0.05).astype(float), FINE) for c in (face, channels)]
+    even = [contrast_normalized(c, (weight > 0.05).astype(float), FINE) for c in (face, channels)]
     warp = None
     for picked in ([2], [1, 2], [0, 1, 2]):
         warp = fitted_warp(even[0][picked], np.ones_like(weight), even[1][picked], weight, FINE, warp)

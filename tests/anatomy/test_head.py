@@ -75,7 +75,7 @@ def test_the_holes_are_eyes_and_mouth(head: Head) -> None:
 
 
 def test_is_counter_clockwise_from_outside(head: Head) -> None:
-    # The volume under the skin, closed by a fan over each hole, is about that of a head with its neck: 4 to 7 litres.
+    # The volume under the skin, closed by a fan over each hole, is about that of a head with its neck: 4 to 7 liters.
     lids = [[loop[0], b, a] for loop in loops(head.triangles) for a, b in pairwise(loop)]
     assert 4e6 < enclosed_volume(head.points, np.vstack([head.triangles, lids])) < 7e6
 
@@ -113,7 +113,7 @@ def test_is_mirror_symmetric(head: Head, surface: pv.PolyData) -> None:
     twin = np.array([table[tuple(p)] for p in (head.points * MIRROR + 0.0).tolist()])
     there = {tuple(sorted(t)) for t in head.triangles.tolist()}
     assert there == {tuple(sorted(t)) for t in twin[head.triangles].tolist()}
-    assert (head.colour[twin] == head.colour).all()
+    assert (head.color[twin] == head.color).all()
     np.testing.assert_allclose(head.uv[twin], head.uv * [-1, 1] + [1, 0], atol=1e-12)
 
 
@@ -156,7 +156,7 @@ def test_landmarks_are_where_anatomy_puts_them(head: Head) -> None:
 
 
 def test_closed_lips_are_near_each_other_but_do_not_touch(head: Head) -> None:
-    upper, _, *opposite = head.mould.lips.T
+    upper, _, *opposite = head.mold.lips.T
     lower = opposite[0][opposite[0] == opposite[1]]  # without the corner, where both lips meet
     away = []
     for lip, other in ((upper, lower), (lower, upper)):
@@ -240,10 +240,10 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
 def test_points_go_with_the_cage(head: Head) -> None:
     cage = np.array(list(cage_data()["points"].values()))
     eye = head.eyes[0]
-    np.testing.assert_allclose(head.mould(cage, eye.centre, eye.radius), head.points, atol=1e-9)
+    np.testing.assert_allclose(head.mold(cage, eye.centre, eye.radius), head.points, atol=1e-9)
     # A shift of cage and eyes is one of the head.
     up = np.array([0.0, 5.0, 0.0])
-    np.testing.assert_allclose(head.mould(cage + up, eye.centre + up, eye.radius), head.points + up, atol=1e-9)
+    np.testing.assert_allclose(head.mold(cage + up, eye.centre + up, eye.radius), head.points + up, atol=1e-9)
 
 
 @pytest.mark.slow
@@ -254,7 +254,7 @@ def test_the_stored_head_is_what_the_code_makes(head: Head) -> None:
     np.testing.assert_allclose(built.uv, head.uv, atol=1e-8)
     assert (built.brows.triangles == head.brows.triangles).all()
     np.testing.assert_allclose(built.brows.weights, head.brows.weights, atol=1e-6)
-    assert np.abs(built.colour.astype(int) - head.colour.astype(int)).max() <= 1
+    assert np.abs(built.color.astype(int) - head.color.astype(int)).max() <= 1
     assert np.abs(built.texture.astype(int) - head.texture.astype(int)).max() <= 1
     for name, place in built.landmarks.items():
         np.testing.assert_allclose(place, head.landmarks[name], atol=1e-6)

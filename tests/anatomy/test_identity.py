@@ -109,15 +109,15 @@ def test_age_draws_the_face_down_and_sex_makes_it_larger() -> None:
 
 
 def brightness(head: Head, hair: bool) -> float:
-    """Mean of the colours on the crown, or of cheeks, forehead and chin."""
+    """Mean of the colors on the crown, or of cheeks, forehead and chin."""
     names = ("malar_l", "malar_r", "forehead_mid", "pogonion")
     mean = load_head()
     places = np.array([[0.0, 90.0, -60.0], [25.0, 85.0, -60.0]]) if hair else [mean.landmarks[n] for n in names]
     near = [np.linalg.norm(mean.points - place, axis=1).argmin() for place in places]
-    return float(head.colour[near].mean())
+    return float(head.color[near].mean())
 
 
-def test_skin_and_hair_get_darker_and_hair_turns_grey() -> None:
+def test_skin_and_hair_get_darker_and_hair_turns_gray() -> None:
     for hair, name in ((False, "skin"), (True, "hair")):
         fair, middle, dark = (brightness(head_of(Identity(**{name: v})), hair) for v in (-1.0, 0.0, 1.0))
         assert dark < 0.75 * middle
@@ -132,8 +132,8 @@ def test_skin_and_hair_get_darker_and_hair_turns_grey() -> None:
     assert brightness(old, False) == pytest.approx(brightness(young, False), rel=0.02)
 
 
-def cielab(colours: np.ndarray) -> np.ndarray:
-    return cv2.cvtColor(np.float32(colours).reshape(1, -1, 3) / 255.0, cv2.COLOR_RGB2LAB)[0]
+def cielab(colors: np.ndarray) -> np.ndarray:
+    return cv2.cvtColor(np.float32(colors).reshape(1, -1, 3) / 255.0, cv2.COLOR_RGB2LAB)[0]
 
 
 def test_tones_of_skin_run_evenly_from_very_light_to_dark() -> None:
@@ -143,7 +143,7 @@ def test_tones_of_skin_run_evenly_from_very_light_to_dark() -> None:
     people = [Identity(skin=float(skin)) for skin in TONES[:, 0]]
     assert [person.monk for person in people] == list(range(1, 11))
     lightness, redness, yellowness = np.array(
-        [cielab(head_of(person).colour[forehead].mean(axis=0))[0] for person in people]
+        [cielab(head_of(person).color[forehead].mean(axis=0))[0] for person in people]
     ).T
     angle = np.degrees(np.arctan2(lightness - 50.0, yellowness))
     assert angle[0] > 55.0
@@ -159,7 +159,7 @@ def test_tones_of_skin_run_evenly_from_very_light_to_dark() -> None:
 def test_brows_are_darker_than_any_skin() -> None:
     for skin in np.linspace(-1.0, 1.0, 9):
         person = head_of(Identity(skin=skin).plausible())
-        assert person.brows.colour.mean() < 0.8 * brightness(person, False)
+        assert person.brows.color.mean() < 0.8 * brightness(person, False)
 
 
 @pytest.mark.parametrize("identity", [Identity(age=1.0, sex=1.0), Identity(width=-1.0, sex=-1.0, lips=1.0), CROWD[3]])

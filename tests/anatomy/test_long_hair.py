@@ -96,7 +96,7 @@ def test_cropped_hair_is_only_painted(face, length):
     assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"]).all()
 
 
-def test_it_has_the_colour_of_the_person():
+def test_it_has_the_color_of_the_person():
     means = [
         hair_of(fw.default_face({"hair_length": 1.0, "hair": hair})).point_data["Colors"].mean() for hair in (-1, 0, 1)
     ]
@@ -114,7 +114,7 @@ def test_files_have_it(grown):
     face = grown[1.0]
     model = part_models(face, face.mesh)["hair"]
     assert len(model.points) == hair_of(face).n_points
-    assert np.ptp(model.colours, axis=0).min() > 20
+    assert np.ptp(model.colors, axis=0).min() > 20
 
 
 def test_data_sets_label_it_and_what_it_hides():

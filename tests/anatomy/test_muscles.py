@@ -46,7 +46,7 @@ def linear(**changes):
 
 
 def sheet(**changes):
-    # The lines cross the fibres at right angles, in a plane that is not parallel to any axis.
+    # The lines cross the fibers at right angles, in a plane that is not parallel to any axis.
     lines = np.array([[(-12, 30, 0), (12, 30, 0)], [(-15, 0, 0), (15, 0, 0)]]) @ TURN.T + SHIFT
     muscle = SheetMuscle(lines[0], lines[1], length=36.0, width=27.0, thickness=11.0, wrinkles=STYLE)
     return dataclasses.replace(muscle, **changes)
@@ -99,14 +99,14 @@ def plain_coordinates(muscle, x):
     if isinstance(muscle, SheetMuscle):
         a1, a2 = muscle.attachment
         middle = (a1 + a2) / 2
-        fibre = (muscle.insertion[0] + muscle.insertion[1]) / 2 - middle
-        normal = np.cross(a2 - a1, fibre)
+        fiber = (muscle.insertion[0] + muscle.insertion[1]) / 2 - middle
+        normal = np.cross(a2 - a1, fiber)
         normal /= np.linalg.norm(normal)
         flat = x - ((x - middle) @ normal) * normal
         # Distances of the foot in the plane from two lines: |cross product| / length.
         l = np.linalg.norm(np.cross(flat - a1, a2 - a1)) / np.linalg.norm(a2 - a1)
-        l = math.copysign(l, (flat - middle) @ fibre)
-        h = np.linalg.norm(np.cross(flat - middle, fibre)) / np.linalg.norm(fibre)
+        l = math.copysign(l, (flat - middle) @ fiber)
+        h = np.linalg.norm(np.cross(flat - middle, fiber)) / np.linalg.norm(fiber)
         return l / muscle.length, 2 * h / muscle.width, l, abs((x - middle) @ normal)
     offset = x - np.asarray(muscle.centre)
     s, t = float(offset @ muscle.lateral), float(offset @ muscle.vertical)
@@ -270,7 +270,7 @@ def test_sphincters_squeeze_in_their_plane_and_more_along_the_minor_axis():
     assert not force[(r < 0.2) | (r >= 1.0)].any()
 
 
-def test_a_sheet_shorter_than_its_fibres_pulls_the_most_at_its_end():
+def test_a_sheet_shorter_than_its_fibers_pulls_the_most_at_its_end():
     short = LinearMuscle((0, 0, 0), (0, 30, 0), max_angle=0.5, radius=30.0)  # and so does a linear muscle
     np.testing.assert_allclose(short.force([(0, 30, 0)]), [[0, -1, 0]], atol=1e-15)
     muscle = SheetMuscle(*LINES, length=30.0)
@@ -382,9 +382,9 @@ def test_round_furrows_are_arcs_about_the_attachment():
     inside = muscle.wrinkling_region(x)
     assert inside.sum() > 20
     assert ((r[inside] >= 0.25 * 32.0) & (r[inside] <= 32.0)).all()
-    # Where the distance is equal, so is H; on the central fibre it is that of straight furrows.
-    fibre = (muscle.insertion - muscle.attachment) / muscle.length
-    onto = muscle.attachment + r[:, None] * fibre
+    # Where the distance is equal, so is H; on the central fiber it is that of straight furrows.
+    fiber = (muscle.insertion - muscle.attachment) / muscle.length
+    onto = muscle.attachment + r[:, None] * fiber
     np.testing.assert_allclose(muscle.height(x), linear().height(onto), atol=1e-9)
     tapered = muscle.replaced(taper=1.0)
     share = 1.0 - np.abs(2.0 * (r[inside] / 32.0 - 0.25) / 0.75 - 1.0)
@@ -453,7 +453,7 @@ BAD = {
     "span beyond the path": (lambda: Crease(PATH, (1, 0, 0), 9.0, span=(0.5, 1.2)), "span"),
     "variety above one": (lambda: Crease(PATH, (1, 0, 0), 9.0, variety=1.2), "variety"),
     "sliding": (lambda: LinearMuscle((0, 0, 0), (0, 9, 0), 0.5, 9.0, sliding=1.5), "sliding"),
-    "fibres that meet": (lambda: TriangularMuscle(*FAN, length=70.0), "the fibers meet 66.6667 from"),
+    "fibers that meet": (lambda: TriangularMuscle(*FAN, length=70.0), "the fibers meet 66.6667 from"),
     "negative width of the insertion": (lambda: TriangularMuscle(*FAN, insertion_width=-1.0), "insertion_width"),
     "recoil negative": (lambda: SheetMuscle(*FAN, recoil=-0.1), "recoil"),
     "three ends of a line": (lambda: TriangularMuscle([*FAN[0], (0, 0, 0)], FAN[1]), "pair"),

@@ -119,15 +119,15 @@ def test_a_tongue_is_no_tooth(face):
 
 
 def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
-    """Painted ones are, in their place; hairs that are modelled, and cards with colours, are drawn as they are."""
+    """Painted ones are, in their place; hairs that are modeled, and cards with colors, are drawn as they are."""
     cards = pv.PolyData.from_regular_faces(*lash(face, face.eyes[0]))
-    coloured = cards.copy()
-    coloured.point_data["Colors"] = np.full((cards.n_points, 3), 30, np.uint8)
+    colored = cards.copy()
+    colored.point_data["Colors"] = np.full((cards.n_points, 3), 30, np.uint8)
     tips = np.asarray(cards.points)[17:31]
     hairs = pv.merge([pv.Line(tip, tip + 5.0).tube(radius=0.1, n_sides=6, capping=False).triangulate() for tip in tips])
     plain = to_polydata(face.points, face.triangles)
     plain.point_data["Colors"] = np.asarray(face.mesh.point_data["Colors"])[:, :3]
-    for lashes, skin, drawn in ((cards, face.mesh, False), (coloured, plain, True), (hairs, face.mesh, True)):
+    for lashes, skin, drawn in ((cards, face.mesh, False), (colored, plain, True), (hairs, face.mesh, True)):
         with warnings.catch_warnings(record=True, action="always") as warned:
             dressed = fw.fit_face(skin.append_polydata(lashes), face.landmarks, units="mm")
         assert any("lashes_l are cards" in str(one.message) for one in warned) != drawn
@@ -192,10 +192,10 @@ def test_parts_are_translucent_only_where_it_shows(face, alpha, channels):
     whole = pv.PolyData.from_regular_faces(
         np.vstack([face.points, hat.points]), np.vstack([face.triangles, hat.regular_faces + len(face.points)])
     )
-    colours = np.tile(np.array([90, 80, 70, 255], np.uint8), (whole.n_points, 1))
-    colours[:: len(colours) // 7] = [120, 60, 50, alpha]
-    colours[-1, 3] = alpha
-    whole.point_data["Colors"] = colours
+    colors = np.tile(np.array([90, 80, 70, 255], np.uint8), (whole.n_points, 1))
+    colors[:: len(colors) // 7] = [120, 60, 50, alpha]
+    colors[-1, 3] = alpha
+    whole.point_data["Colors"] = colors
     with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         fitted = fw.fit_face(whole, face.landmarks, units="mm")
     assert fitted.mesh.point_data["Colors"].shape[1] == 3
@@ -259,16 +259,16 @@ def _painted(face, shift, darkness, texture):
         x, y, _ = face.frame.local(face.landmarks[f"eye_{side}_centre"])
         lid = np.linalg.norm(local[:, :2] - [x, y + 0.12], axis=1)  # dark, but no brow
         strength = np.maximum(strength, np.exp(-0.5 * (lid / 0.05) ** 2))
-    grey = 200.0 * (1.0 - darkness * strength)
+    gray = 200.0 * (1.0 - darkness * strength)
     if not texture:
-        mesh.point_data["Colors"] = np.rint(np.tile(grey[:, None], (1, 3))).astype(np.uint8)
+        mesh.point_data["Colors"] = np.rint(np.tile(gray[:, None], (1, 3))).astype(np.uint8)
         return mesh, None
     image, size = np.full((512, 512, 3), 200, np.uint8), 512
     uv = np.asarray(mesh.active_texture_coordinates)
     place = np.clip(np.rint(uv * size).astype(int), 2, size - 3)
     for i in range(-2, 3):
         for j in range(-2, 3):
-            image[size - 1 - place[:, 1] + i, place[:, 0] + j] = grey[:, None]
+            image[size - 1 - place[:, 1] + i, place[:, 0] + j] = gray[:, None]
     return mesh, image
 
 

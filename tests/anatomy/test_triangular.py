@@ -2,7 +2,7 @@
 
 equal widths              the sheet, number by number
 no width at the start     the plane section of a linear muscle: angles and directions
-any widths                the fibre through a point, intersected line by line
+any widths                the fiber through a point, intersected line by line
 recoil                    the pull mirrored behind the attachment; with 1 it adds up to nothing
 """
 
@@ -44,7 +44,7 @@ def test_with_a_point_for_its_start_it_is_a_section_of_a_cone():
     np.testing.assert_allclose(fan.coordinates(x[inside])[1], expected, atol=1e-7)
 
 
-def test_the_fibre_through_a_point_runs_between_equal_shares_of_both_lines():
+def test_the_fiber_through_a_point_runs_between_equal_shares_of_both_lines():
     turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     ends = [np.asarray(line) @ turn.T for line in LINES]
     fan = TriangularMuscle(*ends, length=48.0)

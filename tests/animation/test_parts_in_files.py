@@ -1,4 +1,4 @@
-"""What comes with a face, through files and back: eyes with colours, hair with a photo that is partly transparent."""
+"""What comes with a face, through files and back: eyes with colors, hair with a photo that is partly transparent."""
 
 from __future__ import annotations
 

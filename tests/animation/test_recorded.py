@@ -346,7 +346,7 @@ def test_bones_carry_the_head_and_its_pose_is_told(face):
     np.testing.assert_allclose(frame.field_data["pose"][:3, :3], turns[0], atol=1e-3)  # most of it is no jaw
 
 
-def test_points_are_recognised_by_number_and_by_place(cloth, shapes):
+def test_points_are_recognized_by_number_and_by_place(cloth, shapes):
     n = len(cloth.points)
     order = RNG.permutation(n)
     weights = [[0.2, 0.5, 0.1]]

@@ -51,7 +51,7 @@ def test_slopes_before_and_after_a_time_may_differ():
     assert track.at(1.5) == pytest.approx([-0.625])
 
 
-def test_equal_neighbours_are_kept_to_the_last_bit():
+def test_equal_neighbors_are_kept_to_the_last_bit():
     value = RNG.normal(size=7)
     track = Track(np.array([0.0, 0.3]), np.array([value, value]))
     assert all(np.array_equal(track.at(t), value) for t in RNG.uniform(0.0, 0.3, 50))

@@ -1,4 +1,4 @@
-"""Colour by place: hair above the hairline only, red cheeks and lips, symmetric, and the same on a moved face."""
+"""Color by place: hair above the hairline only, red cheeks and lips, symmetric, and the same on a moved face."""
 
 from __future__ import annotations
 
@@ -47,15 +47,15 @@ def test_hair_grows_above_the_hairline_and_nowhere_else(face):
     assert abs(hair_cover(marks["trichion"][None], marks, frame)[0]) < 1.0
 
 
-def test_both_sides_have_the_same_colour(face):
+def test_both_sides_have_the_same_color(face):
     places = sphere(face)
     for function in (complexion, hair_cover, lips):
         left, right = (function(p, face.landmarks, face.frame) for p in (places, places * MIRROR))
         np.testing.assert_allclose(left, right, atol=1e-6)
 
 
-def test_colours_go_with_the_face(face):
-    """Turned, scaled and moved, the same places have the same colours."""
+def test_colors_go_with_the_face(face):
+    """Turned, scaled and moved, the same places have the same colors."""
     turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     moved = {name: 0.1 * turn @ point + [3.0, -2.0, 5.0] for name, point in face.landmarks.items()}
@@ -67,13 +67,13 @@ def test_colours_go_with_the_face(face):
         )
 
 
-def test_cheeks_and_ears_are_red_and_the_jaw_is_grey(face):
+def test_cheeks_and_ears_are_red_and_the_jaw_is_gray(face):
     marks = face.landmarks
     places = np.array([marks[name] for name in ("forehead_mid", "malar_l", "nose_tip", "pogonion")])
-    colour, grown = complexion(places, marks, face.frame), beard(face.frame.local_mm(places), marks, face.frame)
-    red = colour[:, 0] / colour[:, 1]
+    color, grown = complexion(places, marks, face.frame), beard(face.frame.local_mm(places), marks, face.frame)
+    red = color[:, 0] / color[:, 1]
     assert red[1:3].min() > red[0]
-    assert np.ptp(colour[3]) < np.ptp(colour[1])
+    assert np.ptp(color[3]) < np.ptp(color[1])
     assert grown[:3].max() == 0.0 < 0.9 < grown[3]
 
 
@@ -86,9 +86,9 @@ def test_lips_are_where_their_landmarks_are(face):
 
 
 def test_flesh_darkens_from_the_margins_to_the_ball():
-    colours = flesh(np.linspace(0.0, 1.0, 11))
-    np.testing.assert_allclose(colours[[0, 4, 10]], [LID, FLESH, DEEP_FLESH])
-    assert (np.diff(colours.sum(axis=1)) < 0.0).all()
+    colors = flesh(np.linspace(0.0, 1.0, 11))
+    np.testing.assert_allclose(colors[[0, 4, 10]], [LID, FLESH, DEEP_FLESH])
+    assert (np.diff(colors.sum(axis=1)) < 0.0).all()
 
 
 def test_thick_lids_are_flesh_behind_their_front_edges(face):

@@ -20,8 +20,8 @@ GAP = 4
 """Pixels between the pictures of a sheet."""
 
 
-class Grey(SampleMaker):
-    """Makes grey samples, as bright as their number, at once; the second draw of every third is the good one."""
+class Gray(SampleMaker):
+    """Makes gray samples, as bright as their number, at once; the second draw of every third is the good one."""
 
     def pictures(self, index):
         plan = plan_of(self.spec, index, attempt=int(index % 3 == 2))
@@ -34,18 +34,18 @@ class Grey(SampleMaker):
 
 
 @pytest.fixture
-def grey(tmp_path, monkeypatch):
-    """A specification of grey samples."""
+def gray(tmp_path, monkeypatch):
+    """A specification of gray samples."""
     for module in (generation, shards):
-        monkeypatch.setattr(module, "SampleMaker", Grey)
-    path = tmp_path / "grey.toml"
+        monkeypatch.setattr(module, "SampleMaker", Gray)
+    path = tmp_path / "gray.toml"
     path.write_text("size = [16, 16]\nshard = 2\n", encoding="utf-8")
     return path
 
 
-def test_a_set_is_made_and_checked(grey, tmp_path, run):
+def test_a_set_is_made_and_checked(gray, tmp_path, run):
     out = tmp_path / "set"
-    told = " ".join(run("dataset", str(grey), "--out", str(out), "--count", "6").out.split())
+    told = " ".join(run("dataset", str(gray), "--out", str(out), "--count", "6").out.split())
     assert "6 pictures of 6 samples; " in told
     assert "2 were drawn anew" in told
     assert "33.3% were drawn again" in " ".join((out / "README.md").read_text(encoding="utf-8").split())
@@ -54,12 +54,12 @@ def test_a_set_is_made_and_checked(grey, tmp_path, run):
     out_text, err = run("dataset", "check", str(out), code=1)
     assert "shard-000001.tar is missing" in out_text
     assert "Remove the shards that are named, with their tables in index/, and run" in " ".join(err.split())
-    assert main(["dataset", str(grey), "--out", str(out), "--count", "6", "--quiet"]) == 0
+    assert main(["dataset", str(gray), "--out", str(out), "--count", "6", "--quiet"]) == 0
     assert main(["dataset", "check", str(out)]) == 0
 
 
-def test_a_preview_shows_24_people(grey, tmp_path):
-    assert main(["dataset", str(grey), "--out", str(tmp_path / "set"), "--preview"]) == 0
+def test_a_preview_shows_24_people(gray, tmp_path):
+    assert main(["dataset", str(gray), "--out", str(tmp_path / "set"), "--preview"]) == 0
     with Image.open(tmp_path / "set.png") as sheet:
         assert sheet.size == (6 * 16 + 5 * GAP, 4 * 16 + 3 * GAP)
         shown = np.asarray(sheet.convert("L"))[8 :: 16 + GAP, 8 :: 16 + GAP].ravel()

@@ -130,7 +130,7 @@ def test_a_depth_that_skin_does_not_allow_can_be_had(tmp_path, run, folds):
 
 
 def deepest_furrow(printed):
-    """Millimetres in the table that a command prints."""
+    """Millimeters in the table that a command prints."""
     return float(re.search(r"deepest furrow\D+([\d.]+) mm", printed)[1])
 
 

@@ -52,7 +52,7 @@ def test_on_any_surface_about_a_centre(tmp_path):
     assert deepest[2] == pytest.approx(4.0 + w[4, 0] / 10.0, abs=0.01)  # the mesh at its height, in its own unit
 
 
-def test_a_small_mesh_is_in_metres(tmp_path, capsys):
+def test_a_small_mesh_is_in_meters(tmp_path, capsys):
     mesh, out = tmp_path / "ball.ply", tmp_path / "out"
     pv.Sphere(radius=0.9, theta_resolution=40, phi_resolution=40).save(mesh)
     place = ["--face", str(mesh), "--center", "0,0.2,0.88", "--extent", "0.4,0.3", "--depth", "30"]

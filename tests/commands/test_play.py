@@ -86,7 +86,7 @@ def test_play_options(clip, tmp_path, run):
     assert {"face", "eye_l", "eye_r"} <= set(scene.geometry)
     assert f"{written.stem}.png" in said
     assert len(scene.geometry["face"].faces) == rest.n_cells  # without wrinkles nothing is refined
-    assert 0.15 < scene.scale < 0.6  # in metres, as glTF asks
+    assert 0.15 < scene.scale < 0.6  # in meters, as glTF asks
     assert run(*play, "--out", str(tmp_path / "b"), "--quiet").out == ""
 
 

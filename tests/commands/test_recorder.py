@@ -47,8 +47,8 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
         == {tmp_path / "new" / name for name in ("ball.mp4", "ball.vtkhdf")}
     )
     assert [mesh.length for mesh in series_meshes(tmp_path / "new" / "ball.vtkhdf")] == drawn
-    grey = movie_frames(tmp_path / "new" / "ball.mp4", 32, 48).mean(axis=(1, 2, 3))
-    np.testing.assert_allclose(grey, [60.0, 120.0, 180.0, 240.0], atol=3.0)
+    gray = movie_frames(tmp_path / "new" / "ball.mp4", 32, 48).mean(axis=(1, 2, 3))
+    np.testing.assert_allclose(gray, [60.0, 120.0, 180.0, 240.0], atol=3.0)
 
 
 def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkeypatch, capsys):

@@ -44,7 +44,7 @@ def frame(face):
     return settled(fw.Simulation(face, folds="paper"), {"paper_surprise": 1.0, "AU26": 1.0})
 
 
-def labelled(face, frame, tears=(), **camera):
+def labeled(face, frame, tears=(), **camera):
     camera = {"yaw": 0, "pitch": 0, "roll": 7, "aside": 0, "above": 0, **camera}
     spec = Spec.of({"size": list(SIZE), "camera": camera})
     with Scene(face, Style(SIZE)) as scene:
@@ -56,7 +56,7 @@ def labelled(face, frame, tears=(), **camera):
 
 @pytest.fixture(scope="module")
 def front(face, frame):
-    return labelled(face, frame)
+    return labeled(face, frame)
 
 
 def test_depth_is_that_of_rays_through_the_middles_of_pixels(face, front, frame):
@@ -79,7 +79,7 @@ def test_depth_is_that_of_rays_through_the_middles_of_pixels(face, front, frame)
 
 
 def test_triangles_are_those_that_vtk_draws(face, frame, front):
-    """VTK draws the same meshes flat, in colours that number their triangles."""
+    """VTK draws the same meshes flat, in colors that number their triangles."""
     _, _, camera = front
     meshes = solid_parts(Appearance.of(face).at(frame))
     buffer = TriangleBuffer(Camera.of(camera, SIZE))
@@ -91,8 +91,8 @@ def test_triangles_are_those_that_vtk_draws(face, frame, front):
     for mesh in meshes.values():
         bare = pv.PolyData(mesh.points, faces=mesh.faces)
         own = np.arange(number, number := number + mesh.n_cells)
-        bare.cell_data["colour"] = np.stack([own >> 16, own >> 8, own], axis=1).astype(np.uint8)
-        plotter.add_mesh(bare, scalars="colour", rgb=True, lighting=False, reset_camera=False)
+        bare.cell_data["color"] = np.stack([own >> 16, own >> 8, own], axis=1).astype(np.uint8)
+        plotter.add_mesh(bare, scalars="color", rgb=True, lighting=False, reset_camera=False)
     plotter.camera = camera
     drawn = plotter.screenshot(return_img=True).astype(int) @ [1 << 16, 1 << 8, 1] - 1
     plotter.close()
@@ -114,7 +114,7 @@ def test_what_lies_behind_is_not_visible(face, frame, front):
     assert all(
         facts["landmarks"][name]["visible"] for name in ("nose_tip", "glabella", "pogonion", "mouth_l", "mouth_r")
     )
-    _, aside, _ = labelled(face, frame, yaw=75.0)  # the camera is on the subject's left
+    _, aside, _ = labeled(face, frame, yaw=75.0)  # the camera is on the subject's left
     assert aside["landmarks"]["eye_l_outer"]["visible"]
     assert not aside["landmarks"]["eye_r_outer"]["visible"]
     assert not aside["landmarks"]["gonion_r"]["visible"]
@@ -141,7 +141,7 @@ def test_heights_are_those_of_the_frame(front, frame):
 
 def test_the_same_point_has_the_same_place_in_two_views(face, frame, front):
     arrays, _, camera = front
-    other, _, aside = labelled(face, frame, yaw=20.0)
+    other, _, aside = labeled(face, frame, yaw=20.0)
     one, two = Camera.of(camera, SIZE), Camera.of(aside, SIZE)
     rows, columns = np.nonzero(arrays["depth"])
     local = one.rays(rows, columns) * (arrays["depth"][rows, columns] * DEPTH_STEP)[:, None]
@@ -170,7 +170,7 @@ def test_parts(front):
 
 def test_tears_are_a_part_and_hide_nothing(face, frame, front):
     tear = fw.SheddingTear(face, start="l").surface(2.0, frame)
-    arrays, *_ = labelled(face, frame, tears=[tear])
+    arrays, *_ = labeled(face, frame, tears=[tear])
     assert (arrays["part"] == PARTS.index("tear")).sum() > 5
     assert np.array_equal(arrays["depth"], front[0]["depth"])
 
@@ -224,16 +224,16 @@ def test_regions_lie_where_their_landmarks_are(front, face):
 def test_pictures_that_are_not_fit_for_a_set(face, frame, front):
     arrays, facts, *_ = front
     assert fault_of(arrays, facts, SIZE) == ""
-    assert fault_of(*labelled(face, frame, aside=4.0)[:2], SIZE) == "the face is not in the picture"
+    assert fault_of(*labeled(face, frame, aside=4.0)[:2], SIZE) == "the face is not in the picture"
     below = {"pitch": -35.0, "height": 7.0, "above": -1.0}  # into the neck
-    assert fault_of(*labelled(face, frame, **below)[:2], SIZE) == "the inside of the skin is seen"
+    assert fault_of(*labeled(face, frame, **below)[:2], SIZE) == "the inside of the skin is seen"
 
 
 def test_irises_are_discs_around_the_gaze(face):
     sim = fw.Simulation(face, layers=[])
     sim.look(yaw=15.0)
     frame = sim.settle()
-    arrays, _, camera = labelled(face, frame)
+    arrays, _, camera = labeled(face, frame)
     eye = face.eyes[0]
     gaze = frame.field_data[f"gaze_{eye.side}"][0]
     (middle,), _ = Camera.of(camera, SIZE).project((eye.centre + eye.radius * gaze)[None])

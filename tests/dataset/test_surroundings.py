@@ -64,14 +64,14 @@ def test_pictures_are_scaled_and_cut_to_cover(tmp_path):
     flag[:, :30, 0] = flag[:, 30:, 2] = 255
     Image.fromarray(flag).save(tmp_path / "flag.png")
     (file,) = Spec.of({"background": {"pictures": "flag.png"}}, tmp_path).backgrounds
-    for across, colour in ((0.0, [255, 0, 0]), (1.0, [0, 0, 255])):
+    for across, color in ((0.0, [255, 0, 0]), (1.0, [0, 0, 255])):
         seen = covering(file, {"across": across, "down": 0.5}, (20, 20))
         assert seen.shape == (20, 20, 3)
-        assert (seen[:, 2:-2] == colour).all()
+        assert (seen[:, 2:-2] == color).all()
 
 
 def test_edges_are_blended_with_the_picture(tmp_path):
-    """What black, grey and white behind it makes of a pixel is a straight line: its share of the background."""
+    """What black, gray and white behind it makes of a pixel is a straight line: its share of the background."""
     seen = []
     for level in (0, 128, 255):
         Image.new("RGB", (8, 8), (level,) * 3).save(tmp_path / "plain.png")
@@ -150,8 +150,8 @@ def test_lamps_light_a_surface_as_the_map_does():
     for normal in (lamp, np.array([0.0, 0.6, 0.8]), np.array([0.6, 0.0, 0.8])):
         wanted = (radiance * (area * np.maximum(towards @ normal, 0.0))[..., None]).sum(axis=(0, 1)) / np.pi
         found = sum(
-            max(float(np.dot(direction, normal)), 0.0) * intensity * np.array(colour)
-            for direction, colour, intensity in lamps_in(radiance)
+            max(float(np.dot(direction, normal)), 0.0) * intensity * np.array(color)
+            for direction, color, intensity in lamps_in(radiance)
         )
         assert found == pytest.approx(wanted, rel=0.03)
 

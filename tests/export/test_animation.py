@@ -70,7 +70,7 @@ def test_the_file_is_as_close_as_was_asked_for(face, take, tmp_path, error):
     writer, (path,) = written(face, take, tmp_path / "take.glb", error)
     assert 0 < writer.targets <= FRAMES
     rest, recorded = fw.read_animation(path, mesh="face")
-    unit, skin = 1000.0 / face.unit, np.asarray(rest.points)[: recorded.n_points]  # glTF is in metres
+    unit, skin = 1000.0 / face.unit, np.asarray(rest.points)[: recorded.n_points]  # glTF is in meters
     for number, frame in enumerate(frames):
         moved = unit * recorded.positions_at(0.02 * (1 + number), skin)
         n = len(face.points)

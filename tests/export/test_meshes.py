@@ -73,7 +73,7 @@ def test_round_trip(moment, tmp_path, fingerprint, ending, read):
     frame, before = moment.frame, fingerprint(moment.frame)
     path = fw.write_mesh(frame, tmp_path / f"a frown{ending}", moment.face)
     assert fingerprint(frame) == before
-    scale = 0.01 if ending in (".glb", ".gltf") else 1.0  # centimetres, in metres
+    scale = 0.01 if ending in (".glb", ".gltf") else 1.0  # centimeters, in meters
     points, normals, uv, _ = read(path)
     rounded = 3 * 2.0**-24  # to single precision: the point, the scale, and their product
     wanted = scale * np.asarray(frame.points)[frame.regular_faces]
@@ -111,7 +111,7 @@ def test_what_was_written_is_a_face_again(moment, tmp_path, ending):
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_colours_where_there_is_no_photo(moment, tmp_path, ending):
+def test_colors_where_there_is_no_photo(moment, tmp_path, ending):
     path = fw.write_mesh(moment.frame, tmp_path / f"a{ending}", replace(moment.face, texture=None))
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
     assert fw.read_texture(path) is None
@@ -127,7 +127,7 @@ def test_colours_where_there_is_no_photo(moment, tmp_path, ending):
 
 
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_any_mesh_without_texture_or_colours(tmp_path, ending):
+def test_any_mesh_without_texture_or_colors(tmp_path, ending):
     ball = pv.Icosphere(radius=2.0, nsub=2)
     ball["Normals"] = np.tile([1.0, 0.0, 0.0], (ball.n_points, 1))  # stale
     path = fw.write_mesh(ball, tmp_path / f"ball{ending}")

@@ -67,7 +67,7 @@ def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
         np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
 
 
-def test_colours_are_those_of_the_mesh(face, tmp_path):
+def test_colors_are_those_of_the_mesh(face, tmp_path):
     rig = fw.rig(replace(face, texture=None), "jawOpen", wrinkles="none", level=0)
     for ending in ("usda", "glb"):
         found = fw.read_surface(fw.write_rig(rig, tmp_path / f"head.{ending}"))

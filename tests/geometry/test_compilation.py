@@ -45,14 +45,14 @@ def test_without_a_folder_to_write_to_functions_run_and_that_is_said_once(monkey
 
 
 def first_use(cache, around=""):
-    """What a new process says on stderr that normalises vectors twice, whose code is kept in a folder."""
+    """What a new process says on stderr that normalizes vectors twice, whose code is kept in a folder."""
     lines = [
         "import numpy as np",
-        "from facewrinkle.geometry.normals import normalise",
+        "from facewrinkle.geometry.normals import normalize",
         "from facewrinkle.progress import only_bars",
         around,
-        " normalise(np.ones((2, 3)))",
-        " normalise(np.ones((2, 3), np.float32))",
+        " normalize(np.ones((2, 3)))",
+        " normalize(np.ones((2, 3), np.float32))",
     ]
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(cache)}
     code = "\n".join(lines)

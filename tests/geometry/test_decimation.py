@@ -2,7 +2,7 @@
 
 what                            checked against
 topology                        that of the given mesh: Euler characteristic, loops, manifold edges, orientation
-vertices                        a subset; those that lines hold; the neighbours along lines
+vertices                        a subset; those that lines hold; the neighbors along lines
 lengths of edges                those that were asked for
 triangles                       none turns over on a bumpy sheet; shapes on a sphere
 """

@@ -14,7 +14,7 @@ import pyvista as pv
 from scipy.spatial.transform import Rotation
 from small_meshes import arrays
 
-from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian, neighbour_mean
+from facewrinkle.geometry.laplacian import cotangent_laplacian, graph_laplacian, neighbor_mean
 from facewrinkle.geometry.normals import detail_normals, vertex_areas, vertex_normals
 from facewrinkle.geometry.topology import unique_edges
 
@@ -120,10 +120,10 @@ def test_cotangents_annihilate_linear_functions_inside_a_flat_mesh():
     np.testing.assert_allclose(-(laplacian @ points[:, 0] ** 2)[inside], 2.0 * cell, rtol=1e-12)
 
 
-def test_mean_of_neighbours_is_what_the_laplacian_compares_with():
+def test_mean_of_neighbors_is_what_the_laplacian_compares_with():
     plane = pv.Plane(i_resolution=4, j_resolution=3).triangulate()
     edges, _ = unique_edges(plane.regular_faces)
     n, values = plane.n_points, np.random.default_rng(0).normal(size=plane.n_points)
     laplacian = graph_laplacian(edges, np.ones(len(edges)), n)
     expected = values - (laplacian @ values) / laplacian.diagonal()
-    np.testing.assert_allclose(neighbour_mean(edges, n) @ values, expected, atol=1e-12)
+    np.testing.assert_allclose(neighbor_mean(edges, n) @ values, expected, atol=1e-12)

@@ -89,7 +89,7 @@ MOST = 800  # triangles; larger meshes are not split any further
 
 
 def marks(forest, fraction, seed):
-    """Random triangles, or the neighbourhood of one of them (which makes deep and uneven forests)."""
+    """Random triangles, or the neighborhood of one of them (which makes deep and uneven forests)."""
     rng = np.random.default_rng(seed)
     m = len(forest.triangles)
     if seed % 2:
@@ -393,7 +393,7 @@ def test_copies_are_equal_and_independent(mesh, before, after):
 
 
 def test_one_red_triangle_in_a_fan():
-    # Fig. 10 of Zhang, Sim and Tan: the split triangle falls into four, its two neighbours in the fan are
+    # Fig. 10 of Zhang, Sim and Tan: the split triangle falls into four, its two neighbors in the fan are
     # bisected.
     fan = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5], [0, 5, 6], [0, 6, 1]]
     forest = RedGreenForest(fan)

@@ -96,12 +96,12 @@ def test_edges_sides_and_incidence(triangles):
 @given(st.one_of(clouds(12), soups()))
 def test_rings_components_and_euler(triangles):
     n = int(triangles.max()) + 3  # two vertices without triangles
-    offsets, neighbours = vertex_rings(triangles, n)
+    offsets, neighbors = vertex_rings(triangles, n)
     expected = defaultdict(set)
     for a, b in half_edges(triangles):
         expected[a].add(b)
         expected[b].add(a)
-    assert [neighbours[offsets[v] : offsets[v + 1]].tolist() for v in range(n)] == [
+    assert [neighbors[offsets[v] : offsets[v + 1]].tolist() for v in range(n)] == [
         sorted(expected.get(v, ())) for v in range(n)
     ]
     label = components(triangles)
@@ -209,7 +209,7 @@ def circles(n, radii, heights):
 
 @pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("start", [0, 5])
-def test_quads_join_neighbours_of_two_rings(closed, start):
+def test_quads_join_neighbors_of_two_rings(closed, start):
     n, rings = 7, 4
     quads = ring_quads(n, rings, closed=closed, start=start)
     assert len(quads) == (rings - 1) * (n if closed else n - 1)

@@ -101,7 +101,7 @@ def test_none_of_a_heap_of_triangles_is_left_turned_over(flat, spread):
 def test_what_is_turned_over_on_a_bent_sheet_is_found_and_mended(flat, vertex):
     points, triangles, each = flat
     pulled = points.copy()
-    pulled[vertex] += [1.4, 0.2, 0.0]  # beyond its neighbour, in the plane
+    pulled[vertex] += [1.4, 0.2, 0.0]  # beyond its neighbor, in the plane
     angle = pulled[:, 0] / 20.0
     moved = np.column_stack([20.0 * np.sin(angle), pulled[:, 1], 20.0 * np.cos(angle)])
     np.testing.assert_array_equal(each.turned_over(moved), np.flatnonzero(signed_areas(pulled, triangles) <= 0.0))

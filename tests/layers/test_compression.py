@@ -97,13 +97,13 @@ def test_gradient_is_the_stretch_of_any_affine_map():
 def test_edges_are_eq_9_written_out():
     points, triangles, tangents = bowl()
     deformed = points + 0.4 * np.random.default_rng(1).normal(size=points.shape)
-    neighbours = [set() for _ in points]
+    neighbors = [set() for _ in points]
     for a, b, c in triangles.tolist():
-        neighbours[a] |= {b, c}
-        neighbours[b] |= {a, c}
-        neighbours[c] |= {a, b}
+        neighbors[a] |= {b, c}
+        neighbors[b] |= {a, c}
+        neighbors[c] |= {a, b}
     expected = []
-    for i, ring in enumerate(neighbours):
+    for i, ring in enumerate(neighbors):
         weighted = total = 0.0
         for j in ring:
             length = np.linalg.norm(points[j] - points[i])

@@ -53,9 +53,9 @@ def product(muscle, x):
         s = (phi - style.core * muscle.max_angle) / ((1.0 - style.core) * muscle.max_angle)
     elif isinstance(muscle, fw.SheetMuscle):
         a, i = np.asarray(muscle.attachment), np.asarray(muscle.insertion)
-        fibre = (i.mean(0) - a.mean(0)) / np.linalg.norm(i.mean(0) - a.mean(0))
-        line = a[1] - a[0] - ((a[1] - a[0]) @ fibre) * fibre
-        l, h = (x - a.mean(0)) @ fibre, abs((x - a.mean(0)) @ line) / np.linalg.norm(line)
+        fiber = (i.mean(0) - a.mean(0)) / np.linalg.norm(i.mean(0) - a.mean(0))
+        line = a[1] - a[0] - ((a[1] - a[0]) @ fiber) * fiber
+        l, h = (x - a.mean(0)) @ fiber, abs((x - a.mean(0)) @ line) / np.linalg.norm(line)
         if not style.start <= l / muscle.length <= 1.0 or h > 0.5 * muscle.width:  # Eq. 12
             return None
         w, u, start = l, (1.0 - style.start) * muscle.length / (2 * style.count), style.start * muscle.length

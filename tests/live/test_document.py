@@ -95,7 +95,7 @@ def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
         (("patterns", "a"), {**DIMPLE, "center": [0, 0]}, "patterns.a.center must be a list of 3 entries"),
         (("patterns", "a"), {**DIMPLE, "center": [0, 0, float("inf")]}, r"patterns.a.center\[2\] must be at most"),
         (("patterns", "a"), {"kind": "dimple"}, "patterns.a must have an entry center"),
-        (("patterns", "a"), {**DIMPLE, "colour": 1}, "unknown entry of patterns.a 'colour'"),
+        (("patterns", "a"), {**DIMPLE, "color": 1}, "unknown entry of patterns.a 'color'"),
         (("tears", "a"), {"start": [0, 0, 0], "width": 99}, "tears.a.width must be at most 6, received 99"),
         (("timeline", "keys", "k"), {**KEY, "apex": 5.0}, "must follow each other"),
         (("timeline", "speed"), 1, "unknown entry of timeline 'speed'"),

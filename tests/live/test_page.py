@@ -10,9 +10,9 @@ patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one
-colours, dark and light            | the contrast of WCAG
+colors, dark and light            | the contrast of WCAG
 eyes, landmarks, rings, muscles    | dragged: the document
-fibres and sliders                 | each is seen while the other is pointed at, or has the focus
+fibers and sliders                 | each is seen while the other is pointed at, or has the focus
 probes, by pointer and by keyboard | their places in the document, and the numbers of the frame there
 a state that is kept               | left of the curtain the picture before, right of it that of now
 a double click on a slider         | its usual value, which has a tick
@@ -362,10 +362,10 @@ def test_every_control_has_a_name_and_is_reached_in_its_order(page, studio):
 def test_parts_of_a_scan_have_their_pictures(opened, face):
     """A sheet before the face: red, green, and clear, where the face is seen; as `Scene` draws it."""
     sheet = pv.Plane(center=(0.0, 20.0, 140.0), i_size=90.0, j_size=60.0, i_resolution=6, j_resolution=6).triangulate()
-    colours = np.zeros((64, 96, 4), np.uint8)
-    colours[:, :32] = 255, 0, 0, 255
-    colours[:, 32:64] = 0, 255, 0, 255
-    carried = replace(face, parts={"other": Part(sheet, "skull", texture=colours)})
+    colors = np.zeros((64, 96, 4), np.uint8)
+    colors[:, :32] = 255, 0, 0, 255
+    colors[:, 32:64] = 0, 255, 0, 255
+    carried = replace(face, parts={"other": Part(sheet, "skull", texture=colors)})
     with Studio(carried, browser=False) as studio:
         page = opened(studio.url)
         shown(page, studio)
@@ -479,7 +479,7 @@ def test_a_key_keeps_what_is_shown(page, studio):
         assert document(studio) == before
 
 
-def test_a_muscle_is_pulled_along_its_fibres(page, studio):
+def test_a_muscle_is_pulled_along_its_fibers(page, studio):
     shown(page, studio)
     page.keyboard.press("h")
     handle = "[data-handle=zygomaticus_major_l]"
@@ -499,12 +499,12 @@ def test_a_muscle_is_pulled_along_its_fibres(page, studio):
     until(lambda: page.locator(handle).get_attribute("aria-valuenow") == str(round(100 * before + 5)))
 
 
-def test_fibres_and_sliders_point_at_each_other(page, studio):
+def test_fibers_and_sliders_point_at_each_other(page, studio):
     shown(page, studio)
     plain = picture(page)
     studio.rates = {"zygomaticus_major_l": 1.0}
     page.locator("#muscles").check()
-    until(lambda: page.evaluate("Boolean(app.fibres.part?.points)"))
+    until(lambda: page.evaluate("Boolean(app.fibers.part?.points)"))
     shown(page, studio)
     assert page.locator("#contraction").is_visible()
     assert (np.abs(picture(page) - plain).max(axis=2) > 20).mean() > 0.02
@@ -520,11 +520,11 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     for one, other in itertools.combinations([box for box in boxes if box["width"]], 2):  # none covers another
         apart = [abs(one[a] + one[b] / 2 - other[a] - other[b] / 2) - (one[b] + other[b]) / 2 for a, b in AXES]
         assert max(apart) >= 0.0
-    part = studio.stage.shown.fields["fibres"]
+    part = studio.stage.shown.fields["fibers"]
     muscle = part.info["names"].index("zygomaticus_major_l")
-    fibre = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])
+    fiber = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])
     box = studio.stage.shown.box
-    numbers = part.arrays["position"].reshape(-1, part.info["knots"], 3)[fibre, 5]
+    numbers = part.arrays["position"].reshape(-1, part.info["knots"], 3)[fiber, 5]
     at = page.evaluate("(p) => app.view.project(p)", (box.low + numbers * (box.size / 65535)).tolist())
     canvas = page.locator("canvas").bounding_box()
     page.mouse.move(canvas["x"] + at["x"], canvas["y"] + at["y"])
@@ -542,7 +542,7 @@ def test_fibres_and_sliders_point_at_each_other(page, studio):
     page.locator(SLIDER.format("Jaw drop")).focus()
     until(lambda: tags.count() == 0)  # it turns a bone, and pulls no skin
     page.locator("#muscles").uncheck()
-    until(lambda: not page.evaluate("Boolean(app.fibres.part)"))
+    until(lambda: not page.evaluate("Boolean(app.fibers.part)"))
 
 
 def test_opening_and_saving_are_found_at_once(page, studio):
@@ -635,7 +635,7 @@ def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
     assert curtain.evaluate("(e) => e === document.activeElement")
     studio.change(mixture={"AU26": 1.0, "AU4": 1.0}, identity={"skin": 0.8})
     shown(page, studio)
-    until(lambda: np.abs(picture(page) - rest).mean() > 3.0)  # its colours have come, too
+    until(lambda: np.abs(picture(page) - rest).mean() > 3.0)  # its colors have come, too
     shown(page, studio)
     both, middle = picture(page), rest.shape[1] // 2
     page.keyboard.press("Home")
@@ -790,7 +790,7 @@ def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
     assert slider.is_disabled()
     assert "Double-click" not in slider.get_attribute("title")  # but why
     page.locator("#muscles").check()  # its fibers show what the take contracts; nobody else can pull
-    until(lambda: page.evaluate("app.view.parts.has('fibres')"))
+    until(lambda: page.evaluate("app.view.parts.has('fibers')"))
     assert page.locator("#overlay circle").count() == 0
     page.locator("#muscles").uncheck()
 
@@ -808,15 +808,15 @@ def test_the_tour_leads_through_the_page(page):
 
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
-def test_words_are_readable_in_the_colours_that_the_system_asks_for(opened, studio, scheme):
+def test_words_are_readable_in_the_colors_that_the_system_asks_for(opened, studio, scheme):
     """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons."""
     page = opened(studio.url, color_scheme=scheme)
     names = ("panel", "raised", "main", "text", "quiet", "accent", "error")
     read = "(names) => names.map((name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`))"
-    colours = dict(zip(names, page.evaluate(read, list(names)), strict=True))
+    colors = dict(zip(names, page.evaluate(read, list(names)), strict=True))
 
     def luminance(name):
-        share = np.array([int(colours[name].strip()[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+        share = np.array([int(colors[name].strip()[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
         linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
         return linear @ [0.2126, 0.7152, 0.0722]
 

@@ -1,7 +1,7 @@
 """The server of the studio, over real sockets.
 
 frames that a page was sent                 | the frame of the simulation, to the step of the quantisation
-colours of a person                         | of the eyes, the brows and the photo of the skin
+colors of a person                         | of the eyes, the brows and the photo of the skin
 who may connect: key, origin, host          | refused with the right code, and nobody else notices
 messages: oversized, malformed              | an answer without a traceback, or the end of that page
 an error in the simulation                  | is told; the next change goes on
@@ -61,15 +61,15 @@ def test_a_frame_is_that_of_the_simulation(studio, seen):
     assert seen.photos["skin"][:2] == b"\xff\xd8"  # the texture came as JPEG
 
 
-def test_colours_of_a_person_are_shown(studio, seen):
-    def colours(**person):
+def test_colors_of_a_person_are_shown(studio, seen):
+    def colors(**person):
         seen.change("identity", person)
         seen.settled(studio)
         skin = Image.open(BytesIO(seen.photos["skin"])).convert("L")
-        return seen.arrays["eye_l"]["colour"].mean(axis=0), seen.arrays["brows"]["tint"].mean(), np.percentile(skin, 2)
+        return seen.arrays["eye_l"]["color"].mean(axis=0), seen.arrays["brows"]["tint"].mean(), np.percentile(skin, 2)
 
-    blue, fair, shaved = colours(iris=-1.0, hair=-1.0, hair_density=-1.0)
-    brown, black, dense = colours(iris=1.0, hair=1.0, hair_density=1.0)
+    blue, fair, shaved = colors(iris=-1.0, hair=-1.0, hair_density=-1.0)
+    brown, black, dense = colors(iris=1.0, hair=1.0, hair_density=1.0)
     assert blue[2] - blue[0] > brown[2] - brown[0] + 10.0
     assert fair > black + 10.0
     assert shaved > dense + 50.0

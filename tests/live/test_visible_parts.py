@@ -4,7 +4,7 @@ eyes: turned and between lids as the page works it out | the painted eye of pict
 brows, bound to triangles                              | the brows of pictures at rest; carried by a rigid motion
 teeth and tongue with their matrix                     | those inside an open mouth
 shade of furrows, exact                                | cavity_shading
-fibres of muscles, as far as positions are whole       | those of pictures
+fibers of muscles, as far as positions are whole       | those of pictures
 pins                                                   | places at rest, by the corners that they are told to have
 """
 
@@ -15,7 +15,7 @@ import pytest
 from expressions import after
 
 import facewrinkle as fw
-from facewrinkle.appearance.fibres import Fibres
+from facewrinkle.appearance.fibers import Fibers
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.appearance.skin_paint import cavity_shading
 from facewrinkle.live.protocol import LARGEST
@@ -49,8 +49,8 @@ def test_eyes_are_where_pictures_have_them(face, laughing):
         corner = np.array(part.info["corner"])
         away = np.degrees(np.arccos(np.clip(towards @ corner, -1, 1)))
         t = np.clip(1.25 - away / 11, 0, 1)[:, None]
-        paint = part.arrays["colour"] + t**2 * (3 - 2 * t) * (
-            255 * np.array(part.info["caruncle"]) - part.arrays["colour"]
+        paint = part.arrays["color"] + t**2 * (3 - 2 * t) * (
+            255 * np.array(part.info["caruncle"]) - part.arrays["color"]
         )
         wet = 0.6 * np.exp(-((np.maximum(above, 0) / 2.2) ** 2))[:, None]
         paint = paint + wet * (255 * np.array(part.info["tears"]) - paint)
@@ -98,12 +98,12 @@ def test_furrows_are_shaded_as_in_pictures_once_the_face_rests(face, laughing):
     assert lost.max() > 0.03
 
 
-def test_fibres_are_those_of_pictures(face, laughing):
+def test_fibers_are_those_of_pictures(face, laughing):
     parts = VisibleParts(face)
-    part = parts.fibres(laughing, {"corrugator_l": 0.4})
+    part = parts.fibers(laughing, {"corrugator_l": 0.4})
     box = parts.box
     points = box.low + part.arrays["position"] * (box.size / LARGEST)
-    assert np.abs(points - Fibres.of(face).at(laughing).reshape(-1, 3)).max() < box.size / LARGEST
+    assert np.abs(points - Fibers.of(face).at(laughing).reshape(-1, 3)).max() < box.size / LARGEST
     assert {part.info["names"][k]: part.arrays["rate"][k] for k in part.arrays["rate"].nonzero()[0]} == {
         "corrugator_l": 102
     }

@@ -58,7 +58,7 @@ def test_a_clean_surface_stays_as_it_is():
 def test_stale_normals_stay_behind():
     mesh = cap().compute_normals(cell_normals=False)
     assert "Normals" in mesh.point_data
-    assert prepare(mesh).mesh.array_names == ["identity", "colour"]
+    assert prepare(mesh).mesh.array_names == ["identity", "color"]
 
 
 def test_no_points_and_no_faces():
@@ -181,7 +181,7 @@ def test_forward_decides_for_a_hollow_and_for_a_plane():
 def test_unused_points_go_and_data_stay_with_their_points():
     mesh = cap()
     half_of = np.r_[60:100, 181:221]  # both triangles of each square
-    half = mesh_of(mesh.points, mesh.regular_faces[half_of], identity=mesh["identity"], colour=mesh["colour"])
+    half = mesh_of(mesh.points, mesh.regular_faces[half_of], identity=mesh["identity"], color=mesh["color"])
     half["uv"] = mesh.points[:, :2]
     half.point_data.active_texture_coordinates_name = "uv"
     half.field_data["subject"] = ["someone"]
@@ -189,7 +189,7 @@ def test_unused_points_go_and_data_stay_with_their_points():
     used = np.unique(half.regular_faces)
     np.testing.assert_array_equal(surface.source_points, used)
     np.testing.assert_array_equal(surface.mesh["identity"], used)
-    np.testing.assert_array_equal(surface.mesh["colour"], mesh["colour"][used])
+    np.testing.assert_array_equal(surface.mesh["color"], mesh["color"][used])
     np.testing.assert_array_equal(surface.mesh.active_texture_coordinates, mesh.points[used, :2].astype(np.float32))
     np.testing.assert_array_equal(used[surface.triangles], half.regular_faces)
     assert list(surface.mesh.field_data["subject"]) == ["someone"]
@@ -219,9 +219,9 @@ def test_bad_direction(forward):
 @pytest.mark.parametrize(("dtype", "one"), [(np.uint8, 255), (np.float64, 1.0)])
 def test_skin_is_opaque_whatever_its_alpha(dtype, one):
     sheet = pv.Plane(i_resolution=3, j_resolution=3).triangulate()
-    colours = np.tile(np.array([0.2, 0.4, 0.6, 0.996]) * one, (sheet.n_points, 1)).astype(dtype)
-    colours[0, 0] = 0
-    sheet.point_data["Colors"] = colours
+    colors = np.tile(np.array([0.2, 0.4, 0.6, 0.996]) * one, (sheet.n_points, 1)).astype(dtype)
+    colors[0, 0] = 0
+    sheet.point_data["Colors"] = colors
     kept = prepare(sheet)
-    np.testing.assert_array_equal(kept.mesh.point_data["Colors"], colours[kept.source_points, :3])
+    np.testing.assert_array_equal(kept.mesh.point_data["Colors"], colors[kept.source_points, :3])
     assert sheet.point_data["Colors"].shape[1] == 4

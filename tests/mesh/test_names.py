@@ -134,7 +134,7 @@ def test_a_face_made_from_a_frame_is_that_of_its_shape(face, frame, tmp_path, wa
     np.testing.assert_allclose([*now.values()], [*fitted.landmarks.values()], atol=1e-9)
     assert fitted.state_of(fitted.mesh).jaw_angle is None
     if way == "itself":
-        np.testing.assert_array_equal(plain_picture(fitted), plain_picture(fw.fit_face(coloured(frame), marks)))
+        np.testing.assert_array_equal(plain_picture(fitted), plain_picture(fw.fit_face(colored(frame), marks)))
     for own in (fitted, fw.surface(source)):
         for ending in ("glb", "obj", "ply"):
             written = fw.write_mesh(own.mesh, tmp_path / f"again.{ending}", own)
@@ -150,7 +150,7 @@ def test_tears_run_down_a_frame_as_down_its_shape(frame, face):
     assert tear.n_cells
 
 
-def coloured(frame):
+def colored(frame):
     mesh = bare(frame)
     for name in ("Colors", "Texture Coordinates"):
         if name in frame.point_data:

@@ -171,7 +171,7 @@ def test_a_fin_that_continues_a_sharp_ridge_is_dropped():
 
 
 def test_triangles_that_would_shrink_to_nothing_are_not_laid_flat():
-    """The mean of the neighbours of the point in the middle lies on the side between the first two."""
+    """The mean of the neighbors of the point in the middle lies on the side between the first two."""
     around = np.array([[-1.0, 0, 0], [1, 0, 0], [2, 1, 1], [0, -2, -2], [-2, 1, 1]])
     triangles = np.array([[0, 1, 5], [1, 2, 5], [2, 3, 5], [3, 4, 5], [4, 0, 5]])
     spoiled = RepairedMesh.of(np.vstack([around, [-1.0, -1.0, -1.0]]), triangles)

@@ -168,7 +168,7 @@ def test_shares_of_area_are_those_of_cross_products():
 @settings(max_examples=60)
 @given(st.integers(1, 12), st.integers(0, 10_000), st.sampled_from([10.0, 1e3, 1e9]))
 def test_forces_are_those_of_non_negative_least_squares(m, seed, stiffness):
-    """f >= 0 with f = k max(d - R f, 0) minimises f (R + 1 / k) f / 2 - d f over all f >= 0."""
+    """f >= 0 with f = k max(d - R f, 0) minimizes f (R + 1 / k) f / 2 - d f over all f >= 0."""
     rng = np.random.default_rng(seed)
     a = rng.normal(size=(m, 2 * m + 3))
     response, depths = (a @ a.T / (2 * m)).astype(np.float32).astype(float), rng.normal(size=m)

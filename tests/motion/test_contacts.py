@@ -141,14 +141,14 @@ def test_rows_tell_the_energy_a_little_ahead(face, kinds):
 
 def test_contacts_have_no_memory(face):
     """Their energy is that of contacts which have never been anywhere else."""
-    rng, travelled = np.random.default_rng(7), Skin(face).contacts
+    rng, traveled = np.random.default_rng(7), Skin(face).contacts
     for k in range(12):
         u = squeezed(face, rng, depth=2.0 * rng.random()) * rng.random()
         rate = [0.0, 0.3][k % 2]
-        travelled.place(rate, travelled.flats.facing)
+        traveled.place(rate, traveled.flats.facing)
         for share in (0.0, 0.5, 1.0):  # a way whose steps are too short to look for contacts anew each time
             found = np.zeros_like(u)
-            energy = travelled.energy(share * u, found)
+            energy = traveled.energy(share * u, found)
         fresh, expected = Skin(face).contacts, np.zeros_like(u)
         fresh.place(rate, fresh.flats.facing)
         assert energy == pytest.approx(fresh.energy(u, expected), rel=1e-12)
@@ -283,7 +283,7 @@ def test_pursed_lips_come_forward_and_stay_together(any_face):
             side = np.sign((points[vertex] - shares @ points[partner]) @ up)
             parted.append(side * (moved[vertex] - shares @ moved[partner]))
     assert len(parted) > 20
-    assert max(parted) < 0.5  # without the pressure they part by millimetres
+    assert max(parted) < 0.5  # without the pressure they part by millimeters
 
 
 # --- lids ---------------------------------------------------------------------------------------

@@ -120,7 +120,7 @@ def test_no_part_of_a_step_is_long(face, joints, seed):
         points, riding = carried, now
 
 
-def test_a_jump_of_the_jaw_has_as_many_parts_as_millimetres(face, joints):
+def test_a_jump_of_the_jaw_has_as_many_parts_as_millimeters(face, joints):
     chin = np.linalg.norm(face.points - face.landmarks["menton"], axis=1).argmin()
     still, wide = rates_of(face), rates_of(face, jaw=1.0)
     way = np.linalg.norm(joints.carried(face.points, still, wide)[chin] - face.points[chin])

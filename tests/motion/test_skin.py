@@ -26,7 +26,7 @@ import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.motion import _skin_kernels as kernels
-from facewrinkle.motion.minimiser import Minimiser
+from facewrinkle.motion.minimizer import Minimizer
 from facewrinkle.motion.skin import Skin, SkinMaterial
 from tools.trials.player import area_shares
 
@@ -63,24 +63,24 @@ def stirred(skin, rng, steps=15):
 @pytest.mark.parametrize("size", [0.01, 0.5, 4.0])
 @pytest.mark.parametrize("time_step", [0.02, 10.0])
 def test_gradient_of_the_objective_of_a_step(coarse, monkeypatch, size, time_step):
-    """What a step minimises, as the minimiser is given it; in long steps that is the potential alone.
+    """What a step minimizes, as the minimizer is given it; in long steps that is the potential alone.
 
     Small motions, and such that many springs are beyond their threshold and many triangles nearly turned over.
     """
     skin, rng, seen = Skin(coarse, time_step), np.random.default_rng(7), []
-    minimised = Minimiser.minimised
+    minimized = Minimizer.minimized
 
-    def watched(minimiser, objective, start):
+    def watched(minimizer, objective, start):
         if not seen:
             u = start + size * rng.normal(size=start.shape)
             seen.append(u)
             gradient = np.empty_like(u)
             objective(u, gradient)
             assert_gradient(lambda u: objective(u, np.empty_like(u)), u, gradient, rng, rel=2e-5, ways=8)
-        return minimised(minimiser, objective, start)
+        return minimized(minimizer, objective, start)
 
     stirred(skin, rng, 3)
-    monkeypatch.setattr(Minimiser, "minimised", watched)
+    monkeypatch.setattr(Minimizer, "minimized", watched)
     skin.contract({"orbicularis_oculi_l": 0.7, "jaw": 0.3, "zygomaticus_major_l": 1.0})
     skin.step()
     if size == 4.0:
@@ -244,12 +244,12 @@ def test_a_steady_state_is_one_for_the_shortest_steps_too(face, steady, time_ste
 
 @pytest.mark.parametrize("iterations", [25, pytest.param(1, marks=pytest.mark.slow)])
 def test_steps_end_no_higher_than_they_began(real_face, monkeypatch, iterations):
-    """What implicit Euler minimises is at its end no more than at its beginning, even if it is given up early."""
+    """What implicit Euler minimizes is at its end no more than at its beginning, even if it is given up early."""
     skin, rng = Skin(real_face("makehuman_head_male"), iterations=iterations), np.random.default_rng(0)
-    minimised, rises, contacts = Minimiser.minimised, [], skin.contacts
+    minimized, rises, contacts = Minimizer.minimized, [], skin.contacts
 
-    def watched(minimiser, objective, start):
-        end = minimised(minimiser, objective, start)
+    def watched(minimizer, objective, start):
+        end = minimized(minimizer, objective, start)
         scratch = np.empty_like(start)
         before, after = (objective(x, scratch) + contacts.energy(x, scratch) for x in (start, end.u))
         assert (end.before, end.value) == pytest.approx((before, after), rel=1e-12)
@@ -257,7 +257,7 @@ def test_steps_end_no_higher_than_they_began(real_face, monkeypatch, iterations)
         rises.append((after - before) / (1.0 + abs(before)))
         return end
 
-    monkeypatch.setattr(Minimiser, "minimised", watched)
+    monkeypatch.setattr(Minimizer, "minimized", watched)
     for i in range(21):
         if i % 7 == 0:
             skin.contract({name: rng.random() for name in skin.names})

@@ -91,7 +91,7 @@ def test_skin_comes_back_from_the_end_of_long_sequences(face):
 
 
 def test_skin_that_came_back_moves_as_a_new_one(face):
-    """Nothing is remembered: neither by contacts nor by the minimiser."""
+    """Nothing is remembered: neither by contacts nor by the minimizer."""
     used, new = Skin(face), Skin(face)
     held(used, fw.EXPRESSIONS["pain"], 15)
     assert steps_to_rest(used, 100) <= 100

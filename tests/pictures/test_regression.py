@@ -132,10 +132,10 @@ def frame(kind, name, factor=1.0):
 
 
 def plaster(mesh, view):
-    """A plotter with the mesh in white plaster under three raking lamps, red, green and blue: slopes become colours.
+    """A plotter with the mesh in white plaster under three raking lamps, red, green and blue: slopes become colors.
 
     Under the lights of the studio, 2.5 % are too little for a byte to tell. Nothing but shape is seen here: eyes, brows
-    and the colour of the skin can change and leave these pictures as they are.
+    and the color of the skin can change and leave these pictures as they are.
     """
     with Scene(fw.default_face(), Style((SIDE, SIDE), view, quick=True)) as aimed:
         camera = aimed.plotter.camera.copy()
@@ -151,9 +151,9 @@ def plaster(mesh, view):
     right *= distance / np.linalg.norm(right)
     up = np.cross(towards, right) / distance
     tilt = np.radians(80.0)
-    for turn, colour in zip(np.radians([90.0, 210.0, 330.0]), np.eye(3), strict=True):
+    for turn, color in zip(np.radians([90.0, 210.0, 330.0]), np.eye(3), strict=True):
         place = np.sin(tilt) * (np.cos(turn) * right + np.sin(turn) * up) + np.cos(tilt) * towards
-        lamp = pv.Light(position=focus + place, focal_point=focus, color=colour.tolist(), intensity=3.0)
+        lamp = pv.Light(position=focus + place, focal_point=focus, color=color.tolist(), intensity=3.0)
         plotter.add_light(lamp)
     plotter.render()
     return plotter

@@ -62,8 +62,8 @@ def sheet(stretch, depth):
     plotter = pv.Plotter(off_screen=True, window_size=(pixels, pixels), lighting="none")
     plotter.disable_anti_aliasing()
     plotter.add_light(pv.Light(position=(-1.0, 0.0, 1.0), focal_point=(0.0, 0.0, 0.0)))
-    for _, colour, _ in LIGHTS[1:]:
-        plotter.add_light(pv.Light(position=(0.0, 0.0, 1.0), focal_point=(0.0, 0.0, 0.0), color=colour, intensity=0.0))
+    for _, color, _ in LIGHTS[1:]:
+        plotter.add_light(pv.Light(position=(0.0, 0.0, 1.0), focal_point=(0.0, 0.0, 0.0), color=color, intensity=0.0))
     actor = plotter.add_mesh(plane, color=(0.8, 0.6, 0.5), smooth_shading=False, ambient=1.0, diffuse=1.0)
     actor.prop.interpolation = "phong"
     SKIN_MATERIAL.apply(actor, len(LIGHTS), relief=(depth, np.radians(VIEW_ANGLE) / pixels))

@@ -147,11 +147,11 @@ def test_a_camera_that_moves_shows_the_frame_from_there(face, quick):
         np.testing.assert_array_equal(after, other.picture(frame))
 
 
-# --- fields in colour -----------------------------------------------------------------------------
+# --- fields in color -----------------------------------------------------------------------------
 
 
-def test_fields_have_colour(face):
-    """Skin is lit the same; what differs from one field to the next is its colours. One scene can show them all."""
+def test_fields_have_color(face):
+    """Skin is lit the same; what differs from one field to the next is its colors. One scene can show them all."""
     wrinkled = held("paper_surprise")
     images = {
         name: picture(wrinkled, face, Style(SMALL, scalars=name)) for name in ARRAYS if name not in ("rest", "slide")
@@ -163,10 +163,10 @@ def test_fields_have_colour(face):
         for name, image in images.items():
             scene.color_by(name)
             np.testing.assert_array_equal(scene.picture(wrinkled), image)
-    colourful = np.ptp(images["W"].astype(int), axis=2)
+    colorful = np.ptp(images["W"].astype(int), axis=2)
     furrows = np.asarray(wrinkled["W"]) < -0.3
     assert furrows.any()
-    assert colourful.max() > 60
+    assert colorful.max() > 60
     rest = picture(face.mesh, face, Style(SMALL, brows=False))
     assert difference(images["W"], rest).max() > 60
 

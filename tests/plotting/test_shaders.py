@@ -14,7 +14,7 @@ FINE = pv.Sphere(radius=1.0, theta_resolution=240, phi_resolution=240)
 
 
 def lamps():
-    return [pv.Light(position=place, color=colour, intensity=power) for place, colour, power in LIGHTS]
+    return [pv.Light(position=place, color=color, intensity=power) for place, color, power in LIGHTS]
 
 
 def drawn(shade, lights, mesh=FINE, **options):
@@ -45,12 +45,12 @@ def test_corners_of_small_triangles_are_as_good_as_pixels(material):
 
 
 def test_factors_of_a_texture_are_worked_out_at_corners():
-    """Half of the light, given at the points, is half of it, given as the colour of the whole ball."""
+    """Half of the light, given at the points, is half of it, given as the color of the whole ball."""
     ball = FINE.copy()
     ball.active_texture_coordinates = np.full((ball.n_points, 2), 0.5, np.float32)
     ball.point_data["shade"] = np.full((ball.n_points, 3), 128, np.uint8)
-    grey = pv.Texture(np.full((4, 4, 3), 190, np.uint8))
-    options = {"mesh": ball, "texture": grey, "ambient": 1.0, "diffuse": 1.0}
+    gray = pv.Texture(np.full((4, 4, 3), 190, np.uint8))
+    options = {"mesh": ball, "texture": gray, "ambient": 1.0, "diffuse": 1.0}
 
     def tinted(actor):
         mapper = actor.mapper

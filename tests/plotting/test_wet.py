@@ -38,7 +38,7 @@ def test_it_is_seen_through_and_has_highlights(pictures):
     changed = difference(dry, wet) > 6
     assert wet[changed].max(axis=1).max() > 250  # the lamp in the bead
     assert dry[changed].max() < 240
-    assert np.median(difference(dry, wet)[changed]) < 120  # most of it is still the colour of skin
+    assert np.median(difference(dry, wet)[changed]) < 120  # most of it is still the color of skin
 
 
 def test_darker_where_it_is_only_wet_skin(pictures):

@@ -29,7 +29,7 @@ def written_as_obj(path, points, faces):
 
 @pytest.fixture(scope="module")
 def given(face, tmp_path_factory):
-    """The built-in head with its vertices shuffled, the middle split, eyeballs without colours, and a loose point."""
+    """The built-in head with its vertices shuffled, the middle split, eyeballs without colors, and a loose point."""
     random = np.random.default_rng(3)
     points, faces = face.points, np.asarray(face.triangles, np.int64)
     left = (points[faces].mean(axis=1) @ face.frame.axes[0]) > 0.0

@@ -2,7 +2,7 @@
 
 what                        checked against
 shapes of muscles           the simulation of the same action units
-what is modelled            the rig's shapes
+what is modeled            the rig's shapes
 the head                    rotations about one point
 """
 
@@ -16,7 +16,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.appearance.seen import companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
-from facewrinkle.rigging.modelled import Movements
+from facewrinkle.rigging.modeled import Movements
 
 
 def held(face, weights, **options):

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from skins import held
 
 import facewrinkle as fw
-from facewrinkle.rigging.modelled import PUFFED, Movements
+from facewrinkle.rigging.modeled import PUFFED, Movements
 from facewrinkle.rigging.poses import Posing, _closest, _lifts, share_of_side
 from facewrinkle.rigging.shapes import ARKIT
 from tools.trials.oracle import DEEPEST, Oracle
@@ -87,7 +87,7 @@ def test_shares_of_both_sides_add_up_to_one(face):
 @pytest.mark.parametrize(
     "name", ["cheekPuff", "jawLeft", "mouthClose", "mouthLeft", "mouthRollLower", "mouthRollUpper"]
 )
-def test_modelled_movements_clear_teeth_and_lips_at_all_weights(face, posing, oracle, name):
+def test_modeled_movements_clear_teeth_and_lips_at_all_weights(face, posing, oracle, name):
     pose = posing.at({name: (ARKIT[name], 1.0)})
     full = face.jaw_angle(dict(zip(face.muscles, pose.rates, strict=True)))
     for weight in (0.25, 0.5, 0.75, 1.0):

@@ -30,7 +30,7 @@ def test_there_are_52_shapes_15_visemes_and_all_have_a_twin():
 
 def test_the_units_of_a_shape_are_those_that_recordings_of_it_read(face):
     for name, shape in ARKIT.items():
-        if not shape.units or shape.modelled or name.startswith("eyeLook"):
+        if not shape.units or shape.modeled or name.startswith("eyeLook"):
             continue
         (unit,) = units_of({name: 1.0})
         assert shape.units == {unit: 1.0}, name

@@ -17,7 +17,7 @@ from PIL import Image
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.rigging.wrinkle_layers import _coloured
+from facewrinkle.rigging.wrinkle_layers import _colored
 
 SIZE = 512
 SHAPES = {
@@ -86,7 +86,7 @@ def test_what_lies_on_each_other_is_in_other_layers(layers):
         )
 
     naive = [clashes(random.integers(0, 4, 12)) for _ in range(50)]
-    assert clashes(_coloured(depths, 4)) < np.median(naive)
+    assert clashes(_colored(depths, 4)) < np.median(naive)
 
 
 def test_files_are_where_engines_look(layers, tmp_path):

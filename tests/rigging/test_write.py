@@ -54,7 +54,7 @@ def test_our_reader_gets_back_what_was_written(rig, glb):
     nodes = {document.label(node): document.primitives(node, world)[0] for node in document.shown}
     assert list(nodes) == list(rig.parts)
     for name, primitive in nodes.items():
-        ours = 0.001 * rig.face.unit * rig.morphs[name].deltas  # in metres
+        ours = 0.001 * rig.face.unit * rig.morphs[name].deltas  # in meters
         size = np.ptp(primitive.points, axis=0).max()
         np.testing.assert_allclose(primitive.points, 0.001 * rig.face.unit * rig.parts[name].points, atol=1e-6 * size)
         np.testing.assert_allclose(np.asarray(primitive.shapes), ours, atol=1e-6 * size)

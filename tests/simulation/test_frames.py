@@ -95,7 +95,7 @@ def test_rest_frames_are_the_mesh(face):
 
 
 @pytest.fixture(scope="module")
-def labelled(face):
+def labeled(face):
     """The built-in face with point data of all kinds."""
     mesh, x = face.mesh.copy(), face.points
     n = len(x)
@@ -111,33 +111,33 @@ def labelled(face):
     return dataclasses.replace(face, mesh=mesh)
 
 
-def test_point_data_goes_through_refinement(labelled, fingerprint):
-    before = fingerprint(labelled.mesh)
-    sim = fw.Simulation(labelled)
+def test_point_data_goes_through_refinement(labeled, fingerprint):
+    before = fingerprint(labeled.mesh)
+    sim = fw.Simulation(labeled)
     frame = after(sim, "paper_surprise", 25)
-    rest, n0 = np.asarray(frame["rest"]), labelled.mesh.n_points
+    rest, n0 = np.asarray(frame["rest"]), labeled.mesh.n_points
     assert frame.n_points > n0 + 500
     np.testing.assert_allclose(frame["affine"], rest @ np.array([0.3, -1.0, 2.0]) + 5.0, rtol=0, atol=1e-12 * 400)
     np.testing.assert_allclose(frame["vectors"], rest[:, [1, 2, 0]] * 2.0 - 7.0, rtol=0, atol=1e-12 * 400)
     assert frame["single"].dtype == np.float32
     np.testing.assert_allclose(frame["single"], rest[:, 0], rtol=0, atol=2e-5)
     for name in ("number", "small", "tiny", "flag"):
-        assert np.asarray(frame[name]).dtype == np.asarray(labelled.mesh[name]).dtype
-        assert np.array_equal(frame[name][:n0], labelled.mesh[name])
+        assert np.asarray(frame[name]).dtype == np.asarray(labeled.mesh[name]).dtype
+        assert np.array_equal(frame[name][:n0], labeled.mesh[name])
     # Labels are those of a vertex of the base triangle that the point lies in, the heaviest.
     corners, weights = sim.forest.corners, sim.forest.barycentric
     heaviest = weights[np.arange(len(weights)), np.argmax(weights, axis=1)]
     own = np.where(corners == np.asarray(frame["number"])[:, None], weights, 0.0).max(axis=1)
     np.testing.assert_allclose(own, heaviest, atol=1e-15)
     assert np.array_equal(frame["tiny"], np.asarray(frame["number"]) % 251)
-    uv = np.einsum("nc,nck->nk", weights, np.asarray(labelled.mesh.active_texture_coordinates)[corners])
+    uv = np.einsum("nc,nck->nk", weights, np.asarray(labeled.mesh.active_texture_coordinates)[corners])
     np.testing.assert_allclose(frame.active_texture_coordinates, uv, atol=1e-12)
-    colour = np.einsum("nc,nck->nk", weights, np.asarray(labelled.mesh["Colors"], dtype=float)[corners])
+    color = np.einsum("nc,nck->nk", weights, np.asarray(labeled.mesh["Colors"], dtype=float)[corners])
     assert frame["Colors"].dtype == np.uint8
-    np.testing.assert_allclose(frame["Colors"], colour, atol=0.5 + 1e-9)
+    np.testing.assert_allclose(frame["Colors"], color, atol=0.5 + 1e-9)
     # The simulation's own arrays win over the input's of the same name, and the input keeps its own.
     assert frame["W"].max() < 7.0
-    assert fingerprint(labelled.mesh) == before
+    assert fingerprint(labeled.mesh) == before
 
 
 def test_frames_do_not_change_after_they_were_handed_out(face, fingerprint):

@@ -272,7 +272,7 @@ class Creeping(Undriven):
 
 
 @pytest.mark.parametrize("units", ["mm", "cm", "m"])
-def test_millimetres_of_rest_are_those_of_the_skin_in_any_unit(units):
+def test_millimeters_of_rest_are_those_of_the_skin_in_any_unit(units):
     sheet = fw.surface(pv.Plane(i_resolution=3, j_resolution=3).triangulate(), units=units)
     still = fw.Simulation(sheet, layers=[], motion=Creeping(sheet)).settle(most=20)
     assert still.n_points == sheet.mesh.n_points

@@ -86,8 +86,8 @@ def test_it_hangs_at_the_moving_lid_and_falls_from_there(face):
 
 
 def test_units(face):
-    metres = dataclasses.replace(face, mesh=face.mesh, unit=1000.0)
-    assert fw.DrippingTear(metres, "l", size=3000.0).volume == pytest.approx(fw.DrippingTear(face, "l").volume)
+    meters = dataclasses.replace(face, mesh=face.mesh, unit=1000.0)
+    assert fw.DrippingTear(meters, "l", size=3000.0).volume == pytest.approx(fw.DrippingTear(face, "l").volume)
 
 
 @pytest.mark.parametrize(

@@ -90,7 +90,7 @@ def test_opposite_places_are_found_between_coarser_ones():
 
 def test_a_head_whose_lips_are_not_parted_is_refused():
     head = load_head()
-    touching = replace(head.mould, lips=head.mould.lips[:0])
+    touching = replace(head.mold, lips=head.mold.lips[:0])
     eye = head.eyes[0]
     points = touching(np.array(list(cage_data()["points"].values())), eye.centre, eye.radius)
     with pytest.raises(ValueError, match="the head crosses itself: 118 triangles run through each other, around"):

@@ -2,7 +2,7 @@
 
 what                            checked against
 sky that is left open           a ball, which hides none of it, and the bottom of a cylinder, in closed form
-averages over neighbours        constants, which stay, and a sum of squares, which falls
+averages over neighbors        constants, which stay, and a sum of squares, which falls
 noise                           its variance, grains and seeds
 """
 

@@ -58,7 +58,7 @@ def test_every_pair_of_a_soup():
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.1])
-def test_neighbours_and_touching_sheets_do_not_cross(angle):
+def test_neighbors_and_touching_sheets_do_not_cross(angle):
     turn = Rotation.from_rotvec([angle, 0.5 * angle, -angle]).as_matrix()
     points, triangles = ball()
     assert not len(self_intersections(points @ turn.T, triangles))

@@ -247,7 +247,7 @@ def test_depths_in_teeth_are_those_of_a_naive_search(face, oracle):
     teeth, _ = teeth_of(face.landmarks, face.frame)
     cloud = Samples.of(teeth.points, teeth.triangles, 0.15).places(teeth.points)
     naive = cKDTree(cloud).query(places)[0]
-    assert (naive < deep[some] + 0.1).all()  # the nearest place may lie on a neighbouring crown
+    assert (naive < deep[some] + 0.1).all()  # the nearest place may lie on a neighboring crown
     assert np.mean(naive > deep[some] - 0.1) > 0.9
 
 

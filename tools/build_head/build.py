@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import cKDTree
 
-from facewrinkle.anatomy.head import MIRROR, Head, Mould, cage_data, unpacked
+from facewrinkle.anatomy.head import MIRROR, Head, Mold, cage_data, unpacked
 from facewrinkle.geometry.topology import boundary_loops
 from tools.self_intersections import self_intersections
 
@@ -210,19 +210,19 @@ def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int
     return keep, number[twins].astype(np.int32), triangles, np.vstack([plane[keep], plane[twins] * [-1.0, 1.0]])
 
 
-def moulding(half: HalfCage, mesh: ChartMesh, keep: IntArray, twins: NDArray[np.int32]) -> Mould:
+def molding(half: HalfCage, mesh: ChartMesh, keep: IntArray, twins: NDArray[np.int32]) -> Mold:
     """Return the map from cage points to the head's vertices."""
     cells, weights = mesh.chart.locate(mesh.plane[keep])
     rows = np.repeat(np.arange(len(keep)), 3)
     corners = mesh.chart.triangles[cells]
     pick = sparse.csr_array((weights.ravel(), (rows, corners.ravel())), shape=(len(keep), len(half.points)))
-    mould = sparse.csr_array(pick @ half.limit)
-    mould.data[np.abs(mould.data) < 1e-12] = 0.0
-    mould.eliminate_zeros()
+    mold = sparse.csr_array(pick @ half.limit)
+    mold.data[np.abs(mold.data) < 1e-12] = 0.0
+    mold.eliminate_zeros()
     nearest = corners[np.arange(len(keep)), weights.argmax(axis=1)]
     at_fine_vertex = weights.max(axis=1) > 1.0 - 1e-6  # all vertices of the linings, where the sampling is kept
     lips = opposite_on_lips(np.where(at_fine_vertex[:, None], lining_places(half)[nearest], np.nan))
-    return Mould(mould, pick @ ring_share(half, LID_STRIPS), lips, twins)
+    return Mold(mold, pick @ ring_share(half, LID_STRIPS), lips, twins)
 
 
 # --- landmarks and all arrays ---------------------------------------------------------------------------
@@ -292,10 +292,10 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     mesh, end = half_mesh(half, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
     keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
-    mould = moulding(half, mesh, keep, twins)
+    mold = molding(half, mesh, keep, twins)
     eye = data["eye"]
     cage = np.array(list(data["points"].values()))
-    points = mould(cage, np.array(eye["centre"]), eye["radius"])
+    points = mold(cage, np.array(eye["centre"]), eye["radius"])
     refuse_crossings(points, triangles)
     named = landmarks(half, data, points, triangles)
     brow, weights = brow_hairs(data["brow"], points, triangles)
@@ -304,24 +304,24 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     middle, span = 0.5 * (low + high), float((high - low).max())
     painter = HeadPainter(half.points, half.fine_triangles(), plane, partial(between, half), data, named)
     texture, hair = painter.texture(middle, span)
-    colour, vertex_hair = painter.colours(chart)
+    color, vertex_hair = painter.colors(chart)
     return {
         "points": points,
         "triangles": triangles.astype(np.int32),
         "uv": 0.5 + (chart - middle) / span,
         "texture": texture,
         "hair": np.vstack(list(hair)),
-        "colour": colour,
-        "colour_hair": vertex_hair,
+        "color": color,
+        "color_hair": vertex_hair,
         "landmark_names": np.array(list(named)),
         "landmarks": np.stack(list(named.values())),
         "eye_radius": np.array(eye["radius"]),
-        "mould_weights": mould.weights.data,
-        "mould_cage_points": mould.weights.indices.astype(np.int16),
-        "mould_size": np.array(mould.weights.shape[1]),
-        "mould_rows": mould.weights.indptr.astype(np.int32),
-        "lid_share": mould.lids,
-        "lips": mould.lips,
+        "mold_weights": mold.weights.data,
+        "mold_cage_points": mold.weights.indices.astype(np.int16),
+        "mold_size": np.array(mold.weights.shape[1]),
+        "mold_rows": mold.weights.indptr.astype(np.int32),
+        "lid_share": mold.lids,
+        "lips": mold.lips,
         "twins": twins,
         "brow_triangles": np.concatenate([brow, brow + half_count]),
         "brow_weights": np.concatenate([weights, weights[..., ::-1]]),

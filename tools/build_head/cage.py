@@ -141,7 +141,7 @@ def _vertex_rule(
 def _limit(quads: IntArray) -> sparse.csr_array:
     """Limit positions.
 
-    Inside (k^2 P + 4 sum of edge neighbours + sum of diagonals) / (k (k + 5)); (1, 4, 1) / 6 on a boundary.
+    Inside (k^2 P + 4 sum of edge neighbors + sum of diagonals) / (k (k + 5)); (1, 4, 1) / 6 on a boundary.
     """
     n = int(quads.max()) + 1
     edges, _, rim = _edges(quads)

@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 def mean_value_chart(
     points: Array, triangles: IntArray, fixed: list[IntArray], values: list[Array], pull: Array | None = None
 ) -> Array:
-    """Return planar coordinates (n, 2) in which every free vertex is an average of its neighbours.
+    """Return planar coordinates (n, 2) in which every free vertex is an average of its neighbors.
 
     The weights are mean values, times the mean `pull` (n,) > 0 of both ends of an edge: vertices that pull more get
     less room. `fixed[c]` are the vertices whose coordinate c is given, by `values[c]`. With all of a convex outline

@@ -191,7 +191,7 @@ class ChartMesh:
                 return
 
     def _may_collapse(self, v: int, u: int, fan: IntArray, other: IntArray, border: bool) -> bool:
-        """Return True if vertex v may collapse onto its neighbour u: without a fold, along its line if it has one."""
+        """Return True if vertex v may collapse onto its neighbor u: without a fold, along its line if it has one."""
         if self.kind[v] == FIXED or any(v in edge for edge in self.kept):
             return False
         if self.kind[v] == ON_LINE:

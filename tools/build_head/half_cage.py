@@ -143,7 +143,7 @@ def lining_places(half: HalfCage) -> Array:
 
 
 def opposite_on_lips(places: Array) -> NDArray[np.int32]:
-    """Return the `lips` (m, 4) of :class:`facewrinkle.anatomy.head.Mould` for places (k, 2) on the linings.
+    """Return the `lips` (m, 4) of :class:`facewrinkle.anatomy.head.Mold` for places (k, 2) on the linings.
 
     Examples
     --------

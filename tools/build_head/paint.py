@@ -1,4 +1,4 @@
-"""Colour of the built-in head's skin, and the hairs of its brows."""
+"""Color of the built-in head's skin, and the hairs of its brows."""
 
 from __future__ import annotations
 
@@ -50,12 +50,12 @@ LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
 
 SHADE = np.array([0.42, 0.30, 0.26])
-"""Share of the colour that is left where no light comes in: light that bounces between skin is red."""
+"""Share of the color that is left where no light comes in: light that bounces between skin is red."""
 
 
 @dataclass
 class HeadPainter:
-    """The colour of the head, from a fine mesh of its left half.
+    """The color of the head, from a fine mesh of its left half.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class HeadPainter:
 
     @cached_property
     def chart(self) -> Chart:
-        """The chart with the values position, openness, strength of the rings' colours, ears, and share of lip."""
+        """The chart with the values position, openness, strength of the rings' colors, ears, and share of lip."""
         rings = [
             np.column_stack([self._cover(*ring[:2], *ring[3:]) for ring in self.data["paint"]["rings"]]),
             self._on_ears.astype(np.float64),
@@ -89,7 +89,7 @@ class HeadPainter:
         return Chart(self.plane, self.triangles, np.column_stack([self.points, self._openness(), *rings]))
 
     def _cover(self, first: str, second: str, outer: float, inner: float, reach: float, last: int) -> Array:
-        """Strength (n,) of a ring's colour: goes from `outer` to `inner` over the first share `reach` of the way."""
+        """Strength (n,) of a ring's color: goes from `outer` to `inner` over the first share `reach` of the way."""
         inside, share = self.between(first, second, last)
         return np.where(inside, outer + (inner - outer) * smoothstep(share / reach), 0.0)
 
@@ -113,10 +113,10 @@ class HeadPainter:
         light = EAR_RIDGES * np.tanh(ridge / 0.5) + EAR_LIGHT * (normals[:, 1] - smooth[:, 4])
         return 1.0 + averaged(np.where(self._on_ears, light, 0.0), self.triangles, 3)
 
-    def colours(self, plane: Array) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return colours (q, 3) of the bald skin at places (q, 2) of the chart of both halves, and hair (2, q) on it.
+    def colors(self, plane: Array) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return colors (q, 3) of the bald skin at places (q, 2) of the chart of both halves, and hair (2, q) on it.
 
-        Both are without fine detail; the hair is its share of the colour, and its light.
+        Both are without fine detail; the hair is its share of the color, and its light.
         """
         skin, sky, cover, _ = self._without_detail(self.chart(np.stack([np.abs(plane[:, 0]), plane[:, 1]], axis=1)))
         return _bytes(shaded(skin, sky)), hair(cover, sky, np.ones(len(sky)))
@@ -134,12 +134,12 @@ class HeadPainter:
             halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
         (right, right_hair), (left, left_hair) = halves
         shape = TEXELS, TEXELS // 2
-        colour = np.concatenate([right.reshape(*shape, 3)[:, ::-1], left.reshape(*shape, 3)], axis=1)
+        color = np.concatenate([right.reshape(*shape, 3)[:, ::-1], left.reshape(*shape, 3)], axis=1)
         grown = np.concatenate([right_hair.reshape(2, *shape)[..., ::-1], left_hair.reshape(2, *shape)], axis=2)
-        return colour, grown
+        return color, grown
 
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
-        """Colour (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
+        """Color (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
         places, sky, rings, ear, lip = np.split(values, [3, 4, values.shape[1] - 2, values.shape[1] - 1], axis=1)
         sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
@@ -152,7 +152,7 @@ class HeadPainter:
 
 
 def shaded(skin: Array, sky: Array) -> Array:
-    """Return the colour (n, 3) of skin that only a share (n,) of the light reaches."""
+    """Return the color (n, 3) of skin that only a share (n,) of the light reaches."""
     return skin * (SHADE + (1.0 - SHADE) * sky[:, None])
 
 
@@ -218,7 +218,7 @@ def openness(points: Array, normals: Array, cloud: Array) -> Array:
 
 
 def averaged(values: Array, triangles: IntArray, rounds: int) -> Array:
-    """Return values (n,) or (n, k) of vertices, averaged with their neighbours' a number of times."""
+    """Return values (n,) or (n, k) of vertices, averaged with their neighbors' a number of times."""
     i, j = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
     both = np.concatenate([i, j]), np.concatenate([j, i])
     links = sparse.csr_array((np.ones(len(both[0])), both), shape=(len(values), len(values)))
@@ -236,8 +236,8 @@ def _sphere(count: int) -> Array:
     return np.stack([away * np.cos(turn), height, away * np.sin(turn)], axis=1)
 
 
-def _bytes(colours: Array) -> NDArray[np.uint8]:
-    return np.rint(np.clip(colours, 0, 255)).astype(np.uint8)
+def _bytes(colors: Array) -> NDArray[np.uint8]:
+    return np.rint(np.clip(colors, 0, 255)).astype(np.uint8)
 
 
 def _brow_shade(line: Array, points: Array) -> Array:

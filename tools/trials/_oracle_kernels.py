@@ -26,7 +26,7 @@ def crossed(points, triangles, out):
 
 @njit(cache=True)
 def changes(points, rest, start, ring, weight, out):
-    """Write the largest change (n,) of the offsets of the neighbours of each vertex, relative to their length, squared.
+    """Write the largest change (n,) of the offsets of the neighbors of each vertex, relative to their length, squared.
 
     `weight` are the inverse squares of their lengths at rest.
     """
@@ -60,7 +60,7 @@ def doubtful(cross, rest, change, triangles, out):
 
 @njit(cache=True)
 def spread(points, rest, start, ring, weight, v, out):
-    """Write the weighted products of the offsets of the neighbours of a vertex, now and at rest, to `out` (3, 3)."""
+    """Write the weighted products of the offsets of the neighbors of a vertex, now and at rest, to `out` (3, 3)."""
     out[:] = 0.0
     for e in range(start[v], start[v + 1]):
         w = ring[e]
@@ -179,7 +179,7 @@ def by_largest_root(m, vector, out):
 def area_shares(points, rest, start, ring, weight, triangles, chosen, cross, rest_cross, out):
     """Write the areas of chosen triangles along their rest normals, turned with the skin around, relative to rest.
 
-    `start` and `ring` are the neighbours of each vertex that tell the turn.
+    `start` and `ring` are the neighbors of each vertex that tell the turn.
     """
     m, n, vectors, q = np.empty((3, 3)), np.empty((4, 4)), np.empty((4, 4)), np.empty(4)
     spreads, known, turned = np.empty((points.shape[0], 3, 3)), np.zeros(points.shape[0], np.bool_), np.empty(3)
@@ -241,7 +241,7 @@ def signed_distance(query, points, triangles, kept, normals, border, tree, out):
     crumpled, what is behind one of its triangles and before another is not behind the sheet.
 
     The search begins at the triangle that `out` holds. `kept` are the triangles of the sheet, `normals` (m, 3) theirs;
-    `border` (m, 3) is True for sides of triangles opposite each corner that have no neighbour. The `tree` of boxes
+    `border` (m, 3) is True for sides of triangles opposite each corner that have no neighbor. The `tree` of boxes
     around them is their order, how many are in a leaf, and the low and high ends of the boxes, as in a heap.
     """
     weights, stack = np.empty(3), np.empty(64, np.int64)
@@ -444,7 +444,7 @@ def beyond_way(place, start, end, coasting, beyond):
     less.
 
     The way of a vertex is the ball between both, widened by a fifth of the larger of both, by `coasting` (n,), and by
-    half a millimetre.
+    half a millimeter.
     """
     for v in range(start.shape[0]):
         way = first = last = off = 0.0

@@ -1,7 +1,7 @@
 """Folds that turn triangles over, or run through each other: action units and expressions, alone and in pairs.
 
 Every pose is held until the skin rests, and folded at ages 0 and 1. Counted are triangles that folds turn over, and
-pairs of triangles that run through each other with folds, farther than a millimetre from where bare skin does. Pairs of
+pairs of triangles that run through each other with folds, farther than a millimeter from where bare skin does. Pairs of
 units and expressions come in a random order, so that those of a run that was stopped are a sample.
 """
 

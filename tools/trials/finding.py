@@ -34,7 +34,7 @@ MORE = (*CENTRAL, "eye_l_outer", "eye_r_outer", "ala_l", "ala_r", "pogonion", "m
 ALLOWED = (4.0, 12.0, 6.0)
 """Allowed errors in % of the distance between the pupils: mean and worst of central landmarks, and mean of more."""
 
-HAND_LABELLED = {"makehuman_head_male": (7.0, 15.0, 9.0)}
+HAND_LABELED = {"makehuman_head_male": (7.0, 15.0, 9.0)}
 """The same for a face whose labels were picked by hand."""
 
 SAME_POSE = 10.0
@@ -139,7 +139,7 @@ def poses(n: int = 300, /) -> bool:
 def _verdict(name: str, rows: np.ndarray) -> tuple[str, bool]:
     """A line on the errors of a face and the allowed ones, and True if the targets are met."""
     good, central, worst, more, _ = rows.T
-    allowed = HAND_LABELLED.get(name, ALLOWED)
+    allowed = HAND_LABELED.get(name, ALLOWED)
     reached = (central.mean(), worst.max(), more.mean())
     met = bool(good.all()) and all(r < a for r, a in zip(reached, allowed, strict=True))
     single = np.mean((good == 1.0) & (central < allowed[0]) & (worst < allowed[1]) & (more < allowed[2]))
@@ -175,7 +175,7 @@ where they are widest, not where they end above the lip.
 """
 
 
-def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Marks]]:
+def labeled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Marks]]:
     """Yield name, mesh and exact landmarks of twenty persons of a captured face, and of eight of the built-in head.
 
     The first ten are one standard deviation of one mode each, the others random mixtures of all modes; with a
@@ -201,12 +201,12 @@ def labelled_persons(spread: float = 1.0) -> Iterator[tuple[str, pv.PolyData, Ma
 
 @app.command
 def persons() -> bool:
-    """Print the errors on all labelled faces and on persons."""
+    """Print the errors on all labeled faces and on persons."""
     brows = tuple(f"brow_{side}_{part}" for side in "lr" for part in ("inner", "mid", "outer"))
     print(f"{'face':32s}  like   mean  worst  brows  the worst; of more than {SAID:g} %; warned of")
     rows: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
     unsaid = 0
-    for name, mesh, marks in itertools.chain(faces(), labelled_persons()):
+    for name, mesh, marks in itertools.chain(faces(), labeled_persons()):
         size, found = frame_of(marks).pupil_distance, fw.find_landmarks(mesh)
         off = {n: 100.0 * float(np.linalg.norm(found.landmarks[n] - marks[n])) / size for n in (*MORE, *brows)}
         compared = [n for n in MORE if n not in PICKED.get(name, ())]
@@ -247,7 +247,7 @@ def strangers() -> bool:
             f"central {central.mean():.1f}, worst {worst.max():.1f}",
             flush=True,
         )
-    for name, mesh, _ in labelled_persons(spread=2.0):
+    for name, mesh, _ in labeled_persons(spread=2.0):
         if name.startswith("ict"):
             likeness = _likeness(mesh)
             low = min(low, likeness)

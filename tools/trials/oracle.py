@@ -127,7 +127,7 @@ def off_the_way(
     """Return how far (f,) a transition goes beyond its way in each frame, mm, and the vertex (f,) that does so, (f, 2).
 
     The way of a vertex is the ball between its displacements at the start of the transition and at its end, from pole
-    to pole, widened by a fifth of the larger of the two and by half a millimetre. So no vertex goes farther out than
+    to pole, widened by a fifth of the larger of the two and by half a millimeter. So no vertex goes farther out than
     1.2 times where it goes; but it may go along an arc with the jaw, or come back faster along the normal than along
     the surface. A vertex that moves as the transition starts may coast on for five frames more.
 

@@ -79,7 +79,7 @@ class Sheet:
     order, leaves
         The tree of boxes around the triangles.
     start, ring : ndarray of int
-        Neighbours of each vertex within the sheet.
+        Neighbors of each vertex within the sheet.
     """
 
     kept: IntArray

@@ -18,7 +18,7 @@ from ...array_types import Array, BoolArray, IntArray
 from ...geometry.depth_buffer import depth_buffer
 from ...geometry.interpolation import barycentric
 from ...mesh import closest_places, corner_texture
-from ...mesh.arrays import COLORS, has_colours
+from ...mesh.arrays import COLORS, has_colors
 from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template
 
@@ -41,7 +41,7 @@ LIP_SIZE = 0.04
 """
 LIP_BORDER = 0.37
 """The border of the lower lip lies this share of the way from the top of its bulge to the fold above the chin (0.17 to
-0.54 on thirty-two labelled faces, a share of 0.12 of the distance between the pupils on average).
+0.54 on thirty-two labeled faces, a share of 0.12 of the distance between the pupils on average).
 """
 LIP_HEIGHT = 0.3
 """Distance from the meeting of the lips to the bulge, and from the bulge to the fold, at most."""
@@ -52,7 +52,7 @@ PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 
 
 BENT = 1.8
-"""Curvature of the bend, at least (2.4 to 5.0 on thirty-one labelled faces)."""
+"""Curvature of the bend, at least (2.4 to 5.0 on thirty-one labeled faces)."""
 
 NEAR_MENTON = 0.3
 """The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
@@ -248,12 +248,12 @@ def rise_of_dark_bands(
 ) -> float:
     """Return how far the brows of a photo lie above those of the landmarks, in distances between the pupils.
 
-    0 where there is neither a photo nor colours, or no dark band as long as the brows.
+    0 where there is neither a photo nor colors, or no dark band as long as the brows.
 
     Parameters
     ----------
     mesh : PolyData
-        With texture coordinates, or colours of its points.
+        With texture coordinates, or colors of its points.
     image : ndarray of uint8, shape (h, w, 3), optional
     landmarks : mapping of str to ndarray, shape (3,)
     frame : FaceFrame
@@ -296,10 +296,10 @@ def _brightness(
     """Brightness (rows, columns) of the foremost skin over a grid, 0 without a photo, and True where it is seen."""
     shape = np.rint((high - low) / PHOTO_STEP).astype(int)[::-1] + 1
     points, triangles = frame.local(np.asarray(mesh.points, np.float64)), np.asarray(mesh.regular_faces)
-    corners, texture, colours = (
+    corners, texture, colors = (
         points[triangles],
         corner_texture(mesh),
-        mesh.point_data.get(COLORS) if has_colours(mesh) else None,
+        mesh.point_data.get(COLORS) if has_colors(mesh) else None,
     )
     ahead = np.flatnonzero(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
     depth = depth_buffer(points, triangles[ahead], (low[0], low[1]), PHOTO_STEP, (shape[0], shape[1]))
@@ -313,7 +313,7 @@ def _brightness(
         height, width = image.shape[:2]
         row = np.clip(((1.0 - v) % 1.0 * height).astype(int), 0, height - 1)
         bright[known] = image[row, np.clip((u % 1.0 * width).astype(int), 0, width - 1), :3].mean(axis=1)
-    elif colours is not None:
-        full = 1.0 if colours.dtype.kind == "u" else 255.0
-        bright[known] = full * np.einsum("nc,nci->ni", weights, colours[triangles[seen], :3]).mean(axis=1)
+    elif colors is not None:
+        full = 1.0 if colors.dtype.kind == "u" else 255.0
+        bright[known] = full * np.einsum("nc,nci->ni", weights, colors[triangles[seen], :3]).mean(axis=1)
     return bright, known

@@ -29,7 +29,7 @@ STIFFNESS, SYMMETRY = 0.02, 0.02
 
 
 CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
-"""Size of the surroundings by whose strength of curvature a place is normalised, and the least such strength."""
+"""Size of the surroundings by whose strength of curvature a place is normalized, and the least such strength."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +157,7 @@ def fitted_warp(
     return Warp(grid, shift)
 
 
-def contrast_normalised(curvature: Array, weight: Array, grid: Grid) -> Array:
+def contrast_normalized(curvature: Array, weight: Array, grid: Grid) -> Array:
     """Return curvature (c, rows, columns) over its strength around each place, as large on shallow as on deep faces.
 
     `weight` (rows, columns) is the weight of each place in the mean strength.
@@ -445,9 +445,9 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
 
 
 def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
-    """Curvature by size, with normalised contrast, and depth (c + 1, rows, columns)."""
+    """Curvature by size, with normalized contrast, and depth (c + 1, rows, columns)."""
     seen = (surface.weight > 0.05).astype(np.float64)
-    curved = contrast_normalised(curvature(surface.depth, FINE, SCALES), seen, FINE)
+    curved = contrast_normalized(curvature(surface.depth, FINE, SCALES), seen, FINE)
     inside = surface.weight > 0.2
     offset = np.median((surface.depth - base.depth)[inside]) if inside.any() else 0.0
     depth = np.maximum(surface.depth - SURFACE_DROP * (1.0 - surface.known) - offset, -1.0)

@@ -324,7 +324,7 @@ def check_surface(points: Array, triangles: IntArray) -> None:
     """Raise a LandmarkError where too few triangles hang together for a surface that could show a face, or where they
     lie in many layers.
     """
-    connected = np.bincount(_labelled_parts(points, triangles, 7)[1], minlength=1).max()
+    connected = np.bincount(_labeled_parts(points, triangles, 7)[1], minlength=1).max()
     if connected < FEWEST_TRIANGLES:
         raise LandmarkError(
             f"no face was found on the mesh: its triangles are no surface that could show one, as {connected} of "
@@ -344,7 +344,7 @@ def check_surface(points: Array, triangles: IntArray) -> None:
         )
 
 
-def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:
+def _labeled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[IntArray, IntArray]:
     """Rows of the triangles that keep three corners when points are welded, and the connected part of each."""
     welded = np.unique(np.round(points, decimals), axis=0, return_inverse=True)[1].reshape(-1)[triangles]
     proper = np.flatnonzero((welded != np.roll(welded, 1, axis=1)).all(axis=1)).astype(np.int64)
@@ -353,7 +353,7 @@ def _labelled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[
 
 def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
     """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
-    proper, label = _labelled_parts(points, triangles, 7)
+    proper, label = _labeled_parts(points, triangles, 7)
     count = np.bincount(label)
     for part in np.argsort(-count, kind="stable")[:PARTS]:
         if FEWEST_TRIANGLES <= count[part] < len(proper):
@@ -364,7 +364,7 @@ def _face_part(points: Array, triangles: IntArray, match: Match) -> IntArray:
     """The triangles of the part to which most of what is seen belongs."""
     pose, surface = match.pose, match.surface
     local = pose.local(points)
-    proper, label = _labelled_parts(local, triangles, 6)
+    proper, label = _labeled_parts(local, triangles, 6)
     if not len(proper) or label.max() == 0:
         return triangles
     x, y = np.meshgrid(FINE.x, FINE.y)

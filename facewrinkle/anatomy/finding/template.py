@@ -85,22 +85,22 @@ def openings_closed(
     deep = np.where(np.isnan(depth), FARTHEST, depth)
     below = grid.y < BELOW_NOSTRILS
     if mouth_open:
-        deep[below] = np.maximum(deep, _grey_closing(deep, OPEN_MOUTH_WIDTH, grid) - OPEN_MOUTH_DEPTH)[below]
-    level = np.maximum(deep, _grey_closing(deep, SLIT_WIDTH, grid) - SLIT_DEPTH)
-    known = (_grey_closing(level, OPENING_WIDTH, grid) - level < OPENING_DEPTH) & (level > FARTHEST)
+        deep[below] = np.maximum(deep, _gray_closing(deep, OPEN_MOUTH_WIDTH, grid) - OPEN_MOUTH_DEPTH)[below]
+    level = np.maximum(deep, _gray_closing(deep, SLIT_WIDTH, grid) - SLIT_DEPTH)
+    known = (_gray_closing(level, OPENING_WIDTH, grid) - level < OPENING_DEPTH) & (level > FARTHEST)
     if mouth_open:
         known[below] = level[below] > FARTHEST
     base = np.zeros_like(level) if model is None else model
     return base + _continued(np.where(known, level - base, 0.0), known), known
 
 
-def _grey_closing(depth: Array, size: float, grid: Grid) -> Array:
+def _gray_closing(depth: Array, size: float, grid: Grid) -> Array:
     width = 2 * max(int(size / grid.step / 2), 1) + 1
-    return np.asarray(ndimage.grey_closing(depth, size=(width, width), mode="constant", cval=FARTHEST))
+    return np.asarray(ndimage.gray_closing(depth, size=(width, width), mode="constant", cval=FARTHEST))
 
 
 def _continued(values: Array, known: BoolArray) -> Array:
-    """The values, with the unknown ones filled in from the smallest neighbourhood that has enough known ones."""
+    """The values, with the unknown ones filled in from the smallest neighborhood that has enough known ones."""
     weight, out = known.astype(float), np.where(known, values, np.nan)
     if not known.any():
         return np.zeros_like(values)

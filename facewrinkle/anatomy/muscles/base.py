@@ -95,7 +95,7 @@ class Wrinkles:
     falloff : {"paper", "smoothstep"}
         See :func:`facewrinkle.geometry.equations.attenuation`.
     fronts : {"straight", "round"}
-        The furrows of a linear muscle run straight across its central fibre, as in the paper, or as arcs about its
+        The furrows of a linear muscle run straight across its central fiber, as in the paper, or as arcs about its
         attachment, everywhere at right angles to the measured compression.
     taper : float or tuple of float
         In [0, 2], one number, or two for start and end: the distance from the ends of the region over which furrows
@@ -183,7 +183,7 @@ class Muscle:
     """Pressure with which the muscle closes the lips, relative to its pull."""
     folds: Muscle | None = field(default=None, kw_only=True)
     """The muscle-like region on which the wrinkles are laid, if the skin folds elsewhere than over the muscle, or not
-    across its fibres. None, as in the paper: over the muscle and across its fibres.
+    across its fibers. None, as in the paper: over the muscle and across its fibers.
     """
 
     def _check_common(self) -> None:
@@ -300,7 +300,7 @@ class Muscle:
 
         Examples
         --------
-        The fold of a frown is a :class:`Crease`, one line. Without it the muscle folds the skin across its fibres, as
+        The fold of a frown is a :class:`Crease`, one line. Without it the muscle folds the skin across its fibers, as
         in the paper, and its lines can be counted:
 
         >>> import facewrinkle as fw

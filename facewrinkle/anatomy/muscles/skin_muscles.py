@@ -33,12 +33,12 @@ def _longitudinal(along: Array, insertion: float) -> Array:
 
 
 def _lateral(across: Array) -> Array:
-    """Theta2: 1 on the central fibre, 0 from the border on."""
+    """Theta2: 1 on the central fiber, 0 from the border on."""
     return np.where(across < 1.0, np.cos(across * (0.5 * np.pi)), 0.0)
 
 
 def _belly(points: npt.ArrayLike, origin: Array, way: Array) -> Array:
-    """Flesh bunched up (n,), in [0, 1], by fibres that run from an origin along a way (3,) as long as the muscle: most
+    """Flesh bunched up (n,), in [0, 1], by fibers that run from an origin along a way (3,) as long as the muscle: most
     at the belly, none beyond its extent; see `BELLY`.
     """
     at, reach = BELLY
@@ -59,7 +59,7 @@ class LinearMuscle(Muscle):
     radius : float
         R, the length of the cone, at least the distance from mA to mI.
     sliding : float
-        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibres insert in
+        Share of the pull that the skin beyond the furrow of `folds` lacks, if that is a crease: the fibers insert in
         the skin up to there, and slide beneath the skin that rolls over the furrow. 0 as in the paper: they pull all
         skin over them.
 
@@ -104,9 +104,9 @@ class LinearMuscle(Muscle):
     def _polar(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """l (Eq. 1), the angle phi_i, and the offsets x - mA."""
         offset = checked_points(points) - self.attachment
-        fibre = np.subtract(self.insertion, self.attachment) / self.length
-        along = offset @ fibre
-        across = np.linalg.norm(offset - along[:, None] * fibre, axis=1)
+        fiber = np.subtract(self.insertion, self.attachment) / self.length
+        along = offset @ fiber
+        across = np.linalg.norm(offset - along[:, None] * fiber, axis=1)
         return along, np.arctan2(across, along), offset
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
@@ -159,7 +159,7 @@ class LinearMuscle(Muscle):
         return -unit(self._polar(points)[2])
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` towards the attachment; less on skin beneath which the fibres slide."""
+        """``Theta1(lambda) Theta2(gamma)`` towards the attachment; less on skin beneath which the fibers slide."""
         lam, gamma = self.coordinates(points)
         size = _longitudinal(lam, min(self.length / self.radius, 1.0)) * _lateral(gamma)
         if self.sliding and isinstance(self.folds, Crease):
@@ -179,7 +179,7 @@ class LinearMuscle(Muscle):
 
 @dataclass(frozen=True, eq=False)
 class SheetMuscle(Muscle):
-    """Parallel fibres over a rectangle that pull towards a line on the bone (Eqs. 12-13).
+    """Parallel fibers over a rectangle that pull towards a line on the bone (Eqs. 12-13).
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class SheetMuscle(Muscle):
     Raises
     ------
     ParameterError
-        If lines coincide or are parallel to the fibres, or a length is not positive.
+        If lines coincide or are parallel to the fibers, or a length is not positive.
 
     Examples
     --------
@@ -239,18 +239,18 @@ class SheetMuscle(Muscle):
 
     @cached_property
     def _axes(self) -> tuple[Array, Array, Array, Array]:
-        """Origin mAc, fibre (mAc to mIc), the direction across it in the sheet's plane, and the plane's normal."""
+        """Origin mAc, fiber (mAc to mIc), the direction across it in the sheet's plane, and the plane's normal."""
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
-        fibre = unit(i.mean(0) - a.mean(0))
+        fiber = unit(i.mean(0) - a.mean(0))
         line = a[1] - a[0]
-        across = unit(line - (line @ fibre) * fibre)
-        return a.mean(0), fibre, across, np.cross(across, fibre)
+        across = unit(line - (line @ fiber) * fiber)
+        return a.mean(0), fiber, across, np.cross(across, fiber)
 
     def _plane(self, points: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """l, h and the distance from the sheet's plane."""
-        origin, fibre, across, normal = self._axes
+        origin, fiber, across, normal = self._axes
         offset = checked_points(points) - origin
-        return offset @ fibre, np.abs(offset @ across), np.abs(offset @ normal)
+        return offset @ fiber, np.abs(offset @ across), np.abs(offset @ normal)
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
         """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
@@ -276,11 +276,11 @@ class SheetMuscle(Muscle):
         """About the middle of the sheet, up to its corners, with recoil as far behind the attachment line, and at least
         to the end of the belly of one that swells.
         """
-        origin, fibre, _, _ = self._axes
+        origin, fiber, _, _ = self._axes
         half = 0.5 * self.length, float(self._half_width(np.array([0.0, self.length])).max()), self.thickness
         behind = self.length if self.recoil else 0.0
         belly = self.length * (0.5 - BELLY[0] + BELLY[1]) if self.swell else 0.0
-        return origin + half[0] * fibre, max(float(np.linalg.norm(half)) + behind, belly)
+        return origin + half[0] * fiber, max(float(np.linalg.norm(half)) + behind, belly)
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At (Eq. 13)."""
@@ -295,11 +295,11 @@ class SheetMuscle(Muscle):
         return self._profile(self._plane(points)[0], start, self.half_wavelength, blunt)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
-        """The direction of the fibres, towards the attachment line, for every point."""
+        """The direction of the fibers, towards the attachment line, for every point."""
         return np.tile(-self._axes[1], (len(checked_points(points)), 1))
 
     def force(self, points: npt.ArrayLike) -> Array:
-        """``Theta1(lambda) Theta2(gamma)`` along the fibres; behind the attachment the recoil, with -lambda."""
+        """``Theta1(lambda) Theta2(gamma)`` along the fibers; behind the attachment the recoil, with -lambda."""
         lam, gamma = self.coordinates(points)
         a, i = np.asarray(self.attachment), np.asarray(self.insertion)
         inserted = min(float(np.linalg.norm(i.mean(0) - a.mean(0))) / self.length, 1.0)
@@ -312,8 +312,8 @@ class SheetMuscle(Muscle):
 
     def bunched(self, points: npt.ArrayLike) -> Array:
         """As of a linear muscle, over the middle of the sheet."""
-        origin, fibre, _, _ = self._axes
-        return _belly(points, origin, self.length * fibre)
+        origin, fiber, _, _ = self._axes
+        return _belly(points, origin, self.length * fiber)
 
     @property
     def half_wavelength(self) -> float:
@@ -323,7 +323,7 @@ class SheetMuscle(Muscle):
 
 @dataclass(frozen=True, eq=False)
 class TriangularMuscle(SheetMuscle):
-    """A sheet whose lines of attachment and insertion have unequal widths, with straight fibres between them.
+    """A sheet whose lines of attachment and insertion have unequal widths, with straight fibers between them.
 
     Parameters
     ----------
@@ -337,13 +337,13 @@ class TriangularMuscle(SheetMuscle):
     Raises
     ------
     ParameterError
-        As for :class:`SheetMuscle`, and if the fibres would meet before they end.
+        As for :class:`SheetMuscle`, and if the fibers would meet before they end.
 
     Notes
     -----
     At the distance l from the attachment line the fan is ``W(l) = Wa + (Wi - Wa) l / li`` wide, li being the distance
-    of the lines; ``lambda = l / Ls`` and ``gamma = 2 h / W(l)``, which is constant along a fibre. Lengthened, all
-    fibres run through the focus at ``l = li Wa / (Wa - Wi)``; the pull is along them. With equal widths this is a
+    of the lines; ``lambda = l / Ls`` and ``gamma = 2 h / W(l)``, which is constant along a fiber. Lengthened, all
+    fibers run through the focus at ``l = li Wa / (Wa - Wi)``; the pull is along them. With equal widths this is a
     sheet, with ``Wa = 0`` the plane section of a linear muscle. Paper A names triangular muscles as future work.
 
     Examples
@@ -377,11 +377,11 @@ class TriangularMuscle(SheetMuscle):
 
     @property
     def _focus(self) -> float:
-        """l at which all fibres meet; negative behind the attachment, infinite for parallel ones."""
+        """l at which all fibers meet; negative behind the attachment, infinite for parallel ones."""
         return -self.width / self._widening if self._widening else np.inf
 
     def _half_width(self, along: Array) -> Array:
-        # Never 0: at the focus gamma would be 0 / 0. Behind it there are no fibres.
+        # Never 0: at the focus gamma would be 0 / 0. Behind it there are no fibers.
         return np.maximum(0.5 * (self.width + self._widening * along), 1e-9 * self.length)
 
     @property
@@ -391,12 +391,12 @@ class TriangularMuscle(SheetMuscle):
         return centre, radius + (0.5 * abs(self._widening) * self.length if self.recoil else 0.0)
 
     def fold_direction(self, points: npt.ArrayLike) -> Array:
-        """The direction of the fibre through each point, towards the attachment line."""
-        origin, fibre, across, _ = self._axes
+        """The direction of the fiber through each point, towards the attachment line."""
+        origin, fiber, across, _ = self._axes
         offset = np.asarray(points, dtype=np.float64) - origin
         along, aside = self._plane(points)[0], offset @ across
         slope = 0.5 * self._widening * aside / self._half_width(along)
-        return -unit(fibre + slope[:, None] * across)
+        return -unit(fiber + slope[:, None] * across)
 
 
 @dataclass(frozen=True, eq=False)

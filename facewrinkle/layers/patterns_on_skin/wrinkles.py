@@ -81,7 +81,7 @@ DISTINCT = 64
 
 SHIFTS = (0.5, 0.5, 0.6, 0.3)
 """The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
-2.09, or neighbours could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
+2.09, or neighbors could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
 """
 
 SHALLOWER, SHORTER, FADE = 0.65, 0.8, 0.6

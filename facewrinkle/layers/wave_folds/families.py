@@ -116,7 +116,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
     """Return the tensor (n0, 6) of each family that compresses the skin at all: ``sum (eps - 0.02)^2 m m^T``.
 
     The sum runs over the shapes of the family; eps is the principal compression, m its direction. Averaged with the
-    neighbours three times, which evens out what single triangles show.
+    neighbors three times, which evens out what single triangles show.
 
     Raises
     ------
@@ -145,13 +145,13 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
 
 
 def _around(triangles: npt.NDArray[np.int32], n: int) -> csr_array:
-    """Return the matrix (n, n) of sums over neighbours: each counts once for every triangle in which it is one."""
+    """Return the matrix (n, n) of sums over neighbors: each counts once for every triangle in which it is one."""
     ends = triangles[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2).T
     return csr_array((np.ones(ends.shape[1]), ends), shape=(n, n))
 
 
 def _evened(values: Array, around: csr_array, rounds: int = 3) -> Array:
-    """Return values (n, d), each replaced by the mean of itself and its neighbours' mean, some times over."""
+    """Return values (n, d), each replaced by the mean of itself and its neighbors' mean, some times over."""
     count = np.maximum(around.sum(axis=1), 1.0)[:, None]
     for _ in range(rounds):
         values = 0.5 * (values + (around @ values) / count)

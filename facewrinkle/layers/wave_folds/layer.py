@@ -51,7 +51,7 @@ class WaveFolds(Layer):
     depth : float
         Multiplies the depth of all folds.
     density : float
-        Multiplies the number of lines per millimetre.
+        Multiplies the number of lines per millimeter.
     length : float
         In [0.5, 2]: below 1, lines fade and return along their way, in shorter pieces; above it, they run on evenly.
     irregularity : float

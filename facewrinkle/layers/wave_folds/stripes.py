@@ -2,7 +2,7 @@
 
 Each vertex of the skin that a family folds has a wave: direction across the lines, wavelength, phase and strength. The
 phases lower the stripe energy of Knoeppel et al., "Stripe Patterns on Surfaces" (ACM Trans. Graph. 34, 2015). Lines
-branch and end where the phases of neighbours cannot agree. They are drawn on the triangles of the base mesh, split
+branch and end where the phases of neighbors cannot agree. They are drawn on the triangles of the base mesh, split
 evenly.
 """
 
@@ -326,7 +326,7 @@ def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:
 
 
 def _left(grain: Array, anatomical: Array, d: Array) -> Array:
-    """Return the share (n,) of the lines that muscles under the skin let be, all of those across their fibres, and that
+    """Return the share (n,) of the lines that muscles under the skin let be, all of those across their fibers, and that
     anatomical folds leave, which are drawn once.
     """
     taken = OTHERS * anatomical[:, :3].sum(axis=1) + (OWN - OTHERS) * along(anatomical, d)
@@ -346,7 +346,7 @@ def _strengths(lines: Array, style: Style) -> Array:
 
 def _aligned(smooth: Smoother, start: Array) -> Array:
     """Return waves (n, 2) of phases that agree along the lines and across them: their cosine and sine, shorter where
-    neighbours cannot agree.
+    neighbors cannot agree.
 
     Each step lowers the stripe energy, and brings all to the length 1 again. They begin at phases (n,) in cycles.
     """

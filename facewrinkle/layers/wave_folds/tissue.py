@@ -248,9 +248,9 @@ def edge_distance(face: Face) -> Array:
 
 
 def grain(face: Face) -> Array:
-    """Return the tensor (n0, 6) of the fibres under the skin: ``m m^T`` over a muscle with fibres m, less between.
+    """Return the tensor (n0, 6) of the fibers under the skin: ``m m^T`` over a muscle with fibers m, less between.
 
-    Skin that is bound to a sheet of muscle folds across its fibres only: the forehead has no upright lines, whatever
+    Skin that is bound to a sheet of muscle folds across its fibers only: the forehead has no upright lines, whatever
     compresses it. These are the sheets whose lines are drawn as waves (``waves = true`` in the atlas).
 
     Examples
@@ -268,8 +268,8 @@ def grain(face: Face) -> Array:
         if not (isinstance(pattern, SheetMuscle) and pattern.wrinkles.waves):
             continue
         inside = np.flatnonzero(pattern.wrinkling_region(face.points))
-        fibres = pattern.fold_direction(face.points[inside])
-        total[inside] += dyads(fibres)
+        fibers = pattern.fold_direction(face.points[inside])
+        total[inside] += dyads(fibers)
     return np.asarray(total / np.maximum(total[:, :3].sum(axis=1, keepdims=True), 1.0))
 
 

@@ -14,7 +14,7 @@ const PERSON = { // parameters of the built-in head: what each is called, and wh
     nose_width: ["Nose width", "narrow", "broad"], mouth: ["Mouth width", "narrow", "wide"], lips: ["Lips", "thin", "full"],
   },
   Colors: {
-    skin: ["Skin color", "fair", "dark"], iris: ["Eye color", "blue over grey", "dark brown"], hair: ["Hair color", "fair", "black"],
+    skin: ["Skin color", "fair", "dark"], iris: ["Eye color", "blue over gray", "dark brown"], hair: ["Hair color", "fair", "black"],
     hair_density: ["Hair density", "shaved", "dense"], hair_length: ["Hair length", "cropped", "down to the chin"],
   },
 };

@@ -32,24 +32,24 @@ export class Ribbons {
     gl.vertexAttribPointer(PLACES.half_width, 1, gl.FLOAT, false, 8, 0);
     gl.enableVertexAttribArray(PLACES.side);
     gl.vertexAttribPointer(PLACES.side, 1, gl.FLOAT, false, 8, 4);
-    this.colours = gl.createBuffer();
+    this.colors = gl.createBuffer();
     this.paint(tint);
-    gl.enableVertexAttribArray(PLACES.colour);
-    gl.vertexAttribPointer(PLACES.colour, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    gl.enableVertexAttribArray(PLACES.color);
+    gl.vertexAttribPointer(PLACES.color, 3, gl.UNSIGNED_BYTE, true, 4, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(index), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
   }
 
-  /** Take colours (3 bytes each) of all lines. */
+  /** Take colors (3 bytes each) of all lines. */
   paint(tint) {
-    const { gl, knots } = this, colours = new Uint8Array((tint.length / 3) * knots * 8);
-    for (let k = 0; k < colours.length; k += 4) {
+    const { gl, knots } = this, colors = new Uint8Array((tint.length / 3) * knots * 8);
+    for (let k = 0; k < colors.length; k += 4) {
       const line = 3 * Math.floor(k / (8 * knots));
-      colours.set(tint.subarray(line, line + 3), k);
+      colors.set(tint.subarray(line, line + 3), k);
     }
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.colours);
-    gl.bufferData(gl.ARRAY_BUFFER, colours, gl.DYNAMIC_DRAW);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.colors);
+    gl.bufferData(gl.ARRAY_BUFFER, colors, gl.DYNAMIC_DRAW);
   }
 
   /** Take new points (3 numbers each) of all lines. */

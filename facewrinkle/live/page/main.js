@@ -1,7 +1,7 @@
 // The page: connection, view and controls, and what the keyboard does.
 
 import { Compare } from "./compare.js";
-import { Fibres } from "./fibres.js";
+import { Fibers } from "./fibers.js";
 import { Mixtures } from "./mixtures.js";
 import { Opening } from "./opening.js";
 import { Overlay } from "./overlay.js";
@@ -33,9 +33,9 @@ class App {
     this.mixtures = new Mixtures($("own"), this);
     this.palette = new Palette(this);
     this.overlay = new Overlay($("overlay"), this);
-    this.fibres = new Fibres(this, [$("left")]);
+    this.fibers = new Fibers(this, [$("left")]);
     this.compare = new Compare($("compare"), $("curtain"), this);
-    this.view.ondraw = () => { this.overlay.follow(); this.fibres.follow(); this.compare.follow(); };
+    this.view.ondraw = () => { this.overlay.follow(); this.fibers.follow(); this.compare.follow(); };
     this.opening = new Opening(this);
     this.tour = new Tour(this);
     this.data = null;
@@ -170,7 +170,7 @@ class App {
     document.querySelector(".row.whole").replaceChildren(element("span", { text: "Intensity" }), this.intensity.input, this.intensity.output);
   }
 
-  /** Show a field in colour; "" for skin. */
+  /** Show a field in color; "" for skin. */
   showField(name) {
     this.askShown(name);
     this.view.setField(name || null, name ? this.welcome.fields[name] : []);
@@ -192,7 +192,7 @@ class App {
     requestAnimationFrame(() => {
       this.hovering = false;
       if (!$("canvas").matches(":hover")) return; // it has left meanwhile
-      this.fibres.hover(event);
+      this.fibers.hover(event);
       const here = $("legend").querySelector(".here");
       if (!here || $("legend").hidden) return;
       const hit = this.view.pick(event.clientX, event.clientY), value = hit && this.view.valueAt(hit);
@@ -203,16 +203,16 @@ class App {
   legend(info) {
     const box = $("legend");
     if (!this.view.field || box.hidden) return;
-    const colours = this.welcome.fields[info.name], stops = [];
-    for (let k = 0; k < colours.length; k += 9) stops.push(`rgb(${colours.slice(k, k + 3)})`);
+    const colors = this.welcome.fields[info.name], stops = [];
+    for (let k = 0; k < colors.length; k += 9) stops.push(`rgb(${colors.slice(k, k + 3)})`);
     const named = Object.entries(info.names ?? {}), shown = `${info.name} ${named}`;
     if (box.dataset.name !== shown) {
       box.dataset.name = shown;
-      if (named.length) { // each name with its colour
+      if (named.length) { // each name with its color
         const [low, high] = info.range, at = (v) => 3 * Math.round((63 * (v - low)) / (high - low || 1));
         box.replaceChildren(element("div", { text: info.name }), ...named.map(([number, name]) => {
           const swatch = element("i");
-          swatch.style.background = `rgb(${colours.slice(at(number), at(number) + 3)})`;
+          swatch.style.background = `rgb(${colors.slice(at(number), at(number) + 3)})`;
           return element("div", { class: "name" }, swatch, name.replaceAll("_", " "));
         }), element("div", { class: "here" }));
         return;

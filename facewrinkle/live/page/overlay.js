@@ -94,9 +94,9 @@ export class Overlay {
   namedOn(handle) {
     const { dot } = handle;
     const named = (on) => {
-      this.name.hidden = !on || Boolean(handle.line && this.app.fibres.part?.info.names.includes(handle.name)); // its fibres tell it
+      this.name.hidden = !on || Boolean(handle.line && this.app.fibers.part?.info.names.includes(handle.name)); // its fibers tell it
       this.named = on ? handle : null;
-      if (handle.line) this.app.fibres.light(on ? [handle.name] : [], true);
+      if (handle.line) this.app.fibers.light(on ? [handle.name] : [], true);
       this.follow();
     };
     dot.addEventListener("pointerenter", () => { if (!this.dragged) named(true); });
@@ -130,7 +130,7 @@ export class Overlay {
     } });
   }
 
-  /** Millimetres of a pixel at the distance of the face. */
+  /** Millimeters of a pixel at the distance of the face. */
   get long() { return (this.view.camera.height / this.view.canvas.clientHeight) * this.app.unit; }
 
   move(handle, clientX, clientY) {

@@ -183,7 +183,7 @@ export class Panels {
     if (output && output.textContent !== String(text)) output.textContent = text;
   }
 
-  /** The colours take the range of the inputs, or follow the values again. */
+  /** The colors take the range of the inputs, or follow the values again. */
   lockRange() {
     const [low, high] = this.ends.map((end) => Number(end.value));
     if (this.lockedRange.checked && !(high > low)) { this.app.say("The maximum must be greater than the minimum."); this.lockedRange.checked = false; }

@@ -1,7 +1,7 @@
-// Handles of muscles: a dot where a muscle moves the skin, pulled along its fibres.
+// Handles of muscles: a dot where a muscle moves the skin, pulled along its fibers.
 
 import { add } from "./camera.js";
-import { muscleTitle } from "./fibres.js";
+import { muscleTitle } from "./fibers.js";
 import { draggable } from "./pointer.js";
 import { drawn } from "./sliders.js";
 
@@ -12,7 +12,7 @@ const LEAST = 40; // pixels of a full contraction, for muscles that point at the
 export function pull(overlay, name, where) {
   const { app, view } = overlay;
   const dot = drawn("circle", { class: "pull", r: 5, tabindex: 0, role: "slider", "aria-label": muscleTitle(name), "aria-valuemin": 0, "aria-valuemax": 100, "aria-valuenow": 0 });
-  const line = drawn("line", { class: "fibre", "aria-hidden": "true" });
+  const line = drawn("line", { class: "fiber", "aria-hidden": "true" });
   dot.dataset.handle = name;
   const stem = name.replace(/_[lr]$/, "");
   const handle = { name, where, dot, line, label: muscleTitle(name) };

@@ -3,8 +3,8 @@
 import { LIGHTS, MATERIALS } from "./materials.js";
 
 const vec = (v) => `vec3(${v.map((x) => x.toFixed(6)).join(", ")})`;
-const lights = LIGHTS.map(({ direction, colour }, k) =>
-  `const vec3 lightDirectionVC${k} = -normalize(${vec(direction)});\nconst vec3 lightColor${k} = ${vec(colour)};`).join("\n");
+const lights = LIGHTS.map(({ direction, color }, k) =>
+  `const vec3 lightDirectionVC${k} = -normalize(${vec(direction)});\nconst vec3 lightColor${k} = ${vec(color)};`).join("\n");
 
 const START = `#version 300 es
 precision highp float;
@@ -17,7 +17,7 @@ uniform vec3 low;
 uniform float size;
 `;
 
-const shaded = (material, colour, inputs = "") => `${START}
+const shaded = (material, color, inputs = "") => `${START}
 in vec3 place;
 in vec3 normal;
 ${inputs}
@@ -27,7 +27,7 @@ void main() {
   vec3 normalVCVSOutput = normalize(gl_FrontFacing ? normal : -normal);
   vec4 vertexVC = vec4(place, 1.0), fragOutput0;
   float opacity = 1.0;
-  ${colour}
+  ${color}
   ${MATERIALS[material]}
   result = vec4(fragOutput0.rgb, 1.0);
 }`;
@@ -36,7 +36,7 @@ const MESH_VERTEX = `${START}${CAMERA}
 uniform mat4 model;
 in vec3 position;
 in vec4 small_normal;
-in vec3 colour;
+in vec3 color;
 in vec2 texture_place;
 out vec3 place, normal, tint;
 out vec2 texture_at;
@@ -45,7 +45,7 @@ void main() {
   vec4 at = view * model * vec4(low + size * position, 1.0);
   place = at.xyz;
   normal = mat3(view) * mat3(model) * small_normal.xyz;
-  tint = colour;
+  tint = color;
   gl_Position = projection * at;
 }`;
 
@@ -56,7 +56,7 @@ uniform sampler2D photo;
 uniform bool textured;
 `;
 
-const OWN_COLOUR = `
+const OWN_COLOR = `
   vec4 painted = textured ? texture(photo, texture_at) : vec4(tint, 1.0);
   if (painted.a < 0.5) discard;
   vec3 diffuseColor = painted.rgb;
@@ -65,7 +65,7 @@ const OWN_COLOUR = `
 const SKIN_VERTEX = `${START}${CAMERA}
 in vec3 position;
 in vec4 small_normal;
-in vec3 colour;
+in vec3 color;
 in vec2 texture_place;
 in float value;
 out vec3 place, normal, tint;
@@ -76,7 +76,7 @@ void main() {
   vec4 at = view * vec4(low + size * position, 1.0);
   place = at.xyz;
   normal = mat3(view) * small_normal.xyz;
-  tint = colour;
+  tint = color;
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
   dark = small_normal.w;
   shown = value;
@@ -89,9 +89,9 @@ in vec3 tint;
 in vec2 texture_at;
 in float dark, shown;
 flat in float label;
-uniform sampler2D photo, colours;
+uniform sampler2D photo, colors;
 uniform bool textured, field, labels;
-uniform vec2 range; // of the colours, in shares of that of the values
+uniform vec2 range; // of the colors, in shares of that of the values
 `;
 
 const SKIN_FRAGMENT = shaded("skin", `
@@ -99,8 +99,8 @@ const SKIN_FRAGMENT = shaded("skin", `
     float facing = max(normalVCVSOutput.z, 0.0);
     float at = labels ? label : shown;  // labels are not interpolated
     if (at <= 1.0) at = clamp((at - range.x) / range.y, 0.0, 1.0);
-    vec3 shown_colour = at > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colours, vec2(0.008 + 0.984 * at, 0.5)).rgb;
-    result = vec4(shown_colour * (0.3 + 0.58 * facing), 1.0);
+    vec3 shown_color = at > 1.0 ? vec3(0.553, 0.522, 0.502) : texture(colors, vec2(0.008 + 0.984 * at, 0.5)).rgb;
+    result = vec4(shown_color * (0.3 + 0.58 * facing), 1.0);
     return;
   }
   vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));
@@ -109,7 +109,7 @@ const SKIN_FRAGMENT = shaded("skin", `
 const EYE_VERTEX = `${START}${CAMERA}
 uniform vec3 centre, corner, caruncle, tears, ahead_axis, up_axis, side_axis, lid_side, lid_up, lid_ahead;
 uniform float radius, lids[96];
-in vec3 sphere, cornea, colour;
+in vec3 sphere, cornea, color;
 out vec3 place, normal, tint;
 float lid(int row, float across) {
   float at = clamp((across + 1.1) / 2.2, 0.0, 1.0) * 47.0;
@@ -120,7 +120,7 @@ void main() {
   mat3 axes = mat3(side_axis, up_axis, ahead_axis);
   vec3 towards = axes * sphere;
   float from_corner = degrees(acos(clamp(dot(towards, corner), -1.0, 1.0)));
-  vec3 paint = mix(colour, caruncle, smoothstep(0.0, 1.0, 1.25 - from_corner / 11.0));
+  vec3 paint = mix(color, caruncle, smoothstep(0.0, 1.0, 1.25 - from_corner / 11.0));
   float across = dot(towards, lid_side), height = degrees(atan(dot(towards, lid_up), dot(towards, lid_ahead)));
   float below = lid(0, across) - height, above = height - lid(1, across);
   paint = mix(paint, tears, 0.6 * exp(-pow(max(above, 0.0) / 2.2, 2.0)));
@@ -141,7 +141,7 @@ const HAIR_VERTEX = `${START}${CAMERA}
 uniform float pixel, bias, opacity; // nearer to the camera by the bias
 in vec3 position, along;
 in float half_width, side;
-in vec3 colour;
+in vec3 color;
 out vec4 tint;
 void main() {
   vec4 at = view * vec4(position, 1.0);
@@ -150,7 +150,7 @@ void main() {
   float least = 0.5 * pixel * -at.z, wide = max(half_width, least);
   at.xy += side * wide * across;
   at.xyz *= 1.0 - bias / length(at.xyz);
-  tint = vec4(colour * 0.95, opacity * half_width / wide);
+  tint = vec4(color * 0.95, opacity * half_width / wide);
   gl_Position = projection * at;
 }`;
 
@@ -217,14 +217,14 @@ void main() {
   vec3 normalVCVSOutput = normalize(normal), underVSOutput = skin_normal;
   float depthVSOutput = depth;
   ${MATERIALS.tear}
-  result = colour_of_tear;
+  result = color_of_tear;
 }`;
 
 const SOURCES = {
   skin: [SKIN_VERTEX, SKIN_FRAGMENT],
-  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOUR, OWN_INPUTS)],
+  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOR, OWN_INPUTS)],
   teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = tint;", "in vec3 tint;")],
-  eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOUR, OWN_INPUTS)],
+  eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOR, OWN_INPUTS)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
@@ -236,7 +236,7 @@ const SOURCES = {
 
 /** Places of attributes, the same in all programs. */
 export const PLACES = {
-  position: 0, small_normal: 1, colour: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
+  position: 0, small_normal: 1, color: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
   under: 10, thickness: 11,
 };
 

@@ -96,7 +96,7 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   return { input, output, set(value) { if (Number(input.value) !== value) { input.value = value; paint(); } } };
 }
 
-/** A labelled row with one slider. */
+/** A labeled row with one slider. */
 export function row(label, options) {
   const made = slider(label, options);
   const line = element("div", { class: "row" }, element("span", { text: label, title: options.about ?? label }), made.input, made.output);

@@ -2,15 +2,15 @@
 
 import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
 import { Camera } from "./camera.js";
-import { drawFibres } from "./fibres.js";
+import { drawFibers } from "./fibers.js";
 import { Ribbons, bound } from "./hair.js";
 import { Mean, SHIFTS } from "./mean.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
 
 const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
-const ATTRIBUTES = { // array of a part: attribute, components, normalised
-  position: ["position", 3, true], normal: ["small_normal", 4, true], colour: ["colour", 3, true],
+const ATTRIBUTES = { // array of a part: attribute, components, normalized
+  position: ["position", 3, true], normal: ["small_normal", 4, true], color: ["color", 3, true],
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
   under: ["under", 4, true], thickness: ["thickness", 1, false],
 };
@@ -32,9 +32,9 @@ export class View extends Picking {
     this.setUp();
     this.wireframe = false;
     this.field = null;
-    this.lit = new Set(); // names of muscles whose fibres stand out
+    this.lit = new Set(); // names of muscles whose fibers stand out
     this.curtain = 0.5; // share of the width on which what was kept is drawn
-    this.locked = null; // the range of the colours, where it does not follow the values
+    this.locked = null; // the range of the colors, where it does not follow the values
     this.busyUntil = 0;
     new ResizeObserver(() => this.request()).observe(canvas);
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
@@ -50,11 +50,11 @@ export class View extends Picking {
     this.empty = gl.createVertexArray();
     this.photos = new Map();
     this.kept = null;
-    this.colours = this.texture();
+    this.colors = this.texture();
     this.behind = this.texture();
   }
 
-  /** A texture of one colour, to be filled. */
+  /** A texture of one color, to be filled. */
   texture() {
     const gl = this.gl, texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
@@ -101,14 +101,14 @@ export class View extends Picking {
     return this.photos.get(name);
   }
 
-  setField(name, colours) {
+  setField(name, colors) {
     if (name !== this.field) this.locked = this.fieldInfo = null;
     this.field = name;
     if (name) {
-      const gl = this.gl, n = colours.length / 3;
-      gl.bindTexture(gl.TEXTURE_2D, this.colours);
+      const gl = this.gl, n = colors.length / 3;
+      gl.bindTexture(gl.TEXTURE_2D, this.colors);
       gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, n, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array(colours));
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB, n, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, new Uint8Array(colors));
       gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
     }
     this.request();
@@ -155,7 +155,7 @@ export class View extends Picking {
         part.indices[key] = { buffer, count: data.length };
         part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
         if (key === "index") part.count = data.length;
-      } else if (ATTRIBUTES[key] && !["brows", "lashes", "fibres"].includes(kind)) {
+      } else if (ATTRIBUTES[key] && !["brows", "lashes", "fibers"].includes(kind)) {
         this.attribute(part, key, data, width);
       }
     }
@@ -174,7 +174,7 @@ export class View extends Picking {
       for (const { name, kind, info, arrays } of parts.values()) {
         this.update({ name, kind, info, arrays: Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data, width: Infinity }])) });
       }
-      if (this.field && parts.get("skin").coloured === this.field) this.updateField({ value: { data: this.numbers } }, this.fieldInfo);
+      if (this.field && parts.get("skin").colored === this.field) this.updateField({ value: { data: this.numbers } }, this.fieldInfo);
     });
     this.request();
   }
@@ -199,11 +199,11 @@ export class View extends Picking {
     gl.disableVertexAttribArray(PLACES[ATTRIBUTES[key][0]]);
     gl.deleteBuffer(known.buffer);
     delete part.buffers[key];
-    if (key === "value") part.coloured = null;
+    if (key === "value") part.colored = null;
   }
 
   attribute(part, key, data, width) {
-    const gl = this.gl, [attribute, components, normalised] = ATTRIBUTES[key];
+    const gl = this.gl, [attribute, components, normalized] = ATTRIBUTES[key];
     const type = data instanceof Uint16Array ? gl.UNSIGNED_SHORT : data instanceof Int8Array ? gl.BYTE
       : data instanceof Uint8Array ? gl.UNSIGNED_BYTE : gl.FLOAT;
     gl.bindVertexArray(part.vao);
@@ -214,7 +214,7 @@ export class View extends Picking {
     else gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
     part.buffers[key] = { buffer, bytes: data.byteLength };
     gl.enableVertexAttribArray(PLACES[attribute]);
-    gl.vertexAttribPointer(PLACES[attribute], Math.min(components, width), type, normalised && type !== gl.FLOAT, 0, 0);
+    gl.vertexAttribPointer(PLACES[attribute], Math.min(components, width), type, normalized && type !== gl.FLOAT, 0, 0);
   }
 
   updateField(arrays, info) {
@@ -226,7 +226,7 @@ export class View extends Picking {
       const values = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
       this.attribute(skin, "value", values, 1);
       this.gl.bindVertexArray(null);
-      skin.coloured = this.field;
+      skin.colored = this.field;
       skin.range = info.range;
     }
     this.onfield?.(info);
@@ -331,9 +331,9 @@ export class View extends Picking {
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
     gl.depthMask(false);
-    const coloured = this.field && this.parts.get("skin")?.coloured === this.field; // what was kept may not be
-    if (!coloured) for (const part of of("brows", "lashes")) this.drawHair(part);
-    for (const part of of("fibres")) drawFibres(this, part);
+    const colored = this.field && this.parts.get("skin")?.colored === this.field; // what was kept may not be
+    if (!colored) for (const part of of("brows", "lashes")) this.drawHair(part);
+    for (const part of of("fibers")) drawFibers(this, part);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
     const tears = of("tear");
@@ -365,15 +365,15 @@ export class View extends Picking {
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.photoOf("skin"));
     gl.activeTexture(gl.TEXTURE1);
-    gl.bindTexture(gl.TEXTURE_2D, this.colours);
+    gl.bindTexture(gl.TEXTURE_2D, this.colors);
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform1i(uniforms.photo, 0);
-    gl.uniform1i(uniforms.colours, 1);
+    gl.uniform1i(uniforms.colors, 1);
     gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
     gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
     const [low, high] = part.range ?? [0, 1], [from, to] = this.locked ?? this.fieldInfo?.range ?? [low, high];
     gl.uniform2f(uniforms.range, (from - low) / (high - low || 1), (to - from) / (high - low || 1) || 1);
-    gl.uniform1i(uniforms.field, this.field && part.coloured === this.field ? 1 : 0);
+    gl.uniform1i(uniforms.field, this.field && part.colored === this.field ? 1 : 0);
     gl.bindVertexArray(part.vao);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, part.indices.index.buffer);
     gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);

@@ -202,7 +202,7 @@ class Document:
             self._decoded[primitive["indices"]] = np.asarray(mesh.faces, np.uint32).reshape(-1, 1)
 
     def numbers(self, index: Any) -> npt.NDArray[Any]:
-        """Return an accessor (count, width), filled in if sparse, with normalised integers as fractions."""
+        """Return an accessor (count, width), filled in if sparse, with normalized integers as fractions."""
         accessor = self._at("accessors", index)
         kind, count, width = COMPONENTS[accessor["componentType"]], int(accessor["count"]), WIDTHS[accessor["type"]]
         sparse = accessor.get("sparse")
@@ -342,7 +342,7 @@ class Document:
         colors = self._colors(attributes, n, color)
         for values in (texture, colors):
             if values is not None and len(values) != n:
-                raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colours")
+                raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colors")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
         name = self.materials.name(primitive)
         return Primitive(points, triangles, at_corners, colors, shapes, image, weights, name=name)

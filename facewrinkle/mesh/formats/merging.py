@@ -40,7 +40,7 @@ from ..arrays import (
 from .polygons import Primitive, polygon_triangles
 
 MISSING = {COLORS: 255, MOVED: 0}
-"""Values for meshes without colours or motion that are merged with others that have them."""
+"""Values for meshes without colors or motion that are merged with others that have them."""
 
 
 def merged_primitives(primitives: list[Primitive], path: Path) -> tuple[pv.PolyData, np.ndarray, np.ndarray]:
@@ -94,7 +94,7 @@ def surface_of(mesh: Primitive, name: str) -> pv.PolyData:
     _check_counts(len(mesh.points), len(mesh.triangles), name)
     surface = to_polydata(mesh.points, mesh.triangles)
     if mesh.colors is not None:
-        surface.point_data[COLORS] = _colours(mesh.colors)
+        surface.point_data[COLORS] = _colors(mesh.colors)
     set_meshes(surface, np.broadcast_to(mesh.mesh, len(mesh.triangles)))
     set_labels(surface, NAME, np.broadcast_to(mesh.name, len(mesh.triangles)))
     if mesh.texture is not None:
@@ -188,8 +188,8 @@ def merged_surfaces(surfaces: list[pv.PolyData]) -> pv.PolyData:
     return mesh
 
 
-def _colours(values: np.ndarray) -> np.ndarray:
-    """Colours as uint8 or from 0 to 1, of values up to 1, up to 255 or, in 16 bits, up to 65535."""
+def _colors(values: np.ndarray) -> np.ndarray:
+    """Colors as uint8 or from 0 to 1, of values up to 1, up to 255 or, in 16 bits, up to 65535."""
     if values.dtype == np.uint8 or not values.size or not values.max() > 1:
         return values
     share = values / (255.0 if values.max() <= 255 else 65535.0)
@@ -272,24 +272,24 @@ def _triangles(mesh: pv.PolyData) -> np.ndarray:
     return np.array(vertices[split], dtype=np.int64)
 
 
-# --- colours as glTF and USD store them ------------------------------------------------------------------------
+# --- colors as glTF and USD store them ------------------------------------------------------------------------
 
 
 def srgb(light: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-    """Colours in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
+    """Colors in sRGB of linear light (n, 3) or (n, 4), as glTF and USD store it."""
     linear = np.clip(light[:, :3].astype(np.float64), 0.0, 1.0)
     share = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
     return np.asarray(np.rint(255.0 * share), dtype=np.uint8)
 
 
-def linear_light(colours: npt.NDArray[np.uint8]) -> Array:
-    """Linear light (n, 3), from 0 to 1, of colours in sRGB: the inverse of :func:`srgb`.
+def linear_light(colors: npt.NDArray[np.uint8]) -> Array:
+    """Linear light (n, 3), from 0 to 1, of colors in sRGB: the inverse of :func:`srgb`.
 
     Examples
     --------
-    >>> greys = np.arange(256, dtype=np.uint8)[:, None].repeat(3, axis=1)
-    >>> bool((srgb(linear_light(greys)) == greys).all())
+    >>> grays = np.arange(256, dtype=np.uint8)[:, None].repeat(3, axis=1)
+    >>> bool((srgb(linear_light(grays)) == grays).all())
     True
     """
-    share = colours / 255.0
+    share = colors / 255.0
     return np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)

@@ -44,7 +44,7 @@ Lists = dict[str, tuple[npt.NDArray[np.int64], np.ndarray]]  # lengths, and the 
 
 
 def read_ply(path: Path) -> Primitive:
-    """Read the polygons of a PLY file, with texture coordinates and colours; all else is ignored.
+    """Read the polygons of a PLY file, with texture coordinates and colors; all else is ignored.
 
     Raises
     ------

@@ -268,7 +268,7 @@ def textured(vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_p
     """Return the texture coordinates (c, 2) of corners; those without have the first that their point has, or 0.
 
     `vertices` (c,) are the points of all corners, `corners` (c,) their numbers of texture coordinates, -1 for none;
-    numbers too large, which some modellers write, are ignored. None if all are.
+    numbers too large, which some modelers write, are ignored. None if all are.
     """
     given = np.flatnonzero((corners >= 0) & (corners < len(texture)))
     if not len(given):
@@ -282,7 +282,7 @@ def textured(vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_p
 
 
 def read_off(path: Path) -> Primitive:
-    """Read the polygons of an ASCII OFF file (also COFF, NOFF and so on); colours and normals are ignored.
+    """Read the polygons of an ASCII OFF file (also COFF, NOFF and so on); colors and normals are ignored.
 
     Raises
     ------

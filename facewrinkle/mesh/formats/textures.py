@@ -15,7 +15,7 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, path_of, reading
-from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colours, listed_labels
+from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colors, listed_labels
 from .gltf import Document
 from .merging import linear_light, set_texture, srgb
 from .reading import GLTF, MeshLike, one_mesh, read_surface
@@ -24,7 +24,7 @@ LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
 
 BORDER = 4
-"""Pixels by which each of several images is continued beyond its edges, as renderers blend neighbouring pixels."""
+"""Pixels by which each of several images is continued beyond its edges, as renderers blend neighboring pixels."""
 
 SPILL = 0.02
 """Texture coordinates may go beyond an image by this much without a warning."""
@@ -80,7 +80,7 @@ def read_texture(source: MeshLike) -> Image | None:
     Parameters
     ----------
     source : path, or anything that :func:`facewrinkle.read_surface` takes
-        OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base colour texture. Of
+        OBJ with a material that has `map_Kd`, PLY with a comment `TextureFile`, glTF with a base color texture. Of
         several, the one on most faces is taken.
 
     Returns
@@ -131,7 +131,7 @@ def read_texture(source: MeshLike) -> Image | None:
 def merged_texture(mesh: pv.PolyData) -> Image | None:
     """Return the image on a mesh; if there are several, merge them and change the texture coordinates of the mesh.
 
-    Several images, such as those of a head and its ears, are put side by side, with a patch of plain colour for
+    Several images, such as those of a head and its ears, are put side by side, with a patch of plain color for
     triangles that have none.
 
     Parameters
@@ -207,9 +207,9 @@ def _short(source: str) -> str:
 
 
 def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
-    """A small image in the colour of the triangles without an image, else in the median colour of the largest image."""
-    colours = np.asarray(mesh.point_data[COLORS])[:, :3] if has_colours(mesh) else None
-    own = None if colours is None else colours[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
+    """A small image in the color of the triangles without an image, else in the median color of the largest image."""
+    colors = np.asarray(mesh.point_data[COLORS])[:, :3] if has_colors(mesh) else None
+    own = None if colors is None else colors[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
     if own is None or own.dtype != np.uint8 or own.min() == 255:
         own = max(images.values(), key=lambda image: image.size)[..., :3].reshape(-1, 3)
     return np.tile(np.median(own, axis=0).astype(np.uint8), (2, 2, 1))
@@ -295,7 +295,7 @@ def decoded(data: bytes, name: str, *, upright: bool = False) -> Image:
 
 
 def _in_eight_bits(image: Any) -> Any:
-    """Convert a grey Pillow image of 16 bits, or of numbers from 0 to 1, to 8 bits: Pillow itself would clip it."""
+    """Convert a gray Pillow image of 16 bits, or of numbers from 0 to 1, to 8 bits: Pillow itself would clip it."""
     from PIL import Image as Pillow
 
     if not image.mode.startswith(("I", "F")):

@@ -17,8 +17,8 @@ from .probing import probe
 COORDINATES = ("st", "UVMap", "st0", "uv")
 """Names of texture coordinates, in order of preference; else the first of another name is taken."""
 
-COLOUR_INPUTS = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
-"""Names of the colour inputs of shaders, without underscores: of the preview surface, MaterialX and MDL."""
+COLOR_INPUTS = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture")
+"""Names of the color inputs of shaders, without underscores: of the preview surface, MaterialX and MDL."""
 
 
 def read_usd_file(path: Path) -> list[Primitive]:
@@ -106,7 +106,7 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
 
 
 def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
-    """Colours of the `count` points."""
+    """Colors of the `count` points."""
     primvar = mesh.GetDisplayColorPrimvar()
     values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
     if values is None or primvar.GetInterpolation() not in ("vertex", "varying") or len(values) != count:
@@ -140,11 +140,11 @@ def _images(mesh: Any, count: int) -> np.ndarray:
 
 
 def _image_of_material(material: Any) -> str:
-    """The image file that gives a material its colour, "" for none."""
+    """The image file that gives a material its color, "" for none."""
     for context in ("", "mdl") if material else ():
         shader = material.ComputeSurfaceSource(context)[0]
         for source in shader.GetInputs() if shader else ():
-            if source.GetBaseName().lower().replace("_", "") in COLOUR_INPUTS and (file := _file(source)):
+            if source.GetBaseName().lower().replace("_", "") in COLOR_INPUTS and (file := _file(source)):
                 return file
     return ""
 

@@ -198,16 +198,16 @@ def test_another_identity_keeps_its_lines_and_another_seed_is_another_person(fac
     assert np.mean(np.abs(others)) < 0.5
 
 
-def test_a_mesh_in_metres_has_the_same_lines(face):
-    own, metres = (
+def test_a_mesh_in_meters_has_the_same_lines(face):
+    own, meters = (
         fw.fit_face(
             face.mesh.scale(s, inplace=False), {k: s * np.asarray(v) for k, v in face.landmarks.items()}, units=units
         )
         for s, units in ((1.0, 1.0), (0.001, 1000.0))
     )
-    one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, metres))
+    one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, meters))
     assert list(one.lines) == list(other.lines)
-    alike = [likeness(cosines(own, one, name), cosines(metres, other, name)) for name in one.lines]
+    alike = [likeness(cosines(own, one, name), cosines(meters, other, name)) for name in one.lines]
     assert np.median(alike) > 1.0 - 1e-9
     assert min(alike) > 0.99  # where lines of the chin branch, rounding has a say
 

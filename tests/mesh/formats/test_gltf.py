@@ -102,11 +102,11 @@ def test_bones_hold_the_skin_where_they_are(tmp_path):
     np.testing.assert_allclose(mesh.points, POINTS + np.array([1.0, 6.0, 0.0]), atol=1e-6)
 
 
-def test_colours_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
+def test_colors_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
     made, file = document()
     texture = made.array(POINTS[:, :2].copy(), "f4")
-    colour = made.array(np.tile(np.array([[1.0, 0.0, 0.5]], np.float32), (5, 1)), "f4")
-    file["meshes"][0]["primitives"][0]["attributes"] |= {"TEXCOORD_0": texture, "COLOR_0": colour}
+    color = made.array(np.tile(np.array([[1.0, 0.0, 0.5]], np.float32), (5, 1)), "f4")
+    file["meshes"][0]["primitives"][0]["attributes"] |= {"TEXCOORD_0": texture, "COLOR_0": color}
     file["meshes"][0]["primitives"][0]["material"] = 0
     file["images"], file["textures"] = [{"uri": "nowhere.png"}], [{"source": 0}]
     file["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
@@ -409,13 +409,13 @@ def test_usd(tmp_path):
         read_surface(tmp_path / "c.usda")
 
 
-def test_usd_by_other_names_and_in_colour(tmp_path):
-    """Maya calls texture coordinates map1; colours of points are light, as in glTF."""
+def test_usd_by_other_names_and_in_color(tmp_path):
+    """Maya calls texture coordinates map1; colors of points are light, as in glTF."""
     pytest.importorskip("pxr")
     path = tmp_path / "a.usda"
-    colour = "color3f[] primvars:displayColor = [(1, 0, 0), (0.214, 0, 0), (0, 0, 0), (1, 1, 1), (0, 0, 1)] ("
+    color = "color3f[] primvars:displayColor = [(1, 0, 0), (0.214, 0, 0), (0, 0, 0), (1, 1, 1), (0, 0, 1)] ("
     text = USDA.replace("primvars:st", "primvars:map1")
-    path.write_text(text.replace("texCoord2f", f'{colour}interpolation = "vertex")\n        texCoord2f'))
+    path.write_text(text.replace("texCoord2f", f'{color}interpolation = "vertex")\n        texCoord2f'))
     mesh = read_surface(path)
     np.testing.assert_array_equal(mesh.cell_data["Texture Corners"].reshape(-1, 3, 2)[2], [[5, 0], [6, 0], [5, 1]])
     expected = [[255, 0, 0], [127, 0, 0], [0, 0, 0], [255, 255, 255], [0, 0, 255]]

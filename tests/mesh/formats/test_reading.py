@@ -71,7 +71,7 @@ def test_gltf_with_one_mesh_in_nested_blocks():
     assert not [name for name in mesh.point_data if name.startswith("target")]  # morph targets are read_animation's
 
 
-OBJ = """# a pyramid with a quad, colours, negative numbers and a continued line
+OBJ = """# a pyramid with a quad, colors, negative numbers and a continued line
 o thing
 v 0 0 0 1 0 0
 v 1 0 0 1 0 0
@@ -107,13 +107,13 @@ def test_obj_with_everything(tmp_path):
     assert mesh.volume == pytest.approx(1 / 3, rel=1e-12)  # base 1, height 1
 
 
-def test_colours_of_any_range(tmp_path):
-    """Up to 1, to 255 or, in 16 bits, to 65535: the same colours."""
-    grey = np.array([0, 51, 255])
-    rows = [f"v {i} {i * i} 0 {g} {g} {g}" for i, g in enumerate(grey)]
+def test_colors_of_any_range(tmp_path):
+    """Up to 1, to 255 or, in 16 bits, to 65535: the same colors."""
+    gray = np.array([0, 51, 255])
+    rows = [f"v {i} {i * i} 0 {g} {g} {g}" for i, g in enumerate(gray)]
     (tmp_path / "a.obj").write_text("\n".join([*rows, "f 1 2 3"]))
-    np.testing.assert_array_equal(read_surface(tmp_path / "a.obj")["Colors"], np.dstack([grey] * 3)[0])
-    for kind, values in (("float", grey / 255), ("float", grey), ("ushort", 257 * grey), ("uchar", grey)):
+    np.testing.assert_array_equal(read_surface(tmp_path / "a.obj")["Colors"], np.dstack([gray] * 3)[0])
+    for kind, values in (("float", gray / 255), ("float", gray), ("ushort", 257 * gray), ("uchar", gray)):
         head = ["ply", "format ascii 1.0", "element vertex 3", *(f"property float {axis}" for axis in "xyz")]
         head += [*(f"property {kind} {name}" for name in ("red", "green", "blue")), "element face 1"]
         rows = [f"{i} {i * i} 0 {g} {g} {g}" for i, g in enumerate(values)]
@@ -121,7 +121,7 @@ def test_colours_of_any_range(tmp_path):
         (tmp_path / "a.ply").write_text("\n".join(head) + "\n")
         found = np.asarray(read_surface(tmp_path / "a.ply")["Colors"])
         shown = found if found.dtype == np.uint8 else np.rint(255 * found)
-        np.testing.assert_array_equal(shown, np.dstack([grey] * 3)[0], kind)
+        np.testing.assert_array_equal(shown, np.dstack([gray] * 3)[0], kind)
 
 
 def test_polypaint_of_zbrush(tmp_path):

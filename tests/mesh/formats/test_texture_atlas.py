@@ -2,7 +2,7 @@
 
 what               checked against
 one of several     the pixel of a triangle's own image under each of its corners, in the image of all
-what has none      its own colour
+what has none      its own color
 tiles              the same coordinates in another tile of the plane; a repeated image is told of
 USD                materials of meshes and of subsets of faces, in files and in packages
 parts              the photo of each part of a head from an OBJ file
@@ -71,16 +71,16 @@ def test_several_images_become_one(folder):
 def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch):
     mesh = read_surface(folder / "a.obj")
     monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 100)
-    for name, colour in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
-        Image.fromarray(np.full((60, 100, 3), colour, np.uint8)).save(folder / f"{name}.png")
+    for name, color in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
+        Image.fromarray(np.full((60, 100, 3), color, np.uint8)).save(folder / f"{name}.png")
     number = np.asarray(mesh.cell_data[IMAGE])
     names = [name.rsplit("/", 1)[1] for name in mesh.field_data[IMAGE + "s"]]
     image = merged_texture(mesh)
     assert image.shape[1] <= 100 + 4 * BORDER
     assert image.shape[0] < 40
     for triangle, which in enumerate(number):
-        colour = {"red.png": (200, 0, 0), "blue.png": (0, 0, 200)}[names[which]]
-        np.testing.assert_array_equal(seen(image, corner_texture(mesh)[triangle]), np.tile(colour, (3, 1)))
+        color = {"red.png": (200, 0, 0), "blue.png": (0, 0, 200)}[names[which]]
+        np.testing.assert_array_equal(seen(image, corner_texture(mesh)[triangle]), np.tile(color, (3, 1)))
 
 
 def test_an_image_that_its_package_does_not_hold_is_told_of(folder):
@@ -102,7 +102,7 @@ def test_one_image_is_laid_as_it_is(folder):
     assert merged_texture(pv.Plane().triangulate()) is None
 
 
-def test_what_has_no_image_keeps_its_colour(folder):
+def test_what_has_no_image_keeps_its_color(folder):
     (folder / "a.mtl").write_text("newmtl red\nmap_Kd red.png\n")
     mesh = read_surface(folder / "a.obj")
     bare = np.asarray(mesh.cell_data[IMAGE]) < 0

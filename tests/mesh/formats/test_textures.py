@@ -236,7 +236,7 @@ def test_older_and_unlit_materials_of_a_gltf(tmp_path):
     for material in (older, shining):
         content["materials"][1] = material
         np.testing.assert_array_equal(read_texture(made.glb(tmp_path / "a.glb")), PHOTO)
-    content["materials"][1] = {"emissiveTexture": photo}  # lamps on something of a colour
+    content["materials"][1] = {"emissiveTexture": photo}  # lamps on something of a color
     assert read_texture(made.glb(tmp_path / "a.glb")) is None
 
 
@@ -311,15 +311,15 @@ def test_images_in_every_guise(tmp_path):
     assert PHOTO.any()
 
 
-def test_grey_images_of_other_depths_are_as_bright_as_in_eight_bits(tmp_path):
-    grey = PHOTO[:, :, 0]
-    Image.fromarray(grey * np.uint16(257)).save(tmp_path / "16.png")
-    Image.fromarray(grey.astype(np.int32) * 257).save(tmp_path / "32.tif")
-    Image.fromarray((grey / 255.0).astype(np.float32)).save(tmp_path / "float.tif")
+def test_gray_images_of_other_depths_are_as_bright_as_in_eight_bits(tmp_path):
+    gray = PHOTO[:, :, 0]
+    Image.fromarray(gray * np.uint16(257)).save(tmp_path / "16.png")
+    Image.fromarray(gray.astype(np.int32) * 257).save(tmp_path / "32.tif")
+    Image.fromarray((gray / 255.0).astype(np.float32)).save(tmp_path / "float.tif")
     for name in ("16.png", "32.tif", "float.tif"):
         with Image.open(tmp_path / name) as image:
             for given in (tmp_path / name, image):
-                np.testing.assert_array_equal(as_texture(given), np.dstack([grey] * 3), name)
+                np.testing.assert_array_equal(as_texture(given), np.dstack([gray] * 3), name)
 
 
 def test_images_with_too_many_pixels_are_not_read(tmp_path, monkeypatch):

@@ -147,9 +147,9 @@ def _group(obj, folder, facts, uv):
         normal = picture(facts["layers"][k]["normal"]).outputs["Color"]
         own = make.vector("SUBTRACT", normal, (0.5, 0.5, 1.0))
         slope = make.vector("ADD", slope, make.scaled(own, make.math("MINIMUM", share, 1.0)))
-    colour = make.vector("ADD", make.scaled(slope, given.outputs["Strength"]), (0.5, 0.5, 1.0))
+    color = make.vector("ADD", make.scaled(slope, given.outputs["Strength"]), (0.5, 0.5, 1.0))
     folded = make.node("ShaderNodeNormalMap", uv_map=uv)
-    group.links.new(colour, folded.inputs["Color"])
+    group.links.new(color, folded.inputs["Color"])
     smooth = make.node("ShaderNodeNewGeometry").outputs["Normal"]
     # A material without a normal map gives none: that of the mesh takes its place.
     length = make.node("ShaderNodeVectorMath", given.outputs["Normal"], operation="LENGTH").outputs["Value"]

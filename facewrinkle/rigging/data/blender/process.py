@@ -1,4 +1,4 @@
-"""Commands of the package as processes: progress, cancelling, and what went wrong as one sentence."""
+"""Commands of the package as processes: progress, canceling, and what went wrong as one sentence."""
 
 import os
 import re

@@ -80,7 +80,7 @@ LID_SHELL = (1.1, 1.75)
 
 @dataclass(frozen=True, eq=False)
 class Movements:
-    """The modelled movements of a face.
+    """The modeled movements of a face.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class Movements:
         return np.asarray(local @ self.face.frame.axes * self.face.frame.pupil_distance)
 
     def mandible(self, name: str) -> Array:
-        """Return the matrix (4, 4) that moves the mandible in a modelled movement; the identity if it stays."""
+        """Return the matrix (4, 4) that moves the mandible in a modeled movement; the identity if it stays."""
         frame, out = self.face.frame, np.eye(4)
         hinges = [m.hinge for m in self.face.muscles.values() if isinstance(m, JawMuscle)]
         if name == "jaw_forward":

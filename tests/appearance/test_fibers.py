@@ -1,4 +1,4 @@
-"""Fibres of muscles.
+"""Fibers of muscles.
 
 where they are        | under the skin, not deeper than the bone; sheets and rings by the numbers of their muscles
 how they move         | origins with the bone: the skull, or the mandible as its teeth go; insertions with the skin
@@ -16,30 +16,30 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.appearance.fibres import Fibres
+from facewrinkle.appearance.fibers import Fibers
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.plotting import Scene, Style
 
 
-def of(fibres, name):
-    return fibres.muscle == fibres.names.index(name)
+def of(fibers, name):
+    return fibers.muscle == fibers.names.index(name)
 
 
-def test_fibres_lie_between_skin_and_bone(face):
-    fibres = Fibres.of(face)
-    lines = fibres.at(face.mesh)
+def test_fibers_lie_between_skin_and_bone(face):
+    fibers = Fibers.of(face)
+    lines = fibers.at(face.mesh)
     depth, vertex = cKDTree(face.points).query(lines[:, 1:-1])
     under = ((lines[:, 1:-1] - face.points[vertex]) * face.tissue.normals[vertex]).sum(axis=-1)
     assert (under < 0.0).mean() > 0.95  # all, but for smoothing
     assert np.percentile(under, 99) < 1.0
     assert np.percentile(depth / face.tissue.depth[vertex], 95) < 1.3
     pulling = {name for name, muscle in face.muscles.items() if np.any(muscle.force(face.points))}
-    assert set(fibres.names) == pulling
+    assert set(fibers.names) == pulling
 
 
-def test_fibres_of_a_sheet_go_from_line_to_line_and_rings_around_their_centre(face):
-    fibres, muscle = Fibres.of(face), face.muscles["frontalis_outer_l"]
-    lines = fibres.at(face.mesh)[of(fibres, "frontalis_outer_l")]
+def test_fibers_of_a_sheet_go_from_line_to_line_and_rings_around_their_centre(face):
+    fibers, muscle = Fibers.of(face), face.muscles["frontalis_outer_l"]
+    lines = fibers.at(face.mesh)[of(fibers, "frontalis_outer_l")]
     for ends, line in ((lines[:, 0], muscle.attachment), (lines[:, -1], muscle.insertion)):
         around = cKDTree(face.points).query(line, k=6)[1]
         normal = face.tissue.normals[around].mean(axis=1)
@@ -47,14 +47,14 @@ def test_fibres_of_a_sheet_go_from_line_to_line_and_rings_around_their_centre(fa
         across = np.linalg.norm(np.cross(moved, normal), axis=1)
         assert (across < 0.2 * np.linalg.norm(moved, axis=1)).all()
     ring = face.muscles["orbicularis_oris"]
-    along, _ = ring.coordinates(fibres.at(face.mesh)[of(fibres, "orbicularis_oris")].reshape(-1, 3))
+    along, _ = ring.coordinates(fibers.at(face.mesh)[of(fibers, "orbicularis_oris")].reshape(-1, 3))
     assert ring.inner - 0.2 < along.min() < along.max() < 1.2
 
 
 def test_insertions_go_with_the_skin_and_origins_stay(face):
-    fibres, smile = Fibres.of(face), held("AU12")
-    lines = fibres.at(face.mesh)[of(fibres, "zygomaticus_major_l")]
-    moved = fibres.at(smile)[of(fibres, "zygomaticus_major_l")] - lines
+    fibers, smile = Fibers.of(face), held("AU12")
+    lines = fibers.at(face.mesh)[of(fibers, "zygomaticus_major_l")]
+    moved = fibers.at(smile)[of(fibers, "zygomaticus_major_l")] - lines
     vertex = cKDTree(face.points).query(lines[:, -1])[1]
     skin = np.asarray(smile.points)[: face.mesh.n_points] - face.points
     assert np.abs(moved[:, 0]).max() == 0.0
@@ -64,19 +64,19 @@ def test_insertions_go_with_the_skin_and_origins_stay(face):
 
 
 def test_origins_on_the_mandible_go_with_its_teeth(face):
-    fibres, teeth, origins = Fibres.of(face), [], []
+    fibers, teeth, origins = Fibers.of(face), [], []
     for unit in ("AU26", "AU27"):
         teeth.append(np.asarray(Appearance.of(face).at(held(unit)).inside_mouth["lower_teeth"].points, float))
-        origins.append(fibres.at(held(unit))[:, 0])
+        origins.append(fibers.at(held(unit))[:, 0])
     turn, _ = Rotation.align_vectors(teeth[1] - teeth[1].mean(axis=0), teeth[0] - teeth[0].mean(axis=0))
     carried = turn.apply(origins[0] - teeth[0].mean(axis=0)) + teeth[1].mean(axis=0)
     for name, moved in (("depressor_labii_inferioris_l", carried), ("zygomaticus_major_l", origins[0])):
-        mine = of(fibres, name)
+        mine = of(fibers, name)
         assert origins[1][mine] == pytest.approx(moved[mine], abs=1e-2)
     assert np.linalg.norm(carried - origins[0], axis=1).min() > 1.0
 
 
-def test_fibres_are_seen_and_redder_where_they_contract(face):
+def test_fibers_are_seen_and_redder_where_they_contract(face):
     with Scene(face, Style((240, 300), "left_profile", brows=False)) as scene:
         plain = scene.picture(face.mesh).astype(float)
         scene.show_muscles(face.mesh, {})
@@ -92,8 +92,8 @@ def test_fibres_are_seen_and_redder_where_they_contract(face):
     assert np.array_equal(right, relaxed)  # it is on the other side of the head
 
 
-def test_a_surface_without_muscles_has_no_fibres():
+def test_a_surface_without_muscles_has_no_fibers():
     sheet = fw.surface(pv.Plane(i_resolution=4, j_resolution=4).triangulate())
-    fibres = Fibres.of(sheet)
-    assert fibres.names == []
-    assert fibres.at(sheet.mesh).shape == (0, *fibres.half.shape[1:], 3)
+    fibers = Fibers.of(sheet)
+    assert fibers.names == []
+    assert fibers.at(sheet.mesh).shape == (0, *fibers.half.shape[1:], 3)

@@ -1,4 +1,4 @@
-"""The minimisation of a step.
+"""The minimization of a step.
 
 what                            checked against
 quadratic energies              their minimum, in one step with the exact matrix
@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_array, diags_array
 
-from facewrinkle.motion.minimiser import Factors, Minimiser
+from facewrinkle.motion.minimizer import Factors, Minimizer
 
 
 def test_a_quadratic_energy_is_at_its_minimum_after_a_step():
@@ -34,8 +34,8 @@ def test_a_quadratic_energy_is_at_its_minimum_after_a_step():
         gradient[:] = product - force
         return float((u * (0.5 * product - force)).sum())
 
-    minimiser = Minimiser(Factors(matrices), np.ones(n), iterations=5)
-    end = minimiser.minimised(energy, np.zeros((n, 3)))
+    minimizer = Minimizer(Factors(matrices), np.ones(n), iterations=5)
+    end = minimizer.minimized(energy, np.zeros((n, 3)))
     expected = np.stack([np.linalg.solve(m.toarray(), force[:, k]) for k, m in enumerate(matrices)], axis=1)
     np.testing.assert_allclose(end.u, expected, rtol=0.0, atol=1e-5)  # factors are of single precision
     assert end.before == 0.0
@@ -53,16 +53,16 @@ def test_steps_that_would_raise_the_energy_are_shortened():
         return float(50.0 * ((u - 1.0) ** 2).sum())
 
     u, gradient = np.zeros((4, 3)), np.empty((4, 3))
-    minimiser = Minimiser(Factors([unit] * 3), np.ones(4), iterations=1)
-    once = minimiser.minimised(energy, u)
+    minimizer = Minimizer(Factors([unit] * 3), np.ones(4), iterations=1)
+    once = minimizer.minimized(energy, u)
     assert once.value == energy(once.u, gradient) < once.before == energy(u, gradient)
     assert not once.converged
     assert once.iterations == 1
     assert not u.any()
-    # A minimisation leaves a share of the residual to the next one.
-    minimiser, end = Minimiser(Factors([unit] * 3), np.ones(4), iterations=12), once
+    # A minimization leaves a share of the residual to the next one.
+    minimizer, end = Minimizer(Factors([unit] * 3), np.ones(4), iterations=12), once
     for _ in range(12):
-        before, end = end.value, minimiser.minimised(energy, end.u)
+        before, end = end.value, minimizer.minimized(energy, end.u)
         assert end.converged
         assert end.value <= max(0.05 * before, 1e-20)
     np.testing.assert_allclose(end.u, 1.0, rtol=0.0, atol=1e-9)
@@ -76,7 +76,7 @@ def test_nothing_is_done_where_the_energy_is_least():
         gradient[:] = u
         return float(0.5 * (u**2).sum())
 
-    end = Minimiser(factors, np.ones(4), iterations=9).minimised(energy, start)
+    end = Minimizer(factors, np.ones(4), iterations=9).minimized(energy, start)
     assert (end.before, end.value, end.converged, end.iterations) == (0.0, 0.0, True, 0)
     assert np.array_equal(end.u, start)
     assert end.u is not start
@@ -84,7 +84,7 @@ def test_nothing_is_done_where_the_energy_is_least():
 
 @settings(max_examples=50)
 @given(seed=st.integers(0, 10_000), iterations=st.integers(1, 40))
-def test_no_minimisation_ends_higher_than_it_began(seed, iterations):
+def test_no_minimization_ends_higher_than_it_began(seed, iterations):
     """Of energies that are not convex, with guesses of the curvature that are far off."""
     rng, n = np.random.default_rng(seed), 12
     waves, sizes = rng.uniform(0.3, 3.0) * rng.normal(size=(n, 3)), rng.uniform(0.1, 10.0, (n, 3))
@@ -95,7 +95,7 @@ def test_no_minimisation_ends_higher_than_it_began(seed, iterations):
 
     guess = [csr_array(diags_array(rng.uniform(0.05, 5.0, n))) for _ in range(3)]
     start, gradient = rng.normal(size=(n, 3)), np.empty((n, 3))
-    end = Minimiser(Factors(guess), np.ones(n), iterations).minimised(energy, start)
+    end = Minimizer(Factors(guess), np.ones(n), iterations).minimized(energy, start)
     assert end.before == energy(start, gradient)
     steepest = (gradient**2).sum()
     assert end.value == energy(end.u, gradient) < end.before
@@ -130,7 +130,7 @@ def test_stiff_contacts_are_met_in_few_iterations(stiffness):
         gradient[:, 2] += pull
         return float(0.5 * (u**2).sum() + (pull * u[:, 2]).sum())
 
-    end = Minimiser(Factors([unit] * 3), np.ones(n), 9, Floor()).minimised(energy, np.zeros((n, 3)))
+    end = Minimizer(Factors([unit] * 3), np.ones(n), 9, Floor()).minimized(energy, np.zeros((n, 3)))
     expected = np.where(pull > 1.0, -(pull + stiffness) / (1.0 + stiffness), -pull)
     assert end.converged
     assert end.iterations <= 2

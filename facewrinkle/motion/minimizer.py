@@ -1,4 +1,4 @@
-"""Minimisation of the energy of a step: a quasi-Newton iteration with a constant, prefactored matrix."""
+"""Minimization of the energy of a step: a quasi-Newton iteration with a constant, prefactored matrix."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CONVERGED = 1e-22
 
 LEFT_OVER, SMALL = 0.05, 1e-6
 """Share of the squared residual, and decrease of the energy per area by the last iteration, that are small enough to
-leave the rest to the next minimisation: some hundredths of a millimetre.
+leave the rest to the next minimization: some hundredths of a millimeter.
 """
 
 ROUNDING = 1e-14
@@ -43,7 +43,7 @@ Objective = Callable[[Array, Array], float]
 
 @dataclass(frozen=True, eq=False)
 class Minimum:
-    """The end of a minimisation.
+    """The end of a minimization.
 
     Attributes
     ----------
@@ -62,12 +62,12 @@ class Minimum:
     iterations: int
 
 
-class Minimiser:
+class Minimizer:
     """L-BFGS with a prefactored matrix as the first guess of the curvature, and a backtracking line search.
 
-    Contacts are no part of the curvature that is learnt: the quadratic model of each iteration is minimised with all
+    Contacts are no part of the curvature that is learnt: the quadratic model of each iteration is minimized with all
     contacts that its step would meet, so that a step neither enters what it meets nor is stopped far from it.
-    The steps that the curvature is learnt from are remembered from one minimisation to the next, until `reset`.
+    The steps that the curvature is learnt from are remembered from one minimization to the next, until `reset`.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class Minimiser:
     area : ndarray, shape (n,)
         Area of the skin around each vertex, mm^2.
     iterations : int
-        The most iterations; fewer are made if the minimisation converges.
+        The most iterations; fewer are made if the minimization converges.
     contacts : Contacts, optional
 
     Examples
@@ -85,11 +85,11 @@ class Minimiser:
 
     >>> from scipy.sparse import eye_array
     >>> factors = Factors([2.0 * eye_array(3).tocsr()] * 3)
-    >>> minimiser = Minimiser(factors, np.ones(3), iterations=3)
+    >>> minimizer = Minimizer(factors, np.ones(3), iterations=3)
     >>> def energy(u, gradient):
     ...     gradient[:] = 2.0 * (u - 1.0)
     ...     return float(((u - 1.0) ** 2).sum())
-    >>> minimiser.minimised(energy, np.zeros((3, 3))).u.tolist()
+    >>> minimizer.minimized(energy, np.zeros((3, 3))).u.tolist()
     [[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, 1.0, 1.0]]
     """
 
@@ -104,7 +104,7 @@ class Minimiser:
         """Forget the steps that were made."""
         self._memory: list[tuple[Array, Array, float]] = []
 
-    def minimised(self, objective: Objective, start: Array) -> Minimum:
+    def minimized(self, objective: Objective, start: Array) -> Minimum:
         """Return displacements (n, 3) at which the objective and the energy of contacts are lower than at `start`.
 
         The objective returns its value at its first argument (n, 3) and writes its gradient to the second.
@@ -215,7 +215,7 @@ def _inner(a: Array, b: Array) -> float:
 class Factors:
     """Factors L D L^T of three symmetric matrices of one pattern, one for each coordinate, side by side.
 
-    Several minimisers may share them. They are kept in single precision: they only guess the direction of a step, and
+    Several minimizers may share them. They are kept in single precision: they only guess the direction of a step, and
     solving with them takes as long as reading them from memory.
 
     Attributes

@@ -1,4 +1,4 @@
-"""Muscles as fibres, from their origins on the bone to their insertions in the skin, coloured by contraction."""
+"""Muscles as fibers, from their origins on the bone to their insertions in the skin, colored by contraction."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from ..array_types import Array, IntArray
 from .hair import HairCards, HairLines
 
 COUNT, KNOTS = 7, 14
-"""Fibres of a muscle, and points of each."""
+"""Fibers of a muscle, and points of each."""
 
 SPREAD = 0.5
-"""Angle from the middle of a linear muscle to its outermost fibre, relative to that at which its pull ends."""
+"""Angle from the middle of a linear muscle to its outermost fiber, relative to that at which its pull ends."""
 
 RINGS, ARCS = 4, 3
-"""Rings of a sphincter, and the fibres of which each is made."""
+"""Rings of a sphincter, and the fibers of which each is made."""
 
 RELAXED, CONTRACTED = np.array([226.0, 196.0, 176.0]), np.array([150.0, 8.0, 20.0])
-"""Colours of fibres, 0 to 255."""
+"""Colors of fibers, 0 to 255."""
 
 AROUND = 6
-"""Vertices of the skin that a point of a fibre goes along with."""
+"""Vertices of the skin that a point of a fiber goes along with."""
 
 SMOOTHED = 6
-"""Steps of smoothing along fibres: vertices under which they lie change abruptly."""
+"""Steps of smoothing along fibers: vertices under which they lie change abruptly."""
 
 WIDTH = 0.018
-"""Width of a fibre at its belly, in distances between the pupils."""
+"""Width of a fiber at its belly, in distances between the pupils."""
 
 OPACITY = 0.75
-"""Of fibres: they are seen through the skin, as if it were translucent."""
+"""Of fibers: they are seen through the skin, as if it were translucent."""
 
 BENEATH = 0.45
-"""Fibres are seen through skin in front of them by this, in distances between the pupils: not through the head."""
+"""Fibers are seen through skin in front of them by this, in distances between the pupils: not through the head."""
 
 
-class Fibres:
-    """The fibres of the muscles that pull the skin of a face.
+class Fibers:
+    """The fibers of the muscles that pull the skin of a face.
 
     They lie between bone and skin. Their origins go with the bone, their insertions with the skin, and what is between
     with both. Rings go with the skin alone.
@@ -56,9 +56,9 @@ class Fibres:
     Attributes
     ----------
     names : list of str
-        Of the muscles that have fibres.
+        Of the muscles that have fibers.
     muscle : ndarray of int, shape (count,)
-        The muscle of each fibre, by its number among the names.
+        The muscle of each fiber, by its number among the names.
     half : ndarray, shape (count, knots)
         Half the width at the points, in the unit of the mesh.
 
@@ -66,8 +66,8 @@ class Fibres:
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> fibres = Fibres.of(face)
-    >>> fibres.names[0], fibres.at(face.mesh).shape == (*fibres.half.shape, 3)
+    >>> fibers = Fibers.of(face)
+    >>> fibers.names[0], fibers.at(face.mesh).shape == (*fibers.half.shape, 3)
     ('frontalis_inner_l', True)
     """
 
@@ -92,11 +92,11 @@ class Fibres:
 
     @classmethod
     def of(cls, face: Face) -> Self:
-        """Return the fibres of a face, made at the first call."""
-        return per_face(face, "fibres", None, lambda: cls(face))
+        """Return the fibers of a face, made at the first call."""
+        return per_face(face, "fibers", None, lambda: cls(face))
 
     def at(self, frame: pv.PolyData) -> Array:
-        """Return the points (count, knots, 3) of the fibres in a frame of a simulation, or in the mesh of the face."""
+        """Return the points (count, knots, 3) of the fibers in a frame of a simulation, or in the mesh of the face."""
         state = self._face.state_of(frame)
         points = state.to_rest(state.points)
         rest, skin = self._rest, self._on_skin(self._face.points)
@@ -107,11 +107,11 @@ class Fibres:
         return np.asarray(state.from_rest(rest + self._share * (self._on_skin(points) - skin)))
 
     def _on_skin(self, points: Array) -> Array:
-        """Return places (count, knots, 3) on skin with vertices (n, 3) that fibres go along with."""
+        """Return places (count, knots, 3) on skin with vertices (n, 3) that fibers go along with."""
         return np.asarray((self._weights * points[self._vertices]).sum(axis=-2))
 
     def ribbons(self, frame: pv.PolyData, rates: Mapping[str, float], camera: Array, pixel: float) -> pv.PolyData:
-        """Return the fibres as ribbons, with `paint` (rgba), so near to a camera that they are seen through the skin.
+        """Return the fibers as ribbons, with `paint` (rgba), so near to a camera that they are seen through the skin.
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ def _in_flesh(lines: Array, nearest: IntArray, weights: Array, face: Face) -> Ar
 
 
 def _lines(muscle: Muscle, face: Face) -> Array:
-    """Return the fibres (k, knots, 3) of a muscle as straight lines, or as arcs; none if it does not pull the skin."""
+    """Return the fibers (k, knots, 3) of a muscle as straight lines, or as arcs; none if it does not pull the skin."""
     along, across = np.linspace(0.0, 1.0, KNOTS)[:, None], np.linspace(0.0, 1.0, COUNT)[:, None]
     if isinstance(muscle, SphincterMuscle):
         angle = np.linspace(0.0, 2.0 * np.pi, ARCS * (KNOTS - 1) + 1)

@@ -1,10 +1,10 @@
-// Fibres of muscles, seen through the skin and coloured by contraction; they and their sliders point at each other.
+// Fibers of muscles, seen through the skin and colored by contraction; they and their sliders point at each other.
 
-import { FIBRES } from "./materials.js";
+import { FIBERS } from "./materials.js";
 import { Ribbons } from "./hair.js";
 import { element, titled } from "./sliders.js";
 
-const NEAR = 9; // pixels to a fibre that is pointed at
+const NEAR = 9; // pixels to a fiber that is pointed at
 const DWELL = 350; // ms until its slider is scrolled to
 const MOST = 6; // names that are shown at once
 
@@ -15,23 +15,23 @@ function pointsOf({ arrays: { position } }, box) {
   return Float32Array.from(position, (v, k) => box[k % 3] + (box[3] / 65535) * v);
 }
 
-/** Draw the fibres of a part in a view; while some stand out, the others are faint. */
-export function drawFibres(view, part) {
+/** Draw the fibers of a part in a view; while some stand out, the others are faint. */
+export function drawFibers(view, part) {
   const { half, muscle, rate, position } = part.arrays, { names, knots } = part.info;
   part.ribbons ??= new Ribbons(view.gl, half, new Uint8Array(3 * muscle.length), knots);
   if (part.moved !== position) part.ribbons.move((part.points = pointsOf(part, view.box)));
   part.moved = position;
-  const mixed = (share) => FIBRES.relaxed.map((low, c) => low + share * (FIBRES.contracted[c] - low));
+  const mixed = (share) => FIBERS.relaxed.map((low, c) => low + share * (FIBERS.contracted[c] - low));
   if (part.painted !== rate) part.ribbons.paint(Uint8Array.from([...muscle].flatMap((m) => mixed(rate[m] / 255))));
   part.painted = rate;
   const some = names.some((name) => view.lit.has(name));
-  view.drawRibbons(part.ribbons, FIBRES.beneath, some ? 0.25 : FIBRES.opacity);
+  view.drawRibbons(part.ribbons, FIBERS.beneath, some ? 0.25 : FIBERS.opacity);
   names.forEach((name, m) => {
-    if (view.lit.has(name)) view.drawRibbons(part.ribbons, FIBRES.beneath, 1, muscle.indexOf(m), muscle.lastIndexOf(m) + 1);
+    if (view.lit.has(name)) view.drawRibbons(part.ribbons, FIBERS.beneath, 1, muscle.indexOf(m), muscle.lastIndexOf(m) + 1);
   });
 }
 
-export class Fibres {
+export class Fibers {
   constructor(app, sides) {
     Object.assign(this, { app, view: app.view, tags: [], rows: [] });
     this.box = element("div", { "aria-hidden": "true" });
@@ -43,7 +43,7 @@ export class Fibres {
     }
   }
 
-  get part() { return this.view.parts.get("fibres"); }
+  get part() { return this.view.parts.get("fibers"); }
 
   /** The muscles that a row of sliders contracts. */
   moved({ name }) { return this.app.welcome.atlas.moves[name] ?? []; }
@@ -53,7 +53,7 @@ export class Fibres {
     this.light(row ? this.moved(row) : []);
   }
 
-  /** Let the fibres of muscles stand out, with their names; `pointed`: their sliders, too. */
+  /** Let the fibers of muscles stand out, with their names; `pointed`: their sliders, too. */
   light(names, pointed = false) {
     if ((names.length && !this.part) || String(names) === String([...this.view.lit])) return;
     this.view.lit = new Set(names);
@@ -69,7 +69,7 @@ export class Fibres {
     this.view.request();
   }
 
-  /** Light the fibres under the pointer. */
+  /** Light the fibers under the pointer. */
   hover({ clientX, clientY }) {
     if (!this.part?.points) return;
     const box = this.view.canvas.getBoundingClientRect(), pixel = this.view.projection(), { points, arrays, info: { names, knots } } = this.part;
@@ -84,10 +84,10 @@ export class Fibres {
   /** Is a place seen through the skin, and not behind the head? */
   seen(place) {
     const { view } = this, box = view.canvas.getBoundingClientRect(), { x, y } = view.project(place), hit = view.pick(x + box.left, y + box.top);
-    return !hit || Math.hypot(...view.camera.position.map((c, k) => c - place[k])) < hit.depth + FIBRES.beneath * view.camera.size;
+    return !hit || Math.hypot(...view.camera.position.map((c, k) => c - place[k])) < hit.depth + FIBERS.beneath * view.camera.size;
   }
 
-  /** Put the names of the fibres that stand out beside them: on the outside, one below the other. */
+  /** Put the names of the fibers that stand out beside them: on the outside, one below the other. */
   follow() {
     const { view, part } = this, box = this.box;
     const lit = part?.points ? part.info.names.map((name, m) => [name, m]).filter(([name]) => view.lit.has(name)).slice(0, MOST) : [];
