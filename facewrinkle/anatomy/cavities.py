@@ -205,7 +205,7 @@ def _closed(front: Array, width: float) -> Array:
     radius = round(0.5 * width / STEP)
     i = np.arange(-radius, radius + 1)
     disc = i[:, None] ** 2 + i[None, :] ** 2 <= radius**2
-    return np.asarray(ndimage.gray_closing(front, footprint=disc, mode="nearest"))
+    return np.asarray(ndimage.grey_closing(front, footprint=disc, mode="nearest"))
 
 
 def _front(corners: Array, low: Array, shape: npt.NDArray[np.int64]) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy.ndimage import gray_dilation, map_coordinates
+from scipy.ndimage import grey_dilation, map_coordinates
 from threadpoolctl import threadpool_limits
 
 from ...array_types import Array, IntArray
@@ -264,7 +264,7 @@ def _placed(match: Match, landmarks: Mapping[str, Array], names: list[str]) -> A
     places = _raised(match, flat, match.surface.depth)
     if match.mouth_open:  # on the lips, not between them
         lips = [names.index(name) for name in ("upper_lip_mid", "lower_lip_mid")]
-        places[lips] = _raised(match, flat[lips], gray_dilation(match.surface.depth, size=(5, 5)))
+        places[lips] = _raised(match, flat[lips], grey_dilation(match.surface.depth, size=(5, 5)))
     return places
 
 

@@ -96,7 +96,7 @@ def openings_closed(
 
 def _gray_closing(depth: Array, size: float, grid: Grid) -> Array:
     width = 2 * max(int(size / grid.step / 2), 1) + 1
-    return np.asarray(ndimage.gray_closing(depth, size=(width, width), mode="constant", cval=FARTHEST))
+    return np.asarray(ndimage.grey_closing(depth, size=(width, width), mode="constant", cval=FARTHEST))
 
 
 def _continued(values: Array, known: BoolArray) -> Array:
