@@ -35,7 +35,7 @@ READ = {  # shapes, frames, seconds, largest weight
     "nan_words.csv": (2, 4, 0.3, 0.4),
     "openface_lost_frames.csv": (17, 27, 1.0, 0.7),
     "openface_min.csv": (6, 4, 0.1, 0.74),
-    "openface_normalized.csv": (4, 4, 0.12, 0.93),
+    "openface_normalised.csv": (4, 4, 0.12, 0.93),
     "percent.csv": (52, 31, 1.0, 0.8),
     "pyfeat_every_tenth_frame.csv": (20, 31, 10.0, 0.9),
     "rhubarb.json": (2, 7, 1.2, 1.0),
