@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import Literal
 
@@ -49,8 +48,8 @@ def rig(
         expressions, age (lines of old skin at rest); or names of single shapes.
     wrinkles
         baked into the shapes; separate, as targets NAME_wrinkle to drive by the square of the weight; maps, as up to
-        four layers of normal and height maps with a mask for each shape, beside a smooth rig on the unrefined mesh; or
-        none.
+        four layers of normal and height maps with a mask for each shape, beside a smooth rig on the unrefined mesh,
+        with a module that plays them in three.js; or none.
     level
         How many times a triangle may be split where any shape folds the skin; 0 keeps the mesh, as maps do. Default: 2.
     correctives
@@ -59,7 +58,7 @@ def rig(
     same_mesh
         Write the shapes as vertex displacements of the mesh file itself, in its order, unit and axes, for programs that
         have it open: NAME.npz with the arrays names, points, deltas, reached, unit, and chart if the file has no
-        texture coordinates for maps. Masks are packed, four to an image.
+        texture coordinates for maps.
     map_size
         Width of the maps in texels: a power of two from 64 to 2048. Default: 1024.
     format
@@ -106,7 +105,7 @@ def rig(
         files = write_rig_files(made, path, dense=dense)
     if wrinkles == "maps":
         baked = bake_layers(made, size_of_maps, progress=report.progress)
-        files += write_layers(baked, path, packed=same_mesh)
+        files += write_layers(baked, path)
     if sheet:
         image = draw_sheet(made, progress=report.progress)
         files.append(save_picture(image, folder / f"{stem}_sheet.png"))
@@ -131,13 +130,6 @@ def rig(
     if errors or made.drivers or same_mesh:
         write_whole(folder / f"{stem}.rig.json", facts_text(made, errors))
         files.append(folder / f"{stem}.rig.json")
-    names = [f"{files[0].name} ({size:.1f} MB)", *_listed(files[1:], folder)]
+    names = [f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])]
     rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows | removed_rows(remove_stale(folder / f".{stem}.rig.files", files)))
-
-
-def _listed(files: list[Path], folder: Path) -> list[str]:
-    """Return the names of files in a folder, and the number of those in each folder below it."""
-    below = Counter(path.parent.name for path in files if path.parent != folder)
-    named = [path.name for path in files if path.parent == folder]
-    return named + [f"{name}/ ({count} files)" for name, count in below.items()]

@@ -1,8 +1,8 @@
 """Wrinkles of a whole rig as a few layers of maps, with a mask for each shape, as engines blend them.
 
-Shapes whose wrinkles lie apart share a layer. Each shape has a mask whose four channels say how much of each layer it
-brings in; a program adds masks times squares of weights, as skin folds with the square, and blends the layers' normals
-in by the sums.
+Shapes whose wrinkles lie apart share a layer. Each shape has a mask that says how much of its layer it brings in; a
+program adds masks times squares of weights, as skin folds with the square, and blends the layers' normals in by the
+sums.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib.resources import files as files_of
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,9 @@ FOLDED = 0.03
 
 AROUND = 1.2
 """Standard deviation of the averages of depths and of masks, mm."""
+
+COLUMNS = 4
+"""Tiles in a row of the picture of masks."""
 
 SHARP = 4.0
 """A layer shows the wrinkles of shapes that meet in it in proportion to their depths to this power."""
@@ -107,7 +111,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
     Raises
     ------
     ParameterError
-        For a rig with other wrinkles, texture coordinates outside [0, 1], or another size.
+        For a rig with other wrinkles, or none, texture coordinates outside [0, 1], or another size.
 
     Warns
     -----
@@ -143,10 +147,12 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))
-    number = _colored([each[3] for each in found], 4)  # a mask has four channels, one for each layer
-    most = max((float(np.abs(each[1]).max()) for each in found), default=1e-6)
+    if not found:
+        raise ParameterError("none of the shapes of this rig folds the skin, and maps would be empty.")
+    number = _colored([each[3] for each in found], 4)  # as many as a vector of a shader holds
+    most = max(float(np.abs(each[1]).max()) for each in found)
     normals, heights, masks, layer = [], [], {}, {}
-    for k in range(max(number, default=-1) + 1):
+    for k in range(max(number) + 1):
         own = [each for each, at in zip(found, number, strict=True) if at == k]
         strength = np.stack([each[3] for each in own]).astype(np.float64)
         share = strength**SHARP
@@ -192,21 +198,20 @@ def _colored(depths: Sequence[npt.NDArray[np.float32]], count: int) -> list[int]
     return [used.index(each) for each in number]
 
 
-def write_layers(layers: WrinkleLayers, path: str | Path, *, packed: bool = False) -> list[Path]:
-    """Write layers of wrinkles beside a rig: PNG maps, masks where O3DE looks for them, and a table as JSON.
+def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
+    """Write layers of wrinkles beside a rig: PNG maps, a picture of all masks, a table, and a player for browsers.
 
-    The maps are ``NAME_wrinkle1_normal.png`` and ``NAME_wrinkle1_height.png`` and so on; masks are
-    ``NAME_wrinklemasks/SHAPE_wrinklemask.tif``, whose red, green, blue and alpha are the shares of the layers 1 to 4.
-    ``NAME_wrinkles.json`` names the layer of each shape, and the picture and channel of its mask. `unit_mm` is that of
-    the mesh; `texture_coordinates` are "own", the first set of the mesh, or those of a "chart" around the head.
+    The maps are ``NAME_wrinkle1_normal.png`` and ``NAME_wrinkle1_height.png`` and so on. ``NAME_wrinklemasks.png``
+    holds the masks of the shapes in the red, green and blue of its tiles, which are smaller than the maps, as masks are
+    soft. ``NAME_wrinkles.json`` names the layer of each shape, from 1, and the tile, row by row from 0, and channel of
+    its mask. `unit_mm` is that of the mesh; `texture_coordinates` are "own", the first set of the mesh, or those of a
+    "chart" around the head. ``NAME_wrinkles.js`` plays them in three.js.
 
     Parameters
     ----------
     layers : WrinkleLayers
     path : path
         Of the rig, with or without its ending.
-    packed : bool
-        Four masks to a picture, ``NAME_wrinklemasks1.png`` and so on, in place of one to each.
 
     Returns
     -------
@@ -223,8 +228,8 @@ def write_layers(layers: WrinkleLayers, path: str | Path, *, packed: bool = Fals
     >>> import facewrinkle as fw
     >>> layers = bake_layers(fw.rig(fw.default_face(), "browInnerUp", wrinkles="maps"), size=64)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [file.name for file in write_layers(layers, Path(folder) / "head.glb")]
-    ['head_wrinkle1_normal.png', 'head_wrinkle1_height.png', 'browInnerUp_wrinklemask.tif', 'head_wrinkles.json']
+    ...     [file.name for file in write_layers(layers, Path(folder) / "head.glb")][1:]
+    ['head_wrinkle1_height.png', 'head_wrinklemasks.png', 'head_wrinkles.json', 'head_wrinkles.js']
     """
     path = Path(path)
     stem = path.stem if path.suffix.lower() in (".glb", ".gltf", ".usd", ".usda", ".usdc", ".npz") else path.name
@@ -233,30 +238,56 @@ def write_layers(layers: WrinkleLayers, path: str | Path, *, packed: bool = Fals
         for kind, image in (("normal", normal), ("height", height)):
             files.append(path.with_name(f"{stem}_wrinkle{k}_{kind}.png"))
             write_image(image, files[-1])
-    pictures: dict[str, dict[int, str]] = {}  # names of shapes by channel
-    for k, name in enumerate(layers.masks):
-        where = f"{stem}_wrinklemasks{k // 4 + 1}.png" if packed else f"{stem}_wrinklemasks/{name}_wrinklemask.tif"
-        pictures.setdefault(where, {})[k % 4 if packed else layers.layer[name]] = name
-    rows = {}
-    for where, shapes in pictures.items():
-        files.append(path.parent / where)
-        pixels = np.zeros((*layers.heights[0].shape, 4), np.uint8)
-        for channel, name in shapes.items():
-            pixels[..., channel] = layers.masks[name]
-            rows[name] = {"layer": layers.layer[name] + 1, "channel": "rgba"[channel], "mask": where}
-        write_image(pixels, files[-1], **{} if packed else {"format": "TIFF", "compression": "tiff_lzw"})
-    facts = {
+    files.append(path.with_name(f"{stem}_wrinklemasks.png"))
+    write_image(tiled(list(layers.masks.values())), files[-1])
+    for ending, text in (("json", json.dumps(facts_of(layers, stem), indent=1) + "\n"), ("js", player())):
+        files.append(path.with_name(f"{stem}_wrinkles.{ending}"))
+        with written(files[-1]) as whole:
+            whole.write_text(text, encoding="utf-8")
+    return files
+
+
+def facts_of(layers: WrinkleLayers, stem: str) -> dict[str, object]:
+    """Return what a program must know of layers, and of their files, whose names begin with a stem."""
+    return {
         "layers": [
             {"normal": f"{stem}_wrinkle{k}_normal.png", "height": f"{stem}_wrinkle{k}_height.png"}
             for k in range(1, len(layers.normals) + 1)
         ],
+        "masks": {
+            "picture": f"{stem}_wrinklemasks.png",
+            "columns": COLUMNS,
+            "rows": -(-len(layers.masks) // (3 * COLUMNS)),
+        },
         **conventions(layers.most),
         "unit_mm": layers.unit,
         "texture_coordinates": "chart" if layers.charted else "own",
         "blend": "each layer by the sum over its shapes of weight squared times mask, at most 1",
-        "shapes": rows,
+        "shapes": {
+            name: {"layer": layers.layer[name] + 1, "tile": k // 3, "channel": "rgb"[k % 3]}
+            for k, name in enumerate(layers.masks)
+        },
     }
-    files.append(path.with_name(f"{stem}_wrinkles.json"))
-    with written(files[-1]) as whole:
-        whole.write_text(json.dumps(facts, indent=1) + "\n", encoding="utf-8")
-    return files
+
+
+def tiled(masks: Sequence[npt.NDArray[np.uint8]]) -> npt.NDArray[np.uint8]:
+    """Return one picture (h, w, 3) of masks (s, s): three to a tile, and tiles in rows.
+
+    Tiles have a quarter of the width of masks, but all of up to 256 texels.
+
+    Examples
+    --------
+    >>> tiled([np.full((1024, 1024), 7, np.uint8)] * 13).shape
+    (512, 1024, 3)
+    """
+    size = len(masks[0])
+    step = size // max(size // 4, min(size, 256))
+    small = [mask.reshape(size // step, step, size // step, step).mean(axis=(1, 3)) for mask in masks]
+    small += [np.zeros_like(small[0])] * (-len(small) % (3 * COLUMNS))
+    grid = np.rint(small).astype(np.uint8).reshape(-1, COLUMNS, 3, *small[0].shape)
+    return grid.transpose(0, 3, 1, 4, 2).reshape(-1, COLUMNS * small[0].shape[1], 3)
+
+
+def player() -> str:
+    """Return the module of JavaScript that plays maps."""
+    return (files_of(__package__) / "data" / "wrinkles.js").read_text(encoding="utf-8")

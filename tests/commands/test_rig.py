@@ -56,13 +56,14 @@ def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     options = ["--shapes", "mouthFunnel+mouthPucker", "--wrinkles", "maps", "--map-size", "128", "--correctives", "1"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
     assert {path.name for path in tmp_path.iterdir() if path.name[0] != "."} >= {
-        "head.glb", "head.rig.json", "head_wrinkles.json", "head_wrinkle1_normal.png", "head_wrinklemasks",
+        "head.glb", "head.rig.json", "head_wrinkles.json", "head_wrinkle1_normal.png", "head_wrinklemasks.png",
+        "head_wrinkles.js",
     }  # fmt: skip
     facts = json.loads((tmp_path / "head.rig.json").read_text())
     assert facts["drivers"] == {"mouthFunnel_mouthPucker": ["mouthFunnel", "mouthPucker"]}
     assert read_glb(tmp_path / "head.glb")[0]["meshes"][0]["extras"]["drivers"] == facts["drivers"]
     said = capsys.readouterr().out
-    assert "head_wrinklemasks/ (2 files)" in said
+    assert "head_wrinklemasks.png" in said
     assert "driven by products of weights" in said
 
 
@@ -81,21 +82,21 @@ def test_two_runs_in_one_folder_leave_no_mixture(face, tmp_path, run):
     (tmp_path / "out" / "anna.txt").write_text("a person's")
     files, said = made(*maps)
     assert "anna.html" in said.partition("removed, of an earlier run")[2]
-    maps_of = {"anna_wrinkle1_height.png", "anna_wrinkle1_normal.png", "anna_wrinkles.json"}
-    assert files == {"anna.glb", "anna.txt", "anna_wrinklemasks", *maps_of}
+    maps_of = {f"anna_wrinkle{each}" for each in ("1_height.png", "1_normal.png", "masks.png", "s.json", "s.js")}
+    assert files == {"anna.glb", "anna.txt", *maps_of}
     files, _ = made(*maps, "--same-mesh")
-    assert files == {"anna.npz", "anna.rig.json", "anna.txt", "anna_wrinklemasks1.png", *maps_of}
+    assert files == {"anna.npz", "anna.rig.json", "anna.txt", *maps_of}
 
 
-def test_shapes_of_the_same_mesh_and_packed_masks(face, tmp_path, capsys, monkeypatch):
+def test_shapes_of_the_same_mesh_with_maps(face, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("FACEWRINKLE_PROGRESS", "lines")
     mesh, marks = fw.write_mesh(face.mesh, tmp_path / "ä b.obj", face), tmp_path / "marks.json"
     fw.anatomy.landmarks.write_landmarks(face.landmarks, marks)
     options = ["--shapes", "browInnerUp+jawOpen", "--wrinkles", "maps", "--map-size", "64", "--same-mesh"]
     assert main(["rig", str(mesh), "--landmarks", str(marks), *options, "--out", str(tmp_path / "out")]) == 0
     assert sorted(path.name for path in (tmp_path / "out").iterdir() if path.name[0] != ".") == [
-        "ä b.npz", "ä b.rig.json", "ä b_wrinkle1_height.png", "ä b_wrinkle1_normal.png", "ä b_wrinklemasks1.png",
-        "ä b_wrinkles.json",
+        "ä b.npz", "ä b.rig.json", "ä b_wrinkle1_height.png", "ä b_wrinkle1_normal.png", "ä b_wrinklemasks.png",
+        "ä b_wrinkles.js", "ä b_wrinkles.json",
     ]  # fmt: skip
     with np.load(tmp_path / "out" / "ä b.npz") as shapes:
         assert shapes["names"].tolist() == ["browInnerUp", "jawOpen"]

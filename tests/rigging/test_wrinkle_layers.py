@@ -3,21 +3,24 @@
 what        checked against
 normals     the map of one expression, blended as an engine does it
 layers      a naive count of the wrinkles that lie on each other
-files       Pillow; the names that O3DE looks for
+files       Pillow
+played      a rig whose mesh has the wrinkles, in three.js (see test_write)
 """
 
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from judging import judged
 from PIL import Image
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError
-from facewrinkle.rigging.wrinkle_layers import _colored
+from facewrinkle.rigging.wrinkle_layers import _colored, tiled
 
 SIZE = 512
 SHAPES = {
@@ -89,32 +92,60 @@ def test_what_lies_on_each_other_is_in_other_layers(layers):
     assert clashes(_colored(depths, 4)) < np.median(naive)
 
 
-def test_files_are_where_engines_look(layers, tmp_path):
+def test_files_hold_the_maps_and_masks(layers, tmp_path):
     files = fw.write_layers(layers, tmp_path / "head.glb")
     assert all(path.exists() for path in files)
-    mask = np.asarray(Image.open(tmp_path / "head_wrinklemasks" / "browInnerUp_wrinklemask.tif"))
-    table = json.loads((tmp_path / "head_wrinkles.json").read_text())
-    row = table["shapes"]["browInnerUp"]
-    channel = "rgba".index(row["channel"])
-    assert channel == row["layer"] - 1  # as O3DE blends them
-    np.testing.assert_array_equal(mask[..., channel], layers.masks["browInnerUp"])
-    assert not np.delete(mask, channel, axis=2).any()
-    for each in table["layers"]:
-        assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
-        assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
-
-
-def test_masks_are_packed_four_to_a_picture(layers, tmp_path):
-    files = fw.write_layers(layers, tmp_path / "head.npz", packed=True)
-    assert len([path for path in files if "wrinklemasks" in path.name]) == (len(layers.masks) + 3) // 4
     table = json.loads((tmp_path / "head_wrinkles.json").read_text())
     assert table["unit_mm"] == 1.0
     assert table["texture_coordinates"] == "own"
+    for each in table["layers"]:
+        assert np.asarray(Image.open(tmp_path / each["normal"])).shape == (SIZE, SIZE, 3)
+        assert np.asarray(Image.open(tmp_path / each["height"])).dtype == np.uint16
+    picture = np.asarray(Image.open(tmp_path / table["masks"]["picture"]))
+    columns, rows = table["masks"]["columns"], table["masks"]["rows"]
+    tile = picture.shape[1] // columns
+    assert picture.shape == (rows * tile, columns * tile, 3)
     assert list(table["shapes"]) == list(layers.masks)
     for name, row in table["shapes"].items():
-        picture = np.asarray(Image.open(tmp_path / row["mask"]))
-        np.testing.assert_array_equal(picture[..., "rgba".index(row["channel"])], layers.masks[name])
+        down, across = divmod(row["tile"], columns)
+        small = picture[down * tile :, across * tile :, "rgb".index(row["channel"])][:tile, :tile]
+        mean = Image.fromarray(layers.masks[name]).resize((tile, tile), Image.Resampling.BOX)
+        assert np.abs(small - np.asarray(mean, float)).max() <= 1.0  # rounded elsewhere
         assert row["layer"] == layers.layer[name] + 1
+
+
+@pytest.mark.parametrize(("width", "tile"), [(64, 64), (256, 256), (512, 256), (2048, 512)])
+def test_masks_keep_a_quarter_of_their_width_or_what_is_small(width, tile):
+    bright = np.zeros((width, width), np.uint8)
+    bright[: width // 2] = 200
+    picture = tiled([bright] * 14)
+    assert picture.shape == (2 * tile, 4 * tile, 3)
+    assert (picture[: tile // 2, :tile] == 200).all()
+    assert not picture[tile // 2 : tile].any()
+    assert picture[tile : tile + tile // 2, :tile, :2].all()
+    assert not picture[tile:, :tile, 2].any()
+
+
+@pytest.mark.slow
+def test_maps_play_in_three_as_wrinkles_of_the_mesh_do(face, smooth, layers, tmp_path):
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("there is no chromium")
+    weights = {"browInnerUp": 1.0, "noseSneerLeft": 0.8, "noseSneerRight": 0.8}
+    fw.write_layers(layers, fw.write_rig(smooth, tmp_path / "smooth.glb"))
+    fw.write_rig(fw.rig(face, "+".join(weights), level=3), tmp_path / "folded.glb")
+    assert judged("wrinkles.mjs", browser, str(tmp_path), json.dumps(weights), "700") == {"said": []}
+    names = "smooth", "maps", "folded"
+    smooth, maps, folded = (np.asarray(Image.open(tmp_path / f"{n}.png").convert("L"), float) for n in names)
+    wrinkled = np.abs(folded - smooth) > 6.0
+    assert wrinkled.sum() > 1000
+    assert np.corrcoef((folded - smooth)[wrinkled], (maps - smooth)[wrinkled])[0, 1] > 0.8
+    assert np.abs(folded - maps)[wrinkled].mean() < 0.5 * np.abs(folded - smooth)[wrinkled].mean()
+
+
+def test_a_rig_that_folds_nothing_has_no_maps(face):
+    with pytest.raises(ParameterError, match="folds the skin"):
+        fw.bake_layers(fw.rig(face, "eyeLookUpLeft", wrinkles="maps"), 64)
 
 
 def test_a_face_without_texture_gets_a_chart(face):

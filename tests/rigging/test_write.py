@@ -6,22 +6,20 @@ the format                  Khronos' validator
 what a viewer shows         three.js in a browser without a window: names, pixels, and the neutral face
 a page of its own           what a browser without a window shows
 
-Some need Node with gltf-validator, three and puppeteer-core: FACEWRINKLE_NODE_MODULES names their folder.
+Some need Node, see `judging`.
 """
 
 from __future__ import annotations
 
-import json
-import os
 import re
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from glb_files import read_glb
+from judging import judged
 from PIL import Image
 
 import facewrinkle as fw
@@ -29,23 +27,10 @@ from facewrinkle.errors import MissingPackageError, OutputError
 from facewrinkle.mesh.formats.gltf import Document
 from facewrinkle.rigging import sheet, write_page
 
-JUDGES = Path(__file__).parent / "judges"
-NODE_MODULES = os.environ.get("FACEWRINKLE_NODE_MODULES", "")
-
 
 @pytest.fixture(scope="session")
 def glb(rig, tmp_path_factory):
     return fw.write_rig(rig, tmp_path_factory.mktemp("rig") / "head.glb")
-
-
-def judged(script, *arguments):
-    """What a judge in JavaScript prints."""
-    if shutil.which("node") is None or not Path(NODE_MODULES, "gltf-validator").exists():
-        pytest.skip("FACEWRINKLE_NODE_MODULES names no folder with gltf-validator, three and puppeteer-core")
-    command = ["node", JUDGES / script, NODE_MODULES, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
 
 
 def test_our_reader_gets_back_what_was_written(rig, glb):

@@ -129,22 +129,19 @@ def _group(obj, folder, facts, uv):
 
     def picture(name):
         image = bpy.data.images.load(str(folder / name))
-        image.colorspace_settings.name, image.alpha_mode = "Non-Color", "CHANNEL_PACKED"
+        image.colorspace_settings.name = "Non-Color"
         image.pack()  # the folder is temporary
-        return make.node("ShaderNodeTexImage", uv_map.outputs[0], image=image)
+        return image
 
-    masks, sums = {}, {}
+    channels, sums = _masks(make, picture(facts["masks"]["picture"]), uv_map.outputs[0], facts), {}
     for shape, row in facts["shapes"].items():
-        if row["mask"] not in masks:
-            node = picture(row["mask"])
-            apart = make.node("ShaderNodeSeparateColor", node.outputs["Color"])
-            masks[row["mask"]] = dict(zip("rgba", [*apart.outputs[:3], node.outputs["Alpha"]], strict=True))
-        share = make.math("MULTIPLY", masks[row["mask"]][row["channel"]], _weight(make, obj, shape))
+        share = make.math("MULTIPLY", channels[row["tile"], row["channel"]], _weight(make, obj, shape))
         k = row["layer"] - 1
         sums[k] = make.math("ADD", sums[k], share) if k in sums else share
     slope = (0.0, 0.0, 0.0)
     for k, share in sums.items():
-        normal = picture(facts["layers"][k]["normal"]).outputs["Color"]
+        image = picture(facts["layers"][k]["normal"])
+        normal = make.node("ShaderNodeTexImage", uv_map.outputs[0], image=image).outputs["Color"]
         own = make.vector("SUBTRACT", normal, (0.5, 0.5, 1.0))
         slope = make.vector("ADD", slope, make.scaled(own, make.math("MINIMUM", share, 1.0)))
     color = make.vector("ADD", make.scaled(slope, given.outputs["Strength"]), (0.5, 0.5, 1.0))
@@ -157,6 +154,24 @@ def _group(obj, folder, facts, uv):
     turned = make.vector("ADD", before, make.vector("SUBTRACT", folded.outputs[0], smooth))
     make.node("NodeGroupOutput", make.vector("NORMALIZE", turned))
     return group
+
+
+def _masks(make, image, place, facts):
+    """Return the outputs with the masks in the tiles of an image, by tile, from the uppermost left, and channel.
+
+    Cards take some 16 images in a material; this is one, however many shapes there are.
+    """
+    columns, rows = facts["masks"]["columns"], facts["masks"]["rows"]
+    border = (0.5 * columns / image.size[0], 0.5 * rows / image.size[1], 0.0)  # beyond lies the next tile
+    inside = make.vector("MAXIMUM", place, border)
+    inside = make.vector("MINIMUM", inside, (1.0 - border[0], 1.0 - border[1], 0.0))
+    found = {}
+    for tile in sorted({row["tile"] for row in facts["shapes"].values()}):
+        corner = (tile % columns, rows - 1 - tile // columns, 0.0)
+        at = make.vector("DIVIDE", make.vector("ADD", inside, corner), (columns, rows, 1.0))
+        apart = make.node("ShaderNodeSeparateColor", make.node("ShaderNodeTexImage", at, image=image).outputs["Color"])
+        found.update({(tile, channel): apart.outputs[k] for k, channel in enumerate("rgb")})
+    return found
 
 
 def _weight(make, obj, shape):
