@@ -1,4 +1,7 @@
-"""Judges in JavaScript: FACEWRINKLE_NODE_MODULES names a folder with gltf-validator, three and puppeteer-core."""
+"""Judges in JavaScript, and what browsers show.
+
+FACEWRINKLE_NODE_MODULES names a folder with gltf-validator, three and puppeteer-core.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,9 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 JUDGES = Path(__file__).parent / "rigging" / "judges"
 NODE_MODULES = os.environ.get("FACEWRINKLE_NODE_MODULES", "")
@@ -22,3 +27,22 @@ def judged(script, *arguments):
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
+
+
+def shot(page, picture, hash_="", size=(800, 500)):
+    """What chromium shows of the page of a rig once it is at rest."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    browser = shutil.which("chromium") or shutil.which("google-chrome")
+    if browser is None:
+        pytest.skip("there is no chromium")
+    flags = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    width, height = size
+    with (
+        playwright.sync_playwright() as driver,
+        driver.chromium.launch(executable_path=browser, args=flags) as chromium,
+    ):
+        tab = chromium.new_page(viewport={"width": width, "height": height})
+        tab.goto(f"{page.as_uri()}{hash_}")
+        tab.wait_for_function("window.rig?.still()", timeout=60_000)
+        tab.screenshot(path=picture)
+    return np.asarray(Image.open(picture).convert("RGB"), dtype=float)[:, : width - 320]

@@ -103,14 +103,15 @@ def rig(
         files = [on_source(made, source.face).save(path)]
     else:
         files = write_rig_files(made, path, dense=dense)
+    layers = None
     if wrinkles == "maps":
-        baked = bake_layers(made, size_of_maps, progress=report.progress)
-        files += write_layers(baked, path)
+        layers = bake_layers(made, size_of_maps, progress=report.progress)
+        files += write_layers(layers, path)
     if sheet:
         image = draw_sheet(made, progress=report.progress)
         files.append(save_picture(image, folder / f"{stem}_sheet.png"))
     if page:
-        files.append(write_page(made, folder / f"{stem}.html"))
+        files.append(write_page(made, folder / f"{stem}.html", layers))
     size = files[0].stat().st_size / 1e6
     rows = {
         "shapes": f"{len(made.names)}, of {len(made.parts)} meshes: {', '.join(made.parts)}",

@@ -22,7 +22,7 @@ from ..files import bytes_of
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.amounts import REGIONS
-from ..plotting.views import VIEWS
+from ..plotting.web import cameras_of
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
 from ..rigging.tables import shapes_of_column
@@ -325,10 +325,8 @@ def of_atlas(atlas: Atlas) -> dict[str, Any]:
 def of_face(face: Face, clip: Recorded | Take | None = None) -> dict[str, Any]:
     """Return what a page needs to know of a face: its size, views and landmarks, and which sliders do nothing on it."""
     return {
-        "views": views_of(face),
+        **cameras_of(face),
         "unit": face.unit,
-        "size": face.frame.pupil_distance,
-        "axes": face.frame.axes.tolist(),
         "origin": face.frame.origin.tolist(),
         "landmarks": landmarks_of(face),
         "pulls": pulls_of(face),
@@ -422,16 +420,6 @@ def _attached(place: np.ndarray, face: Face) -> dict[str, Any]:
     """The vertex that a place goes along with, and how far from it the place is."""
     vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
     return {"vertex": vertex, "offset": np.round(place - face.points[vertex], 4).tolist()}
-
-
-def views_of(face: Face) -> dict[str, list[float]]:
-    """Cameras by name: direction towards the camera, the point that it looks at, and the height of the picture."""
-    axes, size = face.frame.axes, face.frame.pupil_distance
-    out = {}
-    for name, view in VIEWS.items():
-        direction = np.asarray(view.direction) @ axes
-        out[name] = [*(direction / np.linalg.norm(direction)).tolist(), *view.focus(face).tolist(), view.height * size]
-    return out
 
 
 def mixture_of_live(weights: Mapping[str, float], face: Face) -> dict[str, float]:

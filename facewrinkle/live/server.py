@@ -27,12 +27,8 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from aiohttp.http_exceptions import HttpProcessingError
 
-from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
 from ..errors import FaceWrinkleError, ParameterError
-from ..plotting.scene import BACKGROUND
-from ..plotting.shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
-from ..plotting.views import LIGHTS, VIEW_ANGLE
-from ..plotting.wet import FULLY_WET, tear_code
+from ..plotting.web import web_files
 from .protocol import FACE_ALONE, LARGEST_MESSAGE, Change, Known, Message, Shown, key_of, message, parse, photo_message
 from .stage import Shown as Frame
 
@@ -41,9 +37,6 @@ LARGEST_UPLOAD = 256 * 2**20
 
 UPLOAD_TIME = 600.0
 """Seconds that the files of a form may take to arrive."""
-
-TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
-"""Kinds of files of the page, by their endings."""
 
 LOG = logging.getLogger(__name__)
 LOG.addFilter(lambda record: not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError)))
@@ -119,31 +112,8 @@ class Client:
 
 
 def page_files() -> dict[str, tuple[str, bytes]]:
-    """Return the files of the page with their types, by name; the shaders are made of those of pictures."""
-    found = {}
-    for entry in files(__package__).joinpath("page").iterdir():
-        ending = entry.name.rpartition(".")[2]
-        if ending in TYPES:
-            found[entry.name] = TYPES[ending], entry.read_bytes()
-    lights = [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS]
-    room, tear = tear_code("aspect", "focal", FULLY_WET)
-    materials = {
-        "tear_declarations": room,
-        "tear": tear.replace("gl_FragData[0]", "vec4 color_of_tear"),
-        "skin": SKIN_MATERIAL.code(len(LIGHTS)),
-        "eye": EYE_MATERIAL.code(len(LIGHTS)),
-        "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
-    }
-    fibers = {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH}
-    lines = [
-        f"export const MATERIALS = {json.dumps(materials)};",
-        f"export const LIGHTS = {json.dumps(lights)};",
-        f"export const FIBERS = {json.dumps(fibers)};",
-        f"export const VIEW_ANGLE = {VIEW_ANGLE};",
-        f"export const BACKGROUND = {json.dumps(BACKGROUND)};",
-    ]
-    found["materials.js"] = TYPES["js"], "\n".join(lines).encode()
-    return found
+    """Return the files of the page with their types, by name."""
+    return web_files(files(__package__) / "page")
 
 
 async def received(request: web.Request, folder: Path) -> None:

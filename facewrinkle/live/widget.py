@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -10,14 +9,12 @@ from typing import TYPE_CHECKING, Any
 import anywidget
 import traitlets
 
+from ..plotting.web import bundled
 from .protocol import LARGEST_MESSAGE, key_of
 from .server import Client, Server, page_files
 
 if TYPE_CHECKING:
     from aiohttp import web
-
-IMPORT = re.compile(r'from "\./([\w]+\.js)"')
-"""The words by which a module of the page names another that it uses."""
 
 STYLE = """
 .facewrinkle-studio {{ {inner}
@@ -27,35 +24,6 @@ STYLE = """
   .sliders {{ overflow-y: auto; flex: 1; padding: 4px 12px; }}
   .view {{ position: relative; }}
 }}
-"""
-
-
-def bundled(files: Mapping[str, tuple[str, bytes]], name: str) -> str:
-    """Return one module that does what a module of the page does, with those that it uses.
-
-    Examples
-    --------
-    >>> text = bundled({"a.js": ("", b'import { b } from "./b.js";'), "b.js": ("", b"export const b = 1;")}, "a.js")
-    >>> text.index("export const b") < text.index("import { b }")
-    True
-    """
-    order: list[str] = []
-
-    def visit(each: str) -> None:
-        if each not in order:
-            for used in IMPORT.findall(files[each][1].decode()):
-                visit(used)
-            order.append(each)
-
-    visit(name)
-    sources = json.dumps({each: files[each][1].decode() for each in order})
-    return f"""const sources = {sources}, places = {{}};
-for (const [name, source] of Object.entries(sources)) {{ // each after those that it uses
-  const text = source.replace(/from "\\.\\/([\\w]+\\.js)"/g, (_, used) => `from "${{places[used]}}"`);
-  places[name] = URL.createObjectURL(new Blob([text], {{ type: "text/javascript" }}));
-}}
-const {{ default: made }} = await import(places[{json.dumps(name)}]);
-export default made;
 """
 
 
@@ -96,7 +64,7 @@ class StudioWidget(anywidget.AnyWidget):
 
     def __init__(self, server: Server, height: int = 520) -> None:
         files = page_files()
-        super().__init__(height=height, _esm=bundled(files, "widget.js"), _css=style(files))
+        super().__init__(height=height, _esm=bundled(files, "widget.js") + "export default made;\n", _css=style(files))
         self._server = server
         self._client: Client | None = None
         self.on_msg(self._received)

@@ -27,8 +27,10 @@ from ..files import output_file, written
 from ..plotting import Style, side_by_side, stacked
 from ..plotting.images import rendered, texture
 from ..plotting.views import aim
+from ..plotting.web import bundled, cameras_of, web_files
 from ..progress import Progress, bar
 from .linear_rig import Rig
+from .wrinkle_layers import WrinkleLayers, facts_of, tiled
 
 SUFFIXES = (".glb", ".gltf", *USD)
 
@@ -110,7 +112,7 @@ def _with_jpeg(model: Model) -> Model:
     return replace(model, png=stream.getvalue())
 
 
-def write_page(rig: Rig, path: str | Path) -> Path:
+def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) -> Path:
     """Write a page with sliders for the shapes of a rig. It needs no server and loads nothing from elsewhere.
 
     Parameters
@@ -118,6 +120,8 @@ def write_page(rig: Rig, path: str | Path) -> Path:
     rig : Rig
     path : path
         Ends in .html. An existing file is replaced.
+    layers : WrinkleLayers, optional
+        Wrinkle maps that the shapes drive, of :func:`facewrinkle.bake_layers`.
 
     Returns
     -------
@@ -139,12 +143,27 @@ def write_page(rig: Rig, path: str | Path) -> Path:
     False
     """
     path = output_file(path, (".html",))
-    page = (files(__package__) / "data" / "viewer.html").read_text(encoding="utf-8")
-    model = base64.b64encode(gzip.compress(rig_bytes(rig, binary=True), mtime=0)).decode()
-    page = page.replace("{{title}}", html.escape(path.stem)).replace("{{model}}", json.dumps(model))
+    data = web_files(files(__package__) / "data")
+    content: dict[str, Any] = {"model": _text(gzip.compress(rig_bytes(rig, binary=True), mtime=0))}
+    content["camera"] = cameras_of(rig.face)
+    if layers is not None:
+        images = [tiled(list(layers.masks.values())), *layers.normals]
+        content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(_png(image)) for image in images]}
+    page = data["rig.html"][1].decode().replace("{{title}}", html.escape(path.stem))
+    page = page.replace("{{code}}", bundled(data, "rig.js")).replace("{{rig}}", json.dumps(content))
     with written(path) as whole:
         whole.write_text(page, encoding="utf-8")
     return path
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(content).decode()
+
+
+def _png(image: Image) -> bytes:
+    stream = BytesIO()
+    Pillow.fromarray(image).save(stream, format="PNG")
+    return stream.getvalue()
 
 
 def sheet(rig: Rig, *, columns: int = 8, size: int = 240, progress: Progress | None = None) -> Image:

@@ -12,7 +12,7 @@ pytest.importorskip("anywidget", reason="the widget needs anywidget")
 from studio_pages import decoded, pages, until
 
 from facewrinkle.live.server import page_files
-from facewrinkle.live.widget import bundled, style
+from facewrinkle.live.widget import style
 
 
 class Notebook:
@@ -64,7 +64,7 @@ def test_its_style_stays_in_the_widget():
 def test_its_module_draws_in_a_browser(studio, browser, monkeypatch):
     """The module alone, on an empty page, with what a kernel would send."""
     widget = studio.widget(height=300)
-    notebook = Notebook(widget, monkeypatch)
+    module, notebook = widget._esm, Notebook(widget, monkeypatch)
     notebook.say("hello")
     welcome = notebook.until(texts("welcome"))[0]
     document = notebook.until(texts("document"))[0]
@@ -92,7 +92,7 @@ def test_its_module_draws_in_a_browser(studio, browser, monkeypatch):
         slider.dispatchEvent(new Event("input"));
         return sent;
         }""",
-        [bundled(page_files(), "widget.js"), [welcome["text"], document["text"]], base64.b64encode(frame).decode()],
+        [module, [welcome["text"], document["text"]], base64.b64encode(frame).decode()],
     )  # fmt: skip
     page.close()
     assert not errors

@@ -13,14 +13,12 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 from glb_files import read_glb
-from judging import judged
-from PIL import Image
+from judging import judged, shot
 
 import facewrinkle as fw
 from facewrinkle.errors import MissingPackageError, OutputError
@@ -128,25 +126,16 @@ def test_every_shape_is_seen_in_three(rig, glb):
 # --- pages and sheets ------------------------------------------------------------------------------
 
 
-def shot(page, picture, hash_=""):
-    """What chromium shows of a page."""
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("there is no chromium")
-    options = ["--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-               "--window-size=800,500", "--hide-scrollbars", "--virtual-time-budget=8000"]  # fmt: skip
-    command = [browser, *options, f"--screenshot={picture}", f"{page.as_uri()}{hash_}"]
-    subprocess.run(command, check=True, capture_output=True, timeout=120)
-    return np.asarray(Image.open(picture).convert("RGB"), dtype=float)[:, :480]
-
-
 @pytest.mark.slow
 def test_a_page_needs_nothing_but_itself(smooth_rig, tmp_path):
     path = write_page(smooth_rig, tmp_path / "<A & B>.html")
     text = path.read_text(encoding="utf-8")
     assert "<title>&lt;A &amp; B&gt;</title>" in text
     assert "{{" not in text
-    assert not re.search(r"(src|href)\s*=|https?:|import\s", text)
+    assert not re.search(r"(src|href)\s*=|https?:", text)
+    used = re.findall(r'from \\"\./(\w+\.js)', text)
+    assert used
+    assert all(f'"{name}": ' in text for name in used)
     with pytest.raises(OutputError, match=r"must end in \.html"):
         write_page(smooth_rig, tmp_path / "head.htm")
 

@@ -1,7 +1,6 @@
 // Fibers of muscles, seen through the skin and colored by contraction; they and their sliders point at each other.
 
 import { FIBERS } from "./materials.js";
-import { Ribbons } from "./hair.js";
 import { element, titled } from "./sliders.js";
 
 const NEAR = 9; // pixels to a fiber that is pointed at
@@ -9,27 +8,6 @@ const DWELL = 350; // ms until its slider is scrolled to
 const MOST = 6; // names that are shown at once
 
 export const muscleTitle = (name) => titled(name).replace(/ l$/, ", left").replace(/ r$/, ", right");
-
-/** Points (3 numbers each) of a part, from whole numbers in the box of its frame. */
-function pointsOf({ arrays: { position } }, box) {
-  return Float32Array.from(position, (v, k) => box[k % 3] + (box[3] / 65535) * v);
-}
-
-/** Draw the fibers of a part in a view; while some stand out, the others are faint. */
-export function drawFibers(view, part) {
-  const { half, muscle, rate, position } = part.arrays, { names, knots } = part.info;
-  part.ribbons ??= new Ribbons(view.gl, half, new Uint8Array(3 * muscle.length), knots);
-  if (part.moved !== position) part.ribbons.move((part.points = pointsOf(part, view.box)));
-  part.moved = position;
-  const mixed = (share) => FIBERS.relaxed.map((low, c) => low + share * (FIBERS.contracted[c] - low));
-  if (part.painted !== rate) part.ribbons.paint(Uint8Array.from([...muscle].flatMap((m) => mixed(rate[m] / 255))));
-  part.painted = rate;
-  const some = names.some((name) => view.lit.has(name));
-  view.drawRibbons(part.ribbons, FIBERS.beneath, some ? 0.25 : FIBERS.opacity);
-  names.forEach((name, m) => {
-    if (view.lit.has(name)) view.drawRibbons(part.ribbons, FIBERS.beneath, 1, muscle.indexOf(m), muscle.lastIndexOf(m) + 1);
-  });
-}
 
 export class Fibers {
   constructor(app, sides) {

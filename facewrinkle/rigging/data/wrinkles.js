@@ -1,6 +1,6 @@
 // Plays the wrinkle maps that facewrinkle writes beside a rig. In three.js (WebGL 2):
 //
-//   import { addWrinkles } from "./head_wrinkles.js";
+//   import { addWrinkles } from './head_wrinkles.js';
 //   await addWrinkles(head.getObjectByName("face"), "head_wrinkles.json", new THREE.TextureLoader());
 //
 // The wrinkles then follow the morph targets of the mesh. It depends on nothing; other renderers use `shader` and `weigh`.

@@ -94,7 +94,10 @@ uniform bool textured, field, labels;
 uniform vec2 range; // of the colors, in shares of that of the values
 `;
 
+const WRINKLES = "/* wrinkle maps */"; // where a page that has some draws them
+
 const SKIN_FRAGMENT = shaded("skin", `
+  ${WRINKLES}
   if (field) {
     float facing = max(normalVCVSOutput.z, 0.0);
     float at = labels ? label : shown;  // labels are not interpolated
@@ -240,10 +243,11 @@ export const PLACES = {
   under: 10, thickness: 11,
 };
 
-/** Compile a program, with its uniforms by name. */
-export function program(gl, name) {
-  const made = gl.createProgram();
-  SOURCES[name].forEach((source, k) => {
+/** Compile a program, with its uniforms by name; code of `wrinkled(normal, place, texture_at)` draws wrinkle maps. */
+export function program(gl, name, code = "") {
+  const made = gl.createProgram(), mapped = (text) => text.replace("void main() {", `${code}\nvoid main() {`)
+    .replace(WRINKLES, "normalVCVSOutput = wrinkled(normalVCVSOutput, place, texture_at);");
+  SOURCES[name].map((source, k) => (code && k ? mapped(source) : source)).forEach((source, k) => {
     const shader = gl.createShader(k ? gl.FRAGMENT_SHADER : gl.VERTEX_SHADER);
     gl.shaderSource(shader, source);
     gl.compileShader(shader);

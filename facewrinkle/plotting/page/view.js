@@ -2,8 +2,7 @@
 
 import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
 import { Camera } from "./camera.js";
-import { drawFibers } from "./fibers.js";
-import { Ribbons, bound } from "./hair.js";
+import { Ribbons, bound, drawFibers } from "./hair.js";
 import { Mean, SHIFTS } from "./mean.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
@@ -80,19 +79,29 @@ export class View extends Picking {
   // --- what comes from the server ---------------------------------------------------------------
 
   setPhoto({ name, bytes }) {
-    const clear = bytes[0] === 0x89; // PNG, which is transparent
-    createImageBitmap(new Blob([bytes], { type: clear ? "image/png" : "image/jpeg" })).then((image) => {
-      const gl = this.gl, form = clear ? gl.RGBA : gl.RGB;
+    createImageBitmap(new Blob([bytes], { type: bytes[0] === 0x89 ? "image/png" : "image/jpeg" })).then((image) => {
       const before = this.photos.get(name);
-      if (before !== this.kept?.photos.get(name)) gl.deleteTexture(before);
-      this.photos = new Map(this.photos).set(name, this.texture());
-      gl.texImage2D(gl.TEXTURE_2D, 0, form, form, gl.UNSIGNED_BYTE, image);
-      gl.generateMipmap(gl.TEXTURE_2D);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
-      const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
-      if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, this.software ? 1 : 8);
+      if (before !== this.kept?.photos.get(name)) this.gl.deleteTexture(before);
+      this.photos = new Map(this.photos).set(name, this.filled(image));
       this.request();
     });
+  }
+
+  /** A texture of an image. */
+  filled(image) {
+    const gl = this.gl, texture = this.texture(), sharp = gl.getExtension("EXT_texture_filter_anisotropic");
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
+    if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, this.software ? 1 : 8);
+    return texture;
+  }
+
+  /** Draw the skin with wrinkle maps: code of `wrinkled`, images of the masks and of the layers, and weights of masks. */
+  wrinkle(code, images, weights) {
+    this.programs.skin = program(this.gl, "skin", code);
+    this.wrinkles = { textures: images.map((image) => this.filled(image)), weights };
+    this.request();
   }
 
   /** The texture for the photo of a part. */
@@ -283,6 +292,9 @@ export class View extends Picking {
     });
   }
 
+  /** Is all drawn that was asked for, as finely as it can be? */
+  get finished() { return !this.asked && !this.coarse && (!this.mean || this.taken === SHIFTS.length); }
+
   resize() {
     this.coarse = this.software && performance.now() < this.busyUntil;
     const ratio = (this.software ? 1 : Math.min(devicePixelRatio, 2)) * (this.coarse ? 0.5 : 1);
@@ -369,7 +381,14 @@ export class View extends Picking {
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform1i(uniforms.photo, 0);
     gl.uniform1i(uniforms.colors, 1);
-    gl.uniform1i(uniforms.textured, part.arrays.texture ? 1 : 0);
+    gl.uniform1i(uniforms.textured, part.arrays.color ? 0 : 1);
+    if (this.wrinkles) {
+      const { textures, weights } = this.wrinkles;
+      textures.forEach((texture, k) => { gl.activeTexture(gl.TEXTURE2 + k); gl.bindTexture(gl.TEXTURE_2D, texture); });
+      gl.uniform1i(uniforms.wrinkleMasks, 2);
+      gl.uniform1iv(uniforms.wrinkleNormals, textures.slice(1).map((_, k) => 3 + k));
+      gl.uniformMatrix4fv(uniforms.wrinkleWeights, false, weights);
+    }
     gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
     const [low, high] = part.range ?? [0, 1], [from, to] = this.locked ?? this.fieldInfo?.range ?? [low, high];
     gl.uniform2f(uniforms.range, (from - low) / (high - low || 1), (to - from) / (high - low || 1) || 1);

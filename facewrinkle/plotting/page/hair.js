@@ -1,5 +1,6 @@
-// Brows and lashes: lines that become ribbons in the vertex shader.
+// Brows, lashes and fibers of muscles: lines that become ribbons in the vertex shader.
 
+import { FIBERS } from "./materials.js";
 import { PLACES } from "./shaders.js";
 
 /** Ribbons along `count` lines of `knots` points. */
@@ -82,4 +83,25 @@ export function bound(corners, place, skin, out) {
     out[p + 2] = az + s * uz + t * vz + long * nz;
   }
   return out;
+}
+
+/** Points (3 numbers each) of a part, from whole numbers in the box of its frame. */
+function pointsOf({ arrays: { position } }, box) {
+  return Float32Array.from(position, (v, k) => box[k % 3] + (box[3] / 65535) * v);
+}
+
+/** Draw the fibers of a part in a view; while some stand out, the others are faint. */
+export function drawFibers(view, part) {
+  const { half, muscle, rate, position } = part.arrays, { names, knots } = part.info;
+  part.ribbons ??= new Ribbons(view.gl, half, new Uint8Array(3 * muscle.length), knots);
+  if (part.moved !== position) part.ribbons.move((part.points = pointsOf(part, view.box)));
+  part.moved = position;
+  const mixed = (share) => FIBERS.relaxed.map((low, c) => low + share * (FIBERS.contracted[c] - low));
+  if (part.painted !== rate) part.ribbons.paint(Uint8Array.from([...muscle].flatMap((m) => mixed(rate[m] / 255))));
+  part.painted = rate;
+  const some = names.some((name) => view.lit.has(name));
+  view.drawRibbons(part.ribbons, FIBERS.beneath, some ? 0.25 : FIBERS.opacity);
+  names.forEach((name, m) => {
+    if (view.lit.has(name)) view.drawRibbons(part.ribbons, FIBERS.beneath, 1, muscle.indexOf(m), muscle.lastIndexOf(m) + 1);
+  });
 }
