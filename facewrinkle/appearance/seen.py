@@ -225,16 +225,15 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
     """Return what is seen besides the skin in a frame: meshes by name, with `paint` (rgb) or texture coordinates.
 
     They are the parts that came with the face, painted eyes where it has none, the flesh between lids and eyeballs,
-    and, between parted lips, the dark pocket of the mouth, teeth and tongue. Painted brows and lashes, whose width in a
-    picture depends on its pixels, are among them only if `always` is true, and so are the insides of a closed mouth:
-    then every frame has the same meshes with the same triangles.
+    painted brows and lashes, and, between parted lips, the dark pocket of the mouth, teeth and tongue. If `always` is
+    true, the insides of a closed mouth are there, too: every frame has the same meshes with the same triangles.
 
     Examples
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> sorted(companion_meshes(face, face.mesh))
-    ['eye_l', 'eye_r']
+    ['brows', 'eye_l', 'eye_r', 'lashes_l', 'lashes_r']
     >>> len(companion_meshes(face, face.mesh, always=True))
     9
     """
@@ -245,8 +244,7 @@ def companion_meshes(face: Face, frame: pv.PolyData, always: bool = False) -> di
     parts |= {f"rim_{side}": rim for side, rim in seen.lid_margins.items()}
     if seen.parted or always:
         parts |= ({"mouth": seen.pocket} if seen.pocket is not None else {}) | seen.mouth_parts
-    if always:
-        parts |= seen.hairs
+    parts |= seen.hairs
     parts = {name: part.copy() for name, part in parts.items()}
     for part in parts.values():
         part.points = state.from_rest(np.asarray(part.points, dtype=np.float64))

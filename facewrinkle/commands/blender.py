@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
-from ..files import output_file, written
+from ..rigging.write import write_extension
 from .options import Report
-
-EXTENSION = Path(__file__).parents[1] / "rigging" / "data" / "blender"
 
 
 def blender(path: Path = Path("facewrinkle-blender.zip"), /, *, quiet: bool = False) -> None:
@@ -23,10 +20,4 @@ def blender(path: Path = Path("facewrinkle-blender.zip"), /, *, quiet: bool = Fa
     quiet
         Print only errors.
     """
-    with (
-        written(output_file(path, [".zip"])) as temporary,
-        zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as whole,
-    ):
-        for file in [*sorted(EXTENSION.glob("*.*")), EXTENSION / "LICENSE"]:
-            whole.write(file, file.name)
-    Report(quiet).say(str(path))
+    Report(quiet).say(str(write_extension(path)))

@@ -47,8 +47,8 @@ def write_mesh(
     face : Face, optional
         The face of the frame: its texture and axes, and the unit of a mesh that is no frame (else millimeters).
     parts : bool
-        In glTF, add meshes for eyes, for the teeth between parted lips, and for all parts that came with the face, such
-        as hair.
+        In glTF, add meshes for eyes, brows and lashes, for the teeth between parted lips, and for all parts that came
+        with the face, such as hair.
     tears : iterable of PolyData
         Surfaces of tears at this time. In glTF they are a transparent mesh "tears", in OBJ a group of this name with a
         material of its own; PLY knows neither, and they go to a second file, NAME_tears.ply.

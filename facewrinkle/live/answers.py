@@ -132,7 +132,7 @@ class Answers:
             "patterns": {"kinds": list(KINDS), "numbers": ranges(Pattern)},
             "tears": ranges(Tear),
             "folder": "" if self._folder is None else str(self._folder.path),
-            "kinds": list(get_args(Kind)),
+            "kinds": {what: what in SLOW for what in get_args(Kind)},
             "regions": list(REGIONS),
             "earlier": self._kept.when,
             "driver": self._driver,

@@ -32,7 +32,7 @@ Text = Annotated[str, Limits(most=256)]
 Camera = Annotated[list[Coordinate], Limits(6, 6)]
 
 
-Kind = Literal["picture", "movie", "glb", "animation", "rig", "face", "atlas", "session"]
+Kind = Literal["picture", "cutout", "movie", "glb", "animation", "rig", "maps", "face", "atlas", "session"]
 """What can be saved."""
 
 

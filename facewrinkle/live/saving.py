@@ -8,12 +8,14 @@ import itertools
 import os
 import pickle
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +27,14 @@ from ..errors import FaceWrinkleError, OutputError, ParameterError
 from ..export import write_mesh
 from ..files import bytes_of, output_folder, write_whole
 from ..plotting import save_picture
+from ..progress import Progress
 from ..session import Session, Subject
 from ..session.player import Player, mixture_of, pictured, scene_of
 from .document import Document
 from .library import Library, Loaded, Tell, telling
 from .stage import Stage
 
-SLOW = ("rig", "movie", "animation")
+SLOW = ("rig", "maps", "movie", "animation")
 """Things that take long, and are made by a process of their own: drawing would let the face stand still meanwhile."""
 
 SESSION = "session.json"
@@ -221,9 +224,10 @@ def save(what: str, session: Session, stage: Stage, library: Library) -> tuple[s
         if what == "glb":
             path = write_mesh(frame, Path(folder) / "face.glb", face, parts=True, tears=tears)
         else:
-            path = Path(folder) / "picture.png"
+            path = Path(folder) / f"{what}.png"
             with scene_of(session, face) as scene:
-                save_picture(pictured(scene, session, frame, tears, rates), path)
+                draw = partial(pictured, scene, session, frame, tears, rates)
+                save_picture(draw() if what == "picture" else scene.cut_out(draw), path)
         return path.name, path.read_bytes()
 
 
@@ -236,25 +240,34 @@ def save_slowly(order: Order, tell: Tell) -> tuple[str, bytes]:
     tell : callable
         Told what is done, and the share of it.
     """
-    if order.what == "rig":
-        return save_rig(order.subject.face, tell)
     with tempfile.TemporaryDirectory() as folder:
-        if order.what == "movie":
-            path = order.session.movie(Path(folder) / "movie.mp4", order.subject, telling(tell))
-        else:
-            path = order.session.animation(Path(folder) / "animation.glb", order.subject, telling(tell))
+        match order.what:
+            case "movie":
+                path = order.session.movie(Path(folder) / "movie.mp4", order.subject, telling(tell))
+            case "animation":
+                path = order.session.animation(Path(folder) / "animation.glb", order.subject, telling(tell))
+            case what:
+                path = _rig(order.subject.face, Path(folder), what == "maps", telling(tell, "Rig: "))
         return path.name, path.read_bytes()
 
 
-def save_rig(face: Face, tell: Tell) -> tuple[str, bytes]:
-    """Return the name and the content of a file with ARKit's blend shapes of a face; on any thread."""
-    from ..rigging import rig, write_rig
+def _rig(face: Face, folder: Path, maps: bool, progress: Progress) -> Path:
+    """Write ARKit's shapes of a face; with maps, all that plays them and the extension for Blender in one file."""
+    from .. import rigging
+    from ..rigging.write import write_extension
 
     if not face.muscles:
         raise ParameterError("a rig needs a face with muscles, and this surface has none.")
-    made = rig(face, level=1, progress=telling(tell, "Rig: "))
-    with tempfile.TemporaryDirectory() as folder:
-        return "rig.glb", write_rig(made, Path(folder) / "rig.glb").read_bytes()
+    if not maps:
+        return rigging.write_rig(rigging.rig(face, level=1, progress=progress), folder / "rig.glb")
+    made = rigging.rig(face, wrinkles="maps", progress=progress)
+    layers = rigging.bake_layers(made, progress=progress)
+    inside = folder / "maps"
+    inside.mkdir()
+    rigging.write_layers(layers, rigging.write_rig(made, inside / "rig.glb"))
+    rigging.write_page(made, inside / "rig.html", layers)
+    write_extension(inside / "facewrinkle-blender.zip")
+    return Path(shutil.make_archive(str(inside), "zip", inside))
 
 
 def atlas_with(face: Face, session: Session) -> str:

@@ -353,6 +353,34 @@ class Scene:
         self._drawing = cache(begun(self.plotter, self._samples))
         return self._drawing
 
+    def cut_out(self, draw: Callable[[], Image]) -> Image:
+        """Return a picture of this scene with nothing behind: ndarray of uint8, shape (height, width, 4).
+
+        Parameters
+        ----------
+        draw : callable
+            Returns the picture; called twice, over black and over white, whose difference tells the opacity.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> with Scene(face, Style(size=(60, 80))) as scene:
+        ...     image = scene.cut_out(lambda: scene.picture(face.mesh))
+        >>> image.shape, int(image[0, 0, 3]), int(image[40, 30, 3])
+        ((80, 60, 4), 0, 255)
+        """
+        renderer, over = self.plotter.renderer, []
+        for ground in ("black", "white"):
+            renderer.set_background(ground)
+            self._shown = None  # the end of a bust goes over into the background
+            over.append(draw().astype(float))
+        renderer.set_background(BACKGROUND[0], top=BACKGROUND[1])
+        self._shown = None
+        clear = np.clip((over[1] - over[0]).mean(axis=2, keepdims=True) / 255.0, 0.0, 1.0)
+        color = over[0] / np.maximum(1.0 - clear, 1.0 / 255.0)
+        return np.rint(np.dstack([np.clip(color, 0.0, 255.0), 255.0 * (1.0 - clear)])).astype(np.uint8)
+
     def _wait(self) -> None:
         """Take the picture that was begun, before anything in the scene changes."""
         if self._drawing is not None:

@@ -6,6 +6,7 @@ import base64
 import gzip
 import html
 import json
+import zipfile
 from dataclasses import replace
 from importlib.resources import files
 from io import BytesIO
@@ -153,6 +154,16 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
     page = page.replace("{{code}}", bundled(data, "rig.js")).replace("{{rig}}", json.dumps(content))
     with written(path) as whole:
         whole.write_text(page, encoding="utf-8")
+    return path
+
+
+def write_extension(path: str | Path) -> Path:
+    """Write the extension for Blender, a .zip file to install."""
+    folder, path = files(__package__) / "data" / "blender", output_file(path, (".zip",))
+    with written(path) as whole, zipfile.ZipFile(whole, "w", zipfile.ZIP_DEFLATED) as archive:
+        for file in sorted(folder.iterdir(), key=lambda each: each.name):
+            if file.is_file():
+                archive.writestr(file.name, file.read_bytes())
     return path
 
 

@@ -16,7 +16,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.attachments import combined_mesh
 from facewrinkle.anatomy.finding.features import DARKER, PHOTO_STEP, rise_of_dark_bands
 from facewrinkle.anatomy.parts import ball_of
-from facewrinkle.appearance.seen import companion_meshes
+from facewrinkle.appearance.seen import Appearance, companion_meshes
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import to_polydata
 from facewrinkle.plotting import Scene, Style
@@ -132,7 +132,7 @@ def test_cards_of_lashes_without_their_picture_are_not_drawn(face):
             dressed = fw.fit_face(skin.append_polydata(lashes), face.landmarks, units="mm")
         assert any("lashes_l are cards" in str(one.message) for one in warned) != drawn
         assert list(dressed.parts) == ["lashes_l"]
-        assert ("lashes_l" in companion_meshes(dressed, dressed.mesh)) == drawn
+        assert ("lashes_l" in Appearance.of(dressed).own) == drawn
         with Scene(dressed, Style((32, 32))) as scene:
             scene.show(dressed.mesh)
             assert ("lashes_l" in scene.drawn_parts["hair"]) != drawn

@@ -24,6 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
 PHOTO = np.random.default_rng(4).integers(0, 256, (9, 7, 4), dtype=np.uint8)
 RED, WHITE = [200, 20, 20], [212, 204, 199]
 NAMES = ["eye_l", "eye_r", "hair"]
+PAINTED = ["brows", "lashes_l", "lashes_r"]
 
 
 def card(face):
@@ -66,7 +67,7 @@ def written(dressed, tmp_path_factory):
 
 def test_what_is_written_is_read_again(dressed, written):
     again = fitted(written, dressed)
-    assert list(again.parts) == NAMES
+    assert list(again.parts) == ["eye_l", "eye_r", "fuzz", "hair", "lashes_l", "lashes_r"]
     assert again.mesh.n_cells == dressed.mesh.n_cells
     np.testing.assert_array_equal(again.texture, dressed.texture)  # that of the skin, though the hair has more faces
     np.testing.assert_array_equal(again.parts["hair"].texture, PHOTO)
@@ -90,7 +91,7 @@ def test_eyes_of_ones_own_are_written_in_place_of_painted_ones(dressed, tmp_path
     simulation.look(yaw=25.0)
     *_, frame = simulation.run(3)
     scene = trimesh.load_scene(fw.write_mesh(frame, tmp_path / "a.glb", dressed, parts=True), process=False)
-    assert set(scene.geometry) == {"face", *NAMES}
+    assert set(scene.geometry) == {"face", *NAMES, *PAINTED}
     wanted = dressed.parts_at(frame)
     for name in NAMES:
         geometry = scene.geometry[name]
@@ -137,9 +138,11 @@ def test_parts_stay_with_a_head_that_turns(dressed, face):
 
 @pytest.fixture(scope="module")
 def animated(written, played, tmp_path_factory):
-    """The same file with a shape on the skin that comes within half a second."""
+    """The same file without what was painted, and with a shape on the skin that comes within half a second."""
     file = GltfFile()
     file.content, file.blob = read_glb(written)
+    (scene,), nodes = file.content["scenes"], file.content["nodes"]
+    scene["nodes"] = [k for k in scene["nodes"] if nodes[k]["name"] not in PAINTED]
     face = next(mesh for mesh in file.content["meshes"] if mesh["name"] == "face")
     skin = file.content["accessors"][face["primitives"][0]["attributes"]["POSITION"]]
     shape = np.asarray(played("paper_surprise").held.displacement)

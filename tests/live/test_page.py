@@ -288,6 +288,12 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
     page.get_by_role("button", name="Picture", exact=True).click()
     told = until(lambda: re.search(r"Saved as (.*\.png)", page.inner_text("#panel-save")))
     assert pv.read(told[1]).dimensions == (1200, 640, 1)
+    page.get_by_role("button", name="Cut-out").click()
+    file = until(lambda: next(saved.glob("cutout_*.png"), None))
+    until(lambda: file.name in page.inner_text("#panel-save"))
+    with Image.open(file) as cut:
+        assert cut.size == (1200, 640)
+        assert [cut.getpixel(at)[3] for at in ((2, 2), (600, 320))] == [0, 255]
     page.get_by_role("button", name="Copy as Python").click()
     until(lambda: "sim.express" in page.inner_text("#panel-save"))
 

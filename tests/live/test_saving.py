@@ -12,8 +12,10 @@ stopped              | an error, and nothing in the terminal
 
 from __future__ import annotations
 
+import io
 import json
 import threading
+import zipfile
 from unittest.mock import Mock
 
 import numpy as np
@@ -29,7 +31,7 @@ from facewrinkle.files import inputs_kept
 from facewrinkle.live import saving
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library, Loaded
-from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess
+from facewrinkle.live.saving import Folder, Kept, Order, SavingProcess, save_slowly
 from facewrinkle.session import Session, Subject
 from facewrinkle.session.session import START
 
@@ -209,6 +211,22 @@ def test_what_another_has_written_meanwhile_is_kept(folder):
         assert (folder.path / "session.json").read_text() == document.session.to_json()
     found = {path.name: json.loads(path.read_text())["intensity"] for path in folder.path.iterdir()}
     assert found == {"session_1.json": 0.3, "session_2.json": 0.4, "session.json": 0.5}
+
+
+@pytest.mark.slow
+def test_maps_come_with_all_that_plays_them(face):
+    told = []
+    name, content = save_slowly(Order("maps", START, Subject(face)), lambda *what: told.append(what))
+    assert name == "maps.zip"
+    assert told
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        names = {*archive.namelist()}
+        facts = json.loads(archive.read("rig_wrinkles.json"))
+        with zipfile.ZipFile(io.BytesIO(archive.read("facewrinkle-blender.zip"))) as extension:
+            assert "blender_manifest.toml" in extension.namelist()
+    used = [facts["masks"]["picture"], *(file for layer in facts["layers"] for file in layer.values())]
+    assert names >= {"rig.glb", "rig.html", "rig_wrinkles.js", *used}
+    assert {"browInnerUp", "mouthSmileLeft"} <= facts["shapes"].keys()
 
 
 class Run:

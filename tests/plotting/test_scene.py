@@ -12,6 +12,7 @@ from drawing import SMALL, difference, held, on_screen
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError
 from facewrinkle.mesh import ARRAYS
 from facewrinkle.plotting import Scene, Style, picture, pictures
+from facewrinkle.plotting.scene import BACKGROUND
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +49,20 @@ def test_scene_shows_the_last_frame_and_forgets_the_others(face, wrinkled, bare)
         np.testing.assert_array_equal(image, expected)
     assert difference(alone[0], alone[1]).max() > 30
     assert difference(alone[0], alone[2]).max() > 30
+
+
+def test_a_picture_is_its_cut_out_over_the_background(face, wrinkled):
+    with Scene(face, Style(SMALL)) as scene:
+        over = scene.picture(wrinkled).astype(float)
+        cut = scene.cut_out(lambda: scene.picture(wrinkled)).astype(float)
+        again = scene.picture(wrinkled)
+    np.testing.assert_array_equal(over, again)
+    opacity, up = cut[..., 3:] / 255.0, 1.0 - (np.arange(SMALL[1]) + 0.5)[:, None, None] / SMALL[1]
+    low, high = (np.array(pv.Color(each).int_rgb) for each in BACKGROUND)
+    assert np.abs(opacity * cut[..., :3] + (1.0 - opacity) * (low + up * (high - low)) - over).max() < 2.0
+    assert 0.2 < (opacity == 1.0).mean() < 0.8
+    assert not opacity[0].any()
+    assert np.unique(opacity).size > 100  # edges, and the end of the bust
 
 
 def test_clay_has_one_color_and_shows_the_same_form(face, wrinkled):

@@ -3,9 +3,10 @@
 import { element } from "./sliders.js";
 
 const FILES = {
-  picture: ["Picture", "From this view, in the size below"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
-  glb: ["Mesh (GLB)", "The face as shown, with eyes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
-  rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh. Wrinkle maps for your own mesh: facewrinkle rig, or facewrinkle blender"], face: ["Face", "The fitted face, to open again later"],
+  picture: ["Picture", "From this view, in the size below"], cutout: ["Cut-out (PNG)", "The picture with a transparent ground"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
+  glb: ["Mesh (GLB)", "The face as shown, with eyes, brows, lashes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
+  rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh"],
+  maps: ["Maps (ZIP)", "The rig on a coarse mesh, its wrinkle maps, a page and a module of three.js that play them, and the extension for Blender"], face: ["Face", "The fitted face, to open again later"],
   atlas: ["Atlas (TOML)", "Muscles, action units and expressions; the current expression is called “studio”"],
   session: ["Session", "All settings, to open again later"],
 };
@@ -27,9 +28,9 @@ export function saving({ folder, kinds }, app) {
   app.panels.updates.push(({ look }) => sides.forEach((side, k) => { side.value = look.size[k]; }));
   const stop = document.getElementById("stop");
   stop.onclick = () => connection.send("stop");
-  const save = (what) => async () => {
+  const save = (what, slow) => async () => {
     note.textContent = "Saving …";
-    stop.hidden = !["movie", "animation", "rig"].includes(what);
+    stop.hidden = !slow;
     try {
       const got = await connection.ask("save", { what, camera: app.cameraNumbers() });
       note.textContent = got.path ? `Saved as ${got.path}` : `Downloaded ${got.name}.`;
@@ -38,8 +39,8 @@ export function saving({ folder, kinds }, app) {
     stop.hidden = true;
   };
   return [
-    ...kinds.map((what) => element("div", { class: "file" },
-      element("button", { text: FILES[what]?.[0] ?? what, onclick: save(what) }), element("span", { text: FILES[what]?.[1] ?? "" }))),
+    ...Object.entries(kinds).map(([what, slow]) => element("div", { class: "file" },
+      element("button", { text: FILES[what][0], onclick: save(what, slow) }), element("span", { text: FILES[what][1] }))),
     element("div", { class: "actions" }, element("span", { text: "Size" }), sides[0], "×", sides[1], "pixels"),
     element("div", { class: "actions" }, element("button", { text: "Copy as Python", onclick: copy })),
     note, code,
