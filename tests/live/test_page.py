@@ -176,6 +176,9 @@ def test_nothing_is_cut_off_on_small_screens(opened, studio, size):
             }).map((e) => e.outerHTML)"""
         )
         assert not outside
+        assert page.locator("#help-button").is_visible()
+        assert page.locator("#reset").is_visible()
+        assert page.locator("header").bounding_box()["height"] < 80.0  # two rows at most
         face = page.locator("canvas").bounding_box()
         assert face["width"] * face["height"] > 0.2 * width * height
     if width <= 1080:
@@ -189,9 +192,10 @@ def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(opened, face, tmp_p
     session = {"facewrinkle session": 1, "intensity": 0.5, "face": "other.ply"}
     (tmp_path / "session.json").write_text(json.dumps(session))
     with Studio(face, browser=False, save_to=tmp_path) as studio:
-        page = opened(studio.url)
+        page = opened(studio.url, width=390, height=844)
         offer, compare = page.locator("#offer").bounding_box(), page.locator("#compare").bounding_box()
         assert compare["y"] + compare["height"] < offer["y"]  # neither covers the other
+        assert 0.0 < offer["x"] < offer["x"] + offer["width"] < 390.0
         page.get_by_role("button", name="Resume").click()
         until(lambda: "other.ply' is not open" in page.inner_text("#message"))
         assert page.locator("#offer").is_visible()

@@ -6,7 +6,7 @@ const FILES = {
   picture: ["Picture", "From this view, in the size below"], cutout: ["Cut-out (PNG)", "The picture with a transparent ground"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
   glb: ["Mesh (GLB)", "The face as shown, with eyes, brows, lashes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
   rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh"],
-  maps: ["Maps (ZIP)", "The rig on a coarse mesh, its wrinkle maps, a page and a module of three.js that play them, and the extension for Blender"], face: ["Face", "The fitted face, to open again later"],
+  maps: ["Maps (ZIP)", "A coarse rig with wrinkle maps, a page and a three.js module that play them, and the Blender extension"], face: ["Face", "The fitted face, to open again later"],
   atlas: ["Atlas (TOML)", "Muscles, action units and expressions; the current expression is called “studio”"],
   session: ["Session", "All settings, to open again later"],
 };
