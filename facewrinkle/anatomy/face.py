@@ -19,9 +19,8 @@ from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops
 from ..mesh import closest_places, to_polydata
-from ..mesh.arrays import is_frame, rest_of
-from ..mesh.frame_state import FrameState
-from .atlas import Atlas, load_atlas
+from ..mesh.arrays import FrameState, is_frame, rest_of
+from .atlas import Atlas, Mixture, load_atlas
 from .attachments import Attachments, combined_mesh
 from .cavities import IN_MOUTH, Cavities, Lining
 from .eyeball import Eyeball
@@ -30,7 +29,6 @@ from .eyelids import LidWeights, lid_share, lid_weights
 from .head import BrowHairs
 from .identity import fold_depth
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, frame_of, lips_middle
-from .mixtures import Mixture
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Mandible, Tissue, jaw_weights, tissue_of

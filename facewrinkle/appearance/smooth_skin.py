@@ -9,10 +9,10 @@ import pyvista as pv
 
 from ..anatomy.face import Face, per_face
 from ..array_types import Array, IntArray
+from ..geometry.depth_buffer import openness
 from ..geometry.interpolation import barycentric, interpolated
 from ..geometry.normals import normalize, vertex_normals
 from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
-from ..geometry.visibility import openness
 from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
 
 LONGEST, BEND, SAGITTA = 8.0, np.radians(5.0), 0.06

@@ -18,11 +18,10 @@ from cyclopts import Parameter
 from rich.console import Console
 from rich.table import Table
 
-from ..anatomy.atlas import Atlas, read_atlas
+from ..anatomy.atlas import Atlas, parse_weights, read_atlas
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face
 from ..anatomy.fitting import default_face, fit_face, millimeters, surface, unit_by_size
-from ..anatomy.mixtures import parse_weights
 from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..plotting.views import Style

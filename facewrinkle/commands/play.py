@@ -12,7 +12,7 @@ import numpy as np
 import pyvista as pv
 from cyclopts import Parameter
 
-from ..anatomy.mixtures import parse_weights
+from ..anatomy.atlas import parse_weights
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, check_range, check_whole, warn

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.atlas import Atlas, load_atlas, read_atlas
-from ..anatomy.mixtures import parse_weights
+from ..anatomy.atlas import Atlas, load_atlas, parse_weights, read_atlas
 from ..errors import ParameterError
 from ..session import Folds, Look, Session
 from ..session.player import Player, pictured, scene_of

@@ -19,9 +19,8 @@ from ..geometry.equations import anisotropy, deepest
 from ..geometry.interpolation import interpolated
 from ..geometry.normals import vertex_normals
 from ..geometry.refinement import Change
-from .activation import Activation
 from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
-from .compression import StrainField, per_length, tangents_of
+from .compression import Activation, StrainField, per_length, tangents_of
 from .entries import LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
 SMALLEST = 0.4
@@ -55,7 +54,7 @@ class MuscleWrinkles(Layer):
     ----------
     rates : ndarray, shape (k,)
         Contraction rates of the last frame. Where the motion has none (a recording), the activation of the muscles by
-        measured compression: :class:`facewrinkle.layers.activation.Activation`.
+        measured compression: :class:`facewrinkle.layers.compression.Activation`.
 
     Examples
     --------

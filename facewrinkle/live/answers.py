@@ -21,7 +21,7 @@ from ..errors import ParameterError, unknown_name
 from ..files import bytes_of
 from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
-from ..layers.wave_folds.amounts import REGIONS
+from ..layers.wave_folds.layer import REGIONS
 from ..plotting.web import cameras_of
 from ..rigging import Take
 from ..rigging.shapes import VISEMES

@@ -27,8 +27,7 @@ from ..array_types import Array, IntArray
 from ..geometry.closest_point import closest
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import split_vertices
-from ..mesh.arrays import COLORS, CORNERS, corner_texture, has_colors, in_bytes, is_frame, rest_of
-from ..mesh.frame_state import FrameState
+from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..plotting.scene import PLAIN_COLOR
 from .protocol import FIBERS, LARGEST, Box, Part, small_normals
 

@@ -13,8 +13,8 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
+from ..anatomy.atlas import Mixture
 from ..anatomy.face import Face
-from ..anatomy.mixtures import Mixture
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
+from ..anatomy.atlas import split_names
 from ..anatomy.face import Face
-from ..anatomy.mixtures import split_names
 from ..errors import ParameterError, UnknownNameError, unknown_name
 from .modeled import Movements
 

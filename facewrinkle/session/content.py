@@ -14,7 +14,7 @@ from ..anatomy.landmarks import NAMES
 from ..errors import ParameterError, unknown_name
 from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..layers.patterns_on_skin.kinds import KINDS
-from ..layers.wave_folds.amounts import REGIONS
+from ..layers.wave_folds.layer import REGIONS
 from ..plotting.views import VIEWS
 from ..schemas import Limits, Share, conforming, kinds_of, plain, table_of
 from .parts import (

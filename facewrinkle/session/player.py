@@ -18,7 +18,7 @@ from ..layers.base import Layer
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.patterns_on_skin.presets import table
 from ..layers.patterns_on_skin.region import check_size
-from ..layers.wave_folds.amounts import SIDES
+from ..layers.wave_folds.layer import SIDES
 from ..plotting import TearScene
 from ..plotting.views import VIEW_ANGLE, Style, View
 from ..rigging import Performer

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
+from ..anatomy.atlas import Mixture
 from ..anatomy.eyeball import gaze_of
 from ..anatomy.face import Face
 from ..anatomy.fitting import surface
-from ..anatomy.mixtures import Mixture
 from ..anatomy.muscles import EyeMuscle
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded

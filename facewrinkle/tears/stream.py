@@ -26,11 +26,10 @@ from ..geometry.topology import ring_triangles
 from ..mesh import MeshLike, to_polydata
 from ..mesh.arrays import is_frame
 from . import path as paths
-from .clearance import kept_off
 from .drop import Sampled
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .shape import Shape, extruded, outline, raised, smoothed_head, solid, thickness
-from .strip import Binding, bind, bulge, strip_along
+from .strip import Binding, bind, bulge, kept_off, strip_along
 from .support_surface import SupportSurface, support_surface
 
 EDGE = 0.002

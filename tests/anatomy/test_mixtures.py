@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from facewrinkle.anatomy.mixtures import parse_weights, split_names
+from facewrinkle.anatomy.atlas import parse_weights, split_names
 from facewrinkle.errors import ParameterError
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from facewrinkle.geometry.visibility import DIRECTIONS, Lamp, openness
+from facewrinkle.geometry.depth_buffer import DIRECTIONS, Lamp, openness
 
 GROUND = 20.0 * np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 SQUARE = np.array([[0, 1, 2], [0, 2, 3]])

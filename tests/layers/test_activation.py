@@ -16,8 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import zones
-from facewrinkle.layers.activation import FULL, SLACK, Activation
-from facewrinkle.layers.compression import StrainField
+from facewrinkle.layers.compression import FULL, SLACK, Activation, StrainField
 
 
 @pytest.fixture(scope="module")

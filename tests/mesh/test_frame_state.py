@@ -16,8 +16,7 @@ from scipy.spatial.transform import Rotation
 import facewrinkle as fw
 from facewrinkle.anatomy.eyeball import gaze_of
 from facewrinkle.errors import MeshError
-from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE, UNIT
-from facewrinkle.mesh.frame_state import FrameState
+from facewrinkle.mesh.arrays import GAZE, OF_PART, POSE, UNIT, FrameState
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0]])
 

@@ -7,7 +7,7 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.errors import UnknownNameError
-from facewrinkle.layers.wave_folds.amounts import REGIONS, amounts
+from facewrinkle.layers.wave_folds.layer import REGIONS, amounts
 
 
 def nearest(face, *names):
