@@ -17,7 +17,7 @@ from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import boundary_loops
+from ..geometry.topology import boundary_loops, unique_edges
 from ..mesh import closest_places, to_polydata
 from ..mesh.arrays import FrameState, is_frame, rest_of
 from .atlas import Atlas, Mixture, load_atlas
@@ -244,6 +244,16 @@ class Face:
     def triangles(self) -> npt.NDArray[np.int32]:
         """Vertices of the triangles (m, 3)."""
         return np.ascontiguousarray(self.mesh.regular_faces, dtype=np.int32)
+
+    @cached_property
+    def normals(self) -> Array:
+        """Unit normals (n, 3) of the vertices at rest."""
+        return vertex_normals(self.points, self.triangles)
+
+    @cached_property
+    def edges(self) -> npt.NDArray[np.int32]:
+        """Edges (e, 2) of the mesh."""
+        return unique_edges(self.triangles)[0]
 
     @cached_property
     def boundary_loops(self) -> list[npt.NDArray[np.int32]]:

@@ -13,7 +13,6 @@ from ..anatomy.head import BrowHairs, load_head
 from ..anatomy.landmarks import fitted_map, frame_of
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import barycentric, height_above, smoothstep
-from ..geometry.normals import vertex_normals
 from ..geometry.topology import ring_quads
 from ..mesh.arrays import closest_places, reshaped
 
@@ -149,7 +148,7 @@ class Brows(Hairs):
 
     def __init__(self, hairs: BrowHairs, face: Face) -> None:
         self.hairs = hairs
-        self._rest = hairs.polylines(face.points, face.triangles, vertex_normals(face.points, face.triangles))
+        self._rest = hairs.polylines(face.points, face.triangles, face.normals)
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
         self._sides = [_Stiffness(self._rest, np.flatnonzero(side), self.STIFF, self.FINE) for side in (left, ~left)]
         self._deepest = 0.08 * face.frame.pupil_distance

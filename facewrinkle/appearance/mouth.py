@@ -286,7 +286,7 @@ def _lips_of_bag(face: Face, centre: Array) -> tuple[int, int] | None:
     depth = face.cavities.depth(face.points)
     if not (depth[(np.abs(local[:, :2]) < [0.3, 0.25]).all(axis=1)] > IN_MOUTH).any():
         return None
-    up = vertex_normals(face.points, face.triangles) @ face.frame.axes[1]
+    up = face.normals @ face.frame.axes[1]
     near = (np.abs(local[:, 0]) < 0.1) & (np.abs(local[:, 1]) < 0.25) & (local[:, 2] > -0.2)
     ends = []
     for sign in (-1.0, 1.0):  # the upper lip faces down where it meets the lower one

@@ -22,7 +22,6 @@ from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.interpolation import smoothstep
-from ..geometry.normals import vertex_normals
 from ..mesh.arrays import rest_of
 
 SKIN_COLOR = (211.0, 169.0, 142.0)
@@ -100,7 +99,7 @@ class SkinPainter:
         self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(NOSTRIL_TILT))
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
-        self._tree, normals = cKDTree(face.points), vertex_normals(face.points, face.triangles)
+        self._tree, normals = cKDTree(face.points), face.normals
         self._facing = [  # True for vertices that face the ball
             ((face.points - opening.eye.centre) * normals).sum(axis=1) < 0.0 for opening in self._openings
         ]

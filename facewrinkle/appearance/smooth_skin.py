@@ -131,7 +131,7 @@ def _split(
     """Corners and shares (n - n0, 3) of new vertices, by their hosts and places at rest, and what is split."""
     corners = face.triangles[host]
     shares = barycentric(places, face.points[corners])
-    upright = vertex_normals(face.points, face.triangles)
+    upright = face.normals
     points = np.concatenate([face.points, lifted(places, face.points[corners], upright[corners], shares)])
     normals = np.concatenate([upright, interpolated(upright, corners, shares)])
     normalize(normals)

@@ -15,7 +15,6 @@ from ..anatomy.face import Face
 from ..array_types import Image
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
-from ..geometry.normals import vertex_normals
 from ..plotting import side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
 from ..plotting.wet import TearScene
@@ -135,7 +134,7 @@ def _close(face: Face, places: Sequence[Any], tears: list[Tear]) -> View:
     place = np.asarray(places[0], dtype=np.float64)
     first = next((tear for tear in tears if isinstance(tear, SheddingTear)), None)
     seen = place[None] if first is None else first.path.points
-    normals = vertex_normals(face.points, face.triangles)
+    normals = face.normals
     out = normals[np.linalg.norm(face.points - place, axis=1).argmin()]
     height = max(float(np.ptp(seen, axis=0).max()), 0.1 * HEAD_SIZE / face.unit)
     return surface_view(face, 0.5 * (seen.min(axis=0) + seen.max(axis=0)), out, height)

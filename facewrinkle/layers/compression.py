@@ -16,7 +16,7 @@ from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
 from ..geometry.compilation import compiled
 from ..geometry.interpolation import interpolated, smoothstep
-from ..geometry.normals import double_areas, tangent_axes, vertex_normals
+from ..geometry.normals import double_areas, tangent_axes
 
 
 class StrainField:
@@ -349,7 +349,7 @@ class Activation:
         self._used, local = np.unique(face.triangles[hosts], return_inverse=True)
         self._corners = np.repeat(local.reshape(-1, 3).astype(np.int32), 4, axis=0)
         self._weights = np.tile(QUARTERS, (len(hosts), 1))
-        upright, rest = vertex_normals(face.points, face.triangles)[self._used], field.metric[self._used]
+        upright, rest = face.normals[self._used], field.metric[self._used]
         self._basis = orthonormal_tangents(rest, upright)
         where, normals, metric = (
             interpolated(values, self._corners, self._weights) for values in (face.points[self._used], upright, rest)

@@ -14,7 +14,6 @@ from ..array_types import Array, BoolArray
 from ..errors import check_range, check_whole
 from ..geometry import closest_point as closest
 from ..geometry.interpolation import interpolated
-from ..geometry.normals import vertex_normals
 from .base import Displacement, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
@@ -140,7 +139,6 @@ class Gathered:
 
     def __init__(self, face: Face, muscles: list[Muscle], zones: BoolArray, metric: Array) -> None:
         points, triangles = face.points, face.triangles
-        upright = vertex_normals(points, triangles)
         own = [k for k, muscle in enumerate(muscles) if isinstance(muscle, Crease) and zones[k].any()]
         self._row = np.full(len(muscles), -1)
         self._row[own] = np.arange(len(own))
@@ -153,7 +151,7 @@ class Gathered:
             found = [closest.closest(points, inside, place) for place in places]
             at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
-            normal, rest = (interpolated(values, at, share) for values in (upright, metric))
+            normal, rest = (interpolated(values, at, share) for values in (face.normals, metric))
             normal /= np.linalg.norm(normal, axis=1, keepdims=True)
             corners.append(at)
             weights.append(share)

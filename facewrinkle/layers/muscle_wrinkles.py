@@ -17,7 +17,6 @@ from ..errors import check_flag, check_range
 from ..geometry.compilation import compiled
 from ..geometry.equations import anisotropy, deepest
 from ..geometry.interpolation import interpolated
-from ..geometry.normals import vertex_normals
 from ..geometry.refinement import Change
 from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import Activation, StrainField, per_length, tangents_of
@@ -103,8 +102,7 @@ class MuscleWrinkles(Layer):
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
         self._state: SurfaceState | None = None
-        self._vertices: list[tuple[slice | IntArray, SurfacePoints]] = []  # those of the last frame, and changes since
-        self._places, self._placed = dict[str, np.ndarray](), np.empty(0, int)
+        self._vertices: SurfacePoints | None = None
         self._missed = np.empty(0, int)
         self.rates = np.zeros(len(self._muscles))
         self._epsilon, self._relief = np.empty(0), Relief.flat(0)
@@ -115,10 +113,8 @@ class MuscleWrinkles(Layer):
         if not self.inextensible:
             new.steep[:] = 0.0
         self._folds = self._folds.followed(change.kept, new)
-        self._vertices.append((change.kept, created))
-        places, self._state = located(created, self._muscles, self._located_zones, self._placed), None
-        before = self._places or {name: values[:0] for name, values in places.items()}
-        self._places = {name: np.concatenate([before[name][change.kept], new]) for name, new in places.items()}
+        self._vertices = created if self._vertices is None else self._vertices.followed(change.kept, created)
+        self._state = None
         self._leading: tuple[BoolArray, dict[str, np.ndarray], tuple[BoolArray, IntArray]] | None = None
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._relief = Relief.flat(len(self._folds.starts) - 1)
@@ -129,7 +125,7 @@ class MuscleWrinkles(Layer):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
         folds, relief = self._folds, self._relief
-        self._state, self._vertices = state, [(slice(None), state.vertices)]
+        self._state, self._vertices = state, state.vertices
         self._epsilon = self._compressed(state)
         self.rates = state.rates if len(state.rates) else self._activated(state.strain)
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
@@ -164,31 +160,26 @@ class MuscleWrinkles(Layer):
         """Return lambda, gamma and epsilon of the dominant muscle, its index, and W."""
         contracting = self.rates > 0.0
         if self._leading is None or (self._leading[0] != contracting).any():  # else all but epsilon is as it was
-            found = over(self._placed_by(contracting), self._folds.leading(self._epsilon, self.rates))
+            places = self._located_by(np.flatnonzero(self._located & contracting))
+            found = over(places, self._folds.leading(self._epsilon, self.rates))
             self._leading = contracting, found, self._folds.lead(self.rates)
         _, found, (where, lead) = self._leading
         return {**found, "epsilon": scattered(where, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
 
-    def _placed_by(self, contracting: BoolArray) -> dict[str, np.ndarray]:
-        """Return the places of all vertices in the regions of those muscles (k,) that contract."""
-        some = np.flatnonzero(self._located & contracting)
-        if self._state is not None and not np.array_equal(some, self._placed):
-            self._placed = some
-            self._places = located(self._state.vertices, self._muscles, self._located_zones, some)
-        return self._places
+    def _located_by(self, some: IntArray) -> dict[str, np.ndarray]:
+        """Return the places of all vertices in the regions of some muscles."""
+        assert self._vertices is not None
+        return located(self._vertices, self._muscles, self._located_zones, some)
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray] | None:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere; None if
         its folds are those of another layer. Where its lines are waves, W is 0.
         """
         if self._located[muscle]:
-            vertices = self._vertices[0][1]
-            for kept, created in self._vertices[1:]:
-                vertices = vertices.followed(kept, created)
-            found = located(vertices, self._muscles, self._located_zones, np.array([muscle]))
-            region, epsilon = found.pop("muscle") >= 0, np.zeros(len(vertices.points))
-            if self._state is not None:
-                compressed = self._state.compression(self._muscles[muscle].fold_direction(vertices.points))
+            found = self._located_by(np.array([muscle]))
+            region, epsilon = found.pop("muscle") >= 0, np.zeros(len(found["lambda"]))
+            if (state := self._state) is not None:
+                compressed = state.compression(self._muscles[muscle].fold_direction(state.vertices.points))
                 epsilon = np.where(region, compressed, 0.0)
             return {**found, "epsilon": epsilon, "W": np.zeros_like(epsilon), "region": region}
         if not self._drawn[muscle]:
@@ -231,7 +222,7 @@ def outer_skin(face: Face) -> Array:
     """
     if not face.landmarks:
         return np.ones(len(face.points))
-    lined, normals = face.lining.vertices.copy(), vertex_normals(face.points, face.triangles)
+    lined, normals = face.lining.vertices.copy(), face.normals
     for eye in face.eyes:
         if eye.side in face.eyelid_openings and eye.side not in face.lid_rims:
             offset = face.points - eye.centre

@@ -19,7 +19,6 @@ from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name
 from ..files import bytes_of
-from ..geometry.normals import vertex_normals
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.layer import REGIONS
 from ..plotting.web import cameras_of
@@ -379,7 +378,7 @@ def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
     fibers, so that each can be taken. A sphincter is pulled from its side towards its centre, and the jaw down.
     """
     found: dict[str, dict[str, Any]] = {}
-    normals = vertex_normals(face.points, face.triangles)
+    normals = face.normals
     front, taken = face.frame.axes[:2].T, np.empty((0, 2))  # room is what there is seen from the front
     for name, muscle in face.muscles.items():
         ends = _pull(muscle, face)

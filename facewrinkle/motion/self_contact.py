@@ -23,7 +23,6 @@ from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.closest_point import closest as closest_triangle
 from ..geometry.normals import triangle_normals, vertex_normals
-from ..geometry.topology import unique_edges
 from .constraints import from_lips
 from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 
@@ -310,7 +309,7 @@ def facing_lids(face: Face, area: Array) -> Samples:
     >>> len(lids.allowed) > 50, np.unique(lids.partners[lids.partners >= len(face.points)]) - len(face.points)
     (True, array([0, 1]))
     """
-    edges = unique_edges(face.triangles)[0].astype(np.int64)
+    edges = face.edges.astype(np.int64)
     found = [of_vertices(np.empty(0, np.int64), np.empty((0, 3), np.int64), 0.0, area)]
     for k, eye in enumerate(face.eyes):
         opening = face.eyelid_openings.get(eye.side)
@@ -328,7 +327,7 @@ def lid_ridges(face: Face) -> IntArray:
     >>> len(lid_ridges(fw.default_face())) > 30
     True
     """
-    edges = unique_edges(face.triangles)[0].astype(np.int64)
+    edges = face.edges.astype(np.int64)
     found = [np.empty((0, 2), np.int64)]
     for opening in face.eyelid_openings.values():
         lids = _Lids(face, opening, edges)

@@ -17,7 +17,6 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.topology import unique_edges
 from ._skin_kernels import add_turns
 from .constraints import from_lips
 
@@ -187,7 +186,7 @@ def _arch(face: Face, jaw: str) -> tuple[Array, Array, Array, BoolArray, IntArra
         close = (np.linalg.norm(places, axis=1) < 50.0 * scale) & (np.abs(places[:, 1]) < 25.0 * scale)
         return np.asarray(close & outside & (flat[:, 1] > 0.3 * half[1]))
 
-    edges, _ = unique_edges(face.triangles)
+    edges = face.edges
     lips = (face.points * face.unit - local @ face.frame.axes)[0]
     axes = face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]]
     return lips + middle @ face.frame.axes, axes, half, before(local), edges[before(local[edges].mean(axis=1))]
@@ -230,7 +229,7 @@ def samples_of(
     """
     vertices = np.flatnonzero(near)
     if edges is None:
-        edges, _ = unique_edges(face.triangles)
+        edges = face.edges
         edges = edges[near[edges].all(axis=1)]
     edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit

@@ -21,7 +21,7 @@ from ..anatomy.muscles import JawMuscle, turned
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import smoothstep
 from ..geometry.laplacian import cotangent_laplacian, symmetric_factors
-from ..geometry.normals import vertex_areas, vertex_normals
+from ..geometry.normals import vertex_areas
 
 # Lengths are in distances between the pupils (63 mm).
 
@@ -197,7 +197,7 @@ class Movements:
         if not len(moving) or len(near) < SMOOTHED_OVER:
             return np.zeros_like(local)
         tree = cKDTree(local[near])
-        normals = (vertex_normals(self.face.points, self.face.triangles) @ self.face.frame.axes.T)[near]
+        normals = (self.face.normals @ self.face.frame.axes.T)[near]
         places, step = local[moving].copy(), amount / ROLL_STEPS * weight[moving, None]
         for _ in range(ROLL_STEPS):
             normal = normals[tree.query(places, SMOOTHED_OVER)[1]].mean(axis=1)

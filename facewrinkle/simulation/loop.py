@@ -144,7 +144,6 @@ class Simulation:
             self._use(*self._prepared(fold_layers(face, folds) if layers is None else layers))
             eye_muscles = [isinstance(face.muscles.get(name), EyeMuscle) for name in self.motion.names]
             self._eye_muscles: IntArray = np.flatnonzero(eye_muscles)
-            self._base_normals = vertex_normals(face.points, face.triangles)
             self.reset()
 
     def _prepared(self, layers: Sequence[Layer]) -> tuple[list[Layer], int]:
@@ -345,7 +344,7 @@ class Simulation:
         """Go back to the triangles of the face, of which none is split."""
         face = self.face
         self.forest = RedGreenForest(face.triangles, self._level, face.mesh.n_points)
-        self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self._base_normals)
+        self.vertices = SurfacePoints.of_forest(self.forest, self.face.points, self.face.normals)
         for layer in self.layers:
             layer.attach(face)
             layer.follow(Change(slice(None), len(face.points)), self.vertices)
@@ -529,7 +528,7 @@ class Simulation:
         """Bring vertices and layers in step with a change of the triangles."""
         with self._timed("refinement"):
             created = SurfacePoints.of_forest(
-                self.forest, self.face.points, self._base_normals, self.forest.n_points - change.n_created
+                self.forest, self.face.points, self.face.normals, self.forest.n_points - change.n_created
             )
             self.vertices = self.vertices.followed(change.kept, created)
             self._frames.remesh()

@@ -19,14 +19,13 @@ from scipy.spatial import cKDTree
 from skins import held
 
 import facewrinkle as fw
-from facewrinkle.anatomy.reduced_face import ReducedFace
 from facewrinkle.errors import ParameterError
 from facewrinkle.geometry.interpolation import interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
 from facewrinkle.geometry.topology import euler_characteristic, unique_edges
 from facewrinkle.geometry.untangling import LEAST
 from facewrinkle.mesh import to_polydata
-from facewrinkle.motion.skin_mesh import SKIN_VERTICES, WORTHWHILE, SkinMesh
+from facewrinkle.motion.skin_mesh import SKIN_VERTICES, WORTHWHILE, ReducedFace, SkinMesh
 
 RMS, MOST = 0.15, 0.5
 """Distance, mm, from the skin simulated whole: root mean square, and that of 95 %."""

@@ -219,26 +219,24 @@ class Muscle:
         return self.folds or self
 
     def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """The muscle's two coordinates of (n, 3) points."""
-        n = len(checked_points(points))
-        return np.zeros(n), np.zeros(n)
+        """The muscle's two coordinates of (n, 3) points; see :meth:`located`."""
+        return self.located(points)[:2]
 
     def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """True (n,) for points (n, 3) in the wrinkling region."""
-        return np.zeros(len(checked_points(points)), dtype=bool)
+        """True (n,) for points (n, 3) in the wrinkling region; see :meth:`located`."""
+        return self.located(points)[2]
 
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
         """The two coordinates of (n, 3) points, and whether they lie in the wrinkling region."""
-        return *self.coordinates(points), self.wrinkling_region(points)
+        n = len(checked_points(points))
+        return np.zeros(n), np.zeros(n), np.zeros(n, dtype=bool)
 
     @property
     def reach(self) -> tuple[Array, float]:
         """Centre (3,) and radius of a ball that holds the wrinkling region, and beyond which :meth:`force` and
         :meth:`bunched` are 0; infinite if none is known.
         """
-        acts = any(
-            getattr(type(self), name) is not getattr(Muscle, name) for name in ("wrinkling_region", "force", "bunched")
-        )
+        acts = any(getattr(type(self), name) is not getattr(Muscle, name) for name in ("located", "force", "bunched"))
         return np.zeros(3), np.inf if acts else 0.0
 
     def envelope(self, points: npt.ArrayLike) -> Array:

@@ -152,10 +152,14 @@ class Crease(Muscle):
         """c, how far the furrow reaches on the side without a crest."""
         return self._furrow * (1.0 + FAR * (1.0 - self.worn))
 
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points."""
-        x, q, _, _ = self._plane(points)
-        return x / self._axes[0], q / self.width
+    def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
+        """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points; and
+        True where lambda is within the span, and they are within the width and the thickness.
+        """
+        x, q, _, away = self._plane(points)
+        place, across = x / self._axes[0], (q <= 3.0 * self._furrow) & (q >= -self._far)
+        inside = (place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness)
+        return place, q / self.width, inside
 
     def of_person(self, rng: np.random.Generator) -> Self:
         """Return the crease of a person: its depth times ``1 + variety r``, and ``variety r / 2`` of its width as a
@@ -180,12 +184,6 @@ class Crease(Muscle):
         y = self._bow * x * (length - x) + q * np.sqrt(1.0 + slope**2)
         return np.asarray(self.path[0] + x[:, None] * forward + y[:, None] * aside)
 
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """lambda within the span, and within the width and the thickness."""
-        x, q, _, away = self._plane(points)
-        place, across = x / self._axes[0], (q <= 3.0 * self._furrow) & (q >= -self._far)
-        return np.asarray((place >= self.span[0]) & (place <= self.span[1]) & across & (away <= self.thickness))
-
     @property
     def reach(self) -> tuple[Array, float]:
         """About the middle of the chord, up to the corners of the box that holds the region."""
@@ -197,8 +195,8 @@ class Crease(Muscle):
 
     def envelope(self, points: npt.ArrayLike) -> Array:
         """At: the taper towards both ends."""
-        place = (self.coordinates(points)[0] - self.span[0]) / (self.span[1] - self.span[0])
-        return np.where(self.wrinkling_region(points), self._tapered(place), 0.0)
+        along, _, inside = self.located(points)
+        return np.where(inside, self._tapered((along - self.span[0]) / (self.span[1] - self.span[0])), 0.0)
 
     def cover(self, points: npt.ArrayLike) -> Array:
         """Share (n,) of the skin that this fold takes up: all of it at the furrow, none at the borders of the line."""

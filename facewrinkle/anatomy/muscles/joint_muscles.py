@@ -15,7 +15,18 @@ from .base import WRINKLES, Muscle, unit
 
 
 @dataclass(frozen=True, eq=False)
-class JawMuscle(Muscle):
+class _Joint(Muscle):
+    """A muscle that moves no skin by itself, but a bone, a lid, an eye or the tongue."""
+
+    ignored = WRINKLES
+    folding = "it does not fold the skin"
+
+    def __post_init__(self) -> None:
+        self._check_common()
+
+
+@dataclass(frozen=True, eq=False)
+class JawMuscle(_Joint):
     """The depressors of the mandible, which turns about its hinge.
 
     Parameters
@@ -37,21 +48,18 @@ class JawMuscle(Muscle):
     1.2
     """
 
-    ignored = WRINKLES
-    folding = "it does not fold the skin"
-
     hinge: Array
     axis: Array
     angle: float
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         self._set(hinge=vector("hinge", self.hinge), axis=unit(vector("axis", self.axis)))
         check_range("angle", self.angle, 0.0, 0.6)
 
 
 @dataclass(frozen=True, eq=False)
-class TongueMuscle(Muscle):
+class TongueMuscle(_Joint):
     """The muscle that puts out the tongue; it moves no skin.
 
     Examples
@@ -61,24 +69,15 @@ class TongueMuscle(Muscle):
     True
     """
 
-    ignored = WRINKLES
-    folding = "it does not fold the skin"
-
-    def __post_init__(self) -> None:
-        self._check_common()
-
 
 @dataclass(frozen=True, eq=False)
-class _OfEye(Muscle):
+class _OfEye(_Joint):
     """A muscle of one eye, which goes with it and its lids wherever these are placed."""
-
-    ignored = WRINKLES
-    folding = "it does not fold the skin"
 
     side: str
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         if self.side not in ("l", "r"):
             raise ParameterError(f"side must be 'l' or 'r', received {self.side!r}.")
 

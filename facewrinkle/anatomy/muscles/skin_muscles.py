@@ -109,24 +109,15 @@ class LinearMuscle(Muscle):
         across = np.linalg.norm(offset - along[:, None] * fiber, axis=1)
         return along, np.arctan2(across, along), offset
 
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """lambda = l / R and gamma = phi_i / phi (Eq. 2) of (n, 3) points."""
-        along, angle, _ = self._polar(points)
-        return equations.linear_coordinates(along, angle, self.radius, self.max_angle)
-
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """lambda_w <= lambda <= 1 and gamma <= 1, in front of the attachment; where furrows are round, with r / R for
-        lambda.
-        """
-        return self._region(*self._polar(points))[1]
-
     def _region(self, along: Array, angle: Array, offset: Array) -> tuple[Array, BoolArray]:
-        """The place along the muscle, by which furrows lie, and the wrinkling region."""
+        """The place along the muscle, by which furrows lie, and the wrinkling region: lambda_w <= lambda <= 1 and
+        gamma <= 1, in front of the attachment; where furrows are round, with r / R for lambda.
+        """
         lam = self._towards_folds(along, offset) / self.radius
         return lam, (lam >= self.wrinkles.start) & (lam <= 1.0) & (angle <= self.max_angle) & (along > 0.0)
 
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
-        """See :class:`Muscle`."""
+        """lambda = l / R and gamma = phi_i / phi (Eq. 2) of (n, 3) points, and True in the wrinkling region."""
         along, angle, offset = self._polar(points)
         place = equations.linear_coordinates(along, angle, self.radius, self.max_angle)
         return *place, self._region(along, angle, offset)[1]
@@ -252,20 +243,14 @@ class SheetMuscle(Muscle):
         offset = checked_points(points) - origin
         return offset @ fiber, np.abs(offset @ across), np.abs(offset @ normal)
 
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points."""
-        return self.located(points)[:2]
-
     def _half_width(self, along: Array) -> Array:
         """Ws / 2 at each distance from the attachment line."""
         return np.full_like(along, 0.5 * self.width)
 
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """lambda_w <= lambda <= 1 and gamma <= 1, within the sheet's thickness."""
-        return self.located(points)[2]
-
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
-        """See :class:`Muscle`."""
+        """lambda = l / Ls and gamma = 2 h / Ws (Eq. 12) of (n, 3) points, and True in the wrinkling region: lambda_w <=
+        lambda <= 1 and gamma <= 1, within the sheet's thickness.
+        """
         along, across, away = self._plane(points)
         lam, gamma = equations.sheet_coordinates(along, across, self.length, 2.0 * self._half_width(along))
         inside = (lam >= self.wrinkles.start) & (lam <= 1.0) & (gamma <= 1.0) & (away <= self.thickness)
@@ -485,16 +470,10 @@ class SphincterMuscle(Muscle):
             np.abs(offset @ np.asarray(self.normal)),
         )
 
-    def coordinates(self, points: npt.ArrayLike) -> tuple[Array, Array]:
-        """The relative radius r (Eq. 14) and the signed angle psi of (n, 3) points."""
-        return self.located(points)[:2]
-
-    def wrinkling_region(self, points: npt.ArrayLike) -> BoolArray:
-        """-beta1 <= psi <= beta2 and rw <= r <= 1, within the muscle's thickness."""
-        return self.located(points)[2]
-
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
-        """See :class:`Muscle`."""
+        """The relative radius r (Eq. 14) and the signed angle psi of (n, 3) points, and True in the wrinkling region:
+        -beta1 <= psi <= beta2 and rw <= r <= 1, within the muscle's thickness.
+        """
         s, t, away = self._local(points)
         r, psi = equations.sphincter_coordinates(s, t, self.semi_major, self.semi_minor)
         around = (psi >= -self.beta1) & (psi <= self.beta2)

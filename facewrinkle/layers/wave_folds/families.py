@@ -16,7 +16,7 @@ from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
 from ...geometry.interpolation import smoothstep
-from ...geometry.normals import vertex_areas, vertex_normals
+from ...geometry.normals import vertex_areas
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -81,7 +81,7 @@ class FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
         strain = StrainField(face.points * face.unit, face.triangles)
         area = vertex_areas(face.points, face.triangles)
-        basis = orthonormal_tangents(strain.metric, vertex_normals(face.points, face.triangles))
+        basis = orthonormal_tangents(strain.metric, face.normals)
         found = [_compressions(strain, basis, shape) for shape in shapes]
         power = [float((area * squared).sum()) for squared, _ in found]
         families: list[list[int]] = []
@@ -124,7 +124,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
         If a shape does not have the vertices of the face.
     """
     strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
-    basis = orthonormal_tangents(strain.metric, vertex_normals(face.points, face.triangles))
+    basis = orthonormal_tangents(strain.metric, face.normals)
     found = {}
     for name, positions in shapes.families.items():
         total = np.zeros_like(strain.metric)

@@ -21,7 +21,6 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
 from ...geometry.interpolation import interpolated, smoothstep
 from ...geometry.laplacian import symmetric_factors
-from ...geometry.normals import vertex_normals
 from ...geometry.refinement import RedGreenForest
 from ...geometry.topology import side_lengths
 from ..base import SurfacePoints
@@ -276,7 +275,7 @@ def found_stripes(
     zone = zone_of(face, compression)
     ground = Ground(face, zone, level_for(face, zone, length))
     rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
-    normals, local = ground.at(vertex_normals(face.points, face.triangles)), ground.at(length)
+    normals, local = ground.at(face.normals), ground.at(length)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     sideways = np.outer(face.frame.axes[0], face.frame.axes[0])
     area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
