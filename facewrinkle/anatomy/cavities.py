@@ -11,15 +11,13 @@ from copy import copy
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray
 from ..geometry.depth_buffer import sampled_depth_buffer
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
-from ..geometry.topology import side_lengths
+from ..geometry.topology import connected, side_lengths
 from .landmarks import FaceFrame
 
 # --- The depth map of the face from the front ---------------------------------------------------------------
@@ -177,10 +175,7 @@ class Lining:
         depth, forward = cavities.depth(points), vertex_normals(points, triangles) @ cavities.frame.axes[2]
         free = ~cavities.outer(points) | (forward < -0.5)  # turned back, it is not seen, however thin the lips are
         edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
-        edges = edges[free[edges].all(axis=1)]
-        n = len(points)
-        graph = coo_array((np.ones(len(edges)), tuple(edges.T)), shape=(n, n))
-        label = connected_components(graph, directed=False)[1]
+        label = connected(edges[free[edges].all(axis=1)], len(points))
         # Skin that is also connected with forehead and cheeks belongs to the lining only where it lies deep.
         self._tree = cKDTree(points)
         face = self._tree.query([landmarks[name] for name in ("glabella", "zygion_l", "zygion_r")])[1]

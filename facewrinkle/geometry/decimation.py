@@ -7,8 +7,6 @@ from heapq import heappop, heappush
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..array_types import Array, IntArray
 from .compilation import compiled
@@ -112,10 +110,8 @@ def _lines(
     neighbors = np.full((n, 2), -1, np.int64)
     pair = both[degree[both[:, 0]] == 2].reshape(-1, 2, 2)
     neighbors[pair[:, 0, 0]] = pair[:, :, 1]
-    graph = coo_array((np.ones(len(chosen), np.int8), tuple(chosen.T)), shape=(n, n))
-    count, loop = connected_components(graph, directed=False)
-    left = np.bincount(loop, minlength=count)
-    return kind, neighbors, loop.astype(np.int64), left.astype(np.int64)
+    loop = connected(chosen, n).astype(np.int64)
+    return kind, neighbors, loop, np.bincount(loop)
 
 
 @compiled

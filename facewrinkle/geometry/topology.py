@@ -158,6 +158,20 @@ def euler_characteristic(triangles: ArrayLike) -> int:
     return len(np.unique(array)) - len(edges) + len(array)
 
 
+def connected(links: ArrayLike, n: int) -> IntArray:
+    """Component (n,) of each of n things, counted from 0; those that pairs (k, 2) name are connected.
+
+    Examples
+    --------
+    >>> connected([[0, 2], [2, 3]], 5).tolist()
+    [0, 1, 0, 0, 2]
+    """
+    pairs = np.reshape(links, (-1, 2)).T
+    graph = coo_array((np.ones(pairs.shape[1], bool), pairs), shape=(n, n))
+    label: IntArray = connected_components(graph, directed=False)[1]
+    return label
+
+
 def components(triangles: ArrayLike) -> IntArray:
     """Component (m,) of each triangle, counted from 0; triangles that share a vertex are connected.
 
@@ -167,9 +181,7 @@ def components(triangles: ArrayLike) -> IntArray:
     [0, 1, 0]
     """
     array = as_triangles(triangles)
-    n = int(array.max()) + 1
-    links = np.concatenate([array[:, :2], array[:, 1:]])
-    _, label = connected_components(coo_array((np.ones(len(links), np.int8), links.T), shape=(n, n)), directed=False)
+    label = connected(np.concatenate([array[:, :2], array[:, 1:]]), int(array.max()) + 1)
     numbered: IntArray = np.unique(label[array[:, 0]], return_inverse=True)[1].astype(np.int32)
     return numbered
 
@@ -187,11 +199,7 @@ def sheets(triangles: ArrayLike) -> IntArray:
     offsets, around = incident_triangles(sides)
     after = np.ones(len(around), bool)
     after[offsets[:-1]] = False  # the first triangle of each edge follows none
-    links = np.stack([around[np.flatnonzero(after) - 1], around[after]])
-    weights = np.ones(links.shape[1], np.int8)
-    _, label = connected_components(coo_array((weights, links), shape=(len(array), len(array))), directed=False)
-    numbered: IntArray = label.astype(np.int32)
-    return numbered
+    return connected(np.stack([around[np.flatnonzero(after) - 1], around[after]], axis=1), len(array))
 
 
 def _shared(triangles: IntArray, sides: IntArray) -> tuple[NDArray[np.int64], NDArray[np.int64], BoolArray]:
@@ -236,9 +244,7 @@ def oriented(triangles: ArrayLike) -> IntArray:
     # Double cover: each triangle stands once as it is (t) and once flipped (m + t); consistent neighbors connect.
     t, u = h // 3, g // 3
     links = np.concatenate([[t, u + np.where(opposite, 0, m)], [t + m, u + np.where(opposite, m, 0)]], axis=1)
-    _, label = connected_components(
-        coo_array((np.ones(2 * len(t), np.int8), links), shape=(2 * m, 2 * m)), directed=False
-    )
+    label = connected(links.T, 2 * m)
     kept, turned = label[:m], label[m:]
     if (kept == turned).any():
         raise MeshError("the surface has only one side, so its triangles cannot be oriented. Cut it open first.")

@@ -10,8 +10,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
@@ -144,9 +142,7 @@ def _merged_points(mesh: RepairedMesh, pairs: IntArray) -> RepairedMesh:
     """Merge pairs (k, 2) of points into the first; triangles that collapse are dropped."""
     if not len(pairs):
         return mesh
-    n = len(mesh.points)
-    links = coo_array((np.ones(len(pairs), np.int8), pairs.T), shape=(n, n))
-    _, label = connected_components(links, directed=False)
+    label = topology.connected(pairs, len(mesh.points))
     first = np.unique(label, return_index=True)[1][label]
     triangles = first[mesh.triangles]
     whole = (triangles != np.roll(triangles, 1, axis=1)).all(axis=1)
@@ -225,8 +221,7 @@ def _near_places(points: Array, which: IntArray) -> IntArray:
     place = np.full(len(points), -1)
     radius = ROUNDING * float(np.abs(points[which]).max())
     pairs = cKDTree(points[which]).query_pairs(radius, output_type="ndarray")
-    links = coo_array((np.ones(len(pairs), np.int8), pairs.T), shape=(len(which), len(which)))
-    place[which] = connected_components(links, directed=False)[1]
+    place[which] = topology.connected(pairs, len(which))
     return place
 
 
@@ -261,9 +256,7 @@ def _cut(
     offsets, around = topology.incident_triangles(sides)
     inner = np.flatnonzero(valence == 2)
     pairs = np.stack([inner, around[offsets[inner]], around[offsets[inner] + 1]], axis=1).astype(np.int64)
-    m = len(mesh.triangles)
-    links = coo_array((np.ones(len(pairs), np.int8), pairs[:, 1:].T), shape=(m, m))
-    sheet = connected_components(links, directed=False)[1]
+    sheet = topology.connected(pairs[:, 1:], len(mesh.triangles))
     chosen = [
         (int(e), t, u)
         for e in non_manifold
@@ -274,9 +267,7 @@ def _cut(
         [3 * t + np.argmax(mesh.triangles[t] == edges[edge, end][:, None], axis=1) for t in (one, other)]
         for end in (0, 1)
     ]
-    glued = np.concatenate(corners, axis=1)
-    weights = np.ones(glued.shape[1], np.int8)
-    _, label = connected_components(coo_array((weights, glued), shape=(3 * m, 3 * m)), directed=False)
+    label = topology.connected(np.concatenate(corners, axis=1).T, mesh.triangles.size)
     # Each class of corners is a point; the first class of each point keeps its number, the others get new ones.
     vertex = mesh.triangles.ravel()[np.unique(label, return_index=True)[1]]
     first = np.unique(vertex, return_index=True)[1]

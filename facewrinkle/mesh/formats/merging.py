@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...array_types import Array
 from ...errors import MeshError, type_of
+from ...geometry.topology import connected
 from ..arrays import (
     COLORS,
     CORNERS,
@@ -114,11 +113,8 @@ def set_meshes(surface: pv.PolyData, owner: np.ndarray) -> None:
     triangles = np.asarray(surface.regular_faces)
     first = np.full(surface.n_points, -1)
     first[triangles.ravel()[::-1]] = np.repeat(owner, 3)[::-1]
-    links = coo_array(
-        (np.ones(triangles.size, np.int8), (np.repeat(owner, 3), first[triangles.ravel()])), shape=(len(known),) * 2
-    )
-    count, label = connected_components(links, directed=False)
-    if count > 1:
+    label = connected(np.stack([np.repeat(owner, 3), first[triangles.ravel()]], axis=1), len(known))
+    if label.any():
         surface.cell_data[MESH] = label[owner]
 
 
