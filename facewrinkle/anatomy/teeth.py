@@ -90,6 +90,18 @@ class Arch:
     edge: Array
 
 
+def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
+    """Return how far below and behind the middle of the lips the edges of the incisors of a jaw are, mm on a face of
+    average size, by the distance of the upper ones behind the lips.
+
+    Examples
+    --------
+    >>> place_of("upper"), place_of("lower")
+    ((3.2, 10.5), (0.0, 13.0))
+    """
+    return (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
+
+
 def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     """Return the distance from the front of the lips back to the upper incisors, mm on a face of average size.
 
@@ -119,8 +131,8 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     local = (points - lips_middle(landmarks)) @ frame.axes.T / frame.scale
     most = BEHIND_LIPS
     for jaw, (half, depth) in ELLIPSE.items():
-        side, (down, further) = (1.0, (BELOW_LIPS, 0.0)) if jaw == "upper" else (-1.0, (BELOW_LIPS - OVERBITE, OVERJET))
-        left, up, forward = local.T + np.array([[0.0], [down], [depth + BEHIND_LIPS + further]])
+        side, (down, back) = 1.0 if jaw == "upper" else -1.0, place_of(jaw)
+        left, up, forward = local.T + np.array([[0.0], [down], [depth + back]])
         before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]))
         before &= depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         left, up, forward = left[before], up[before], forward[before]
@@ -158,9 +170,9 @@ def teeth_of(landmarks: Mapping[str, Array], frame: FaceFrame, behind_lips: floa
     arches = []
     for jaw in ("upper", "lower"):
         points, triangles, paint = _arch(jaw)
-        down, back = (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
-        placed = lips + frame.scale * (points - [0.0, down, back]) @ frame.axes
-        edge = lips - frame.scale * np.array([0.0, down, back]) @ frame.axes
+        shift = np.array([0.0, *place_of(jaw, behind_lips)])
+        placed = lips + frame.scale * (points - shift) @ frame.axes
+        edge = lips - frame.scale * shift @ frame.axes
         arches.append(Arch(jaw, placed, triangles.astype(np.int32), np.rint(paint).astype(np.uint8), edge))
     return arches[0], arches[1]
 

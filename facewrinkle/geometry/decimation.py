@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..array_types import Array, IntArray
 from .compilation import compiled
 from .normals import area_vector, vertex_normals
-from .topology import as_triangles, unique_edges
+from .topology import as_triangles, connected, unique_edges
 
 SPACING = 0.67
 """Vertices are removed while they are closer to a neighbor than this share of the wanted length: the edges that stay

@@ -15,7 +15,7 @@ import numpy as np
 from ..anatomy.eyelid_opening import LID_ROOM
 from ..anatomy.face import Face
 from ..anatomy.muscles import JointWeights
-from ..anatomy.teeth import BEHIND_TEETH, BELOW_LIPS, CROWN_BULGE, ELLIPSE, OVERBITE, OVERJET
+from ..anatomy.teeth import BEHIND_TEETH, CROWN_BULGE, ELLIPSE, place_of
 from ..array_types import Array, BoolArray, IntArray
 from ._skin_kernels import add_turns
 from .constraints import from_lips
@@ -175,9 +175,7 @@ def _arch(face: Face, jaw: str) -> tuple[Array, Array, Array, BoolArray, IntArra
     scale = face.frame.scale * face.unit
     half = scale * np.array(ELLIPSE[jaw])
     local, side = from_lips(face) * face.unit, 1.0 if jaw == "upper" else -1.0
-    down, back = BELOW_LIPS, face.behind_lips
-    if jaw == "lower":
-        down, back = down - OVERBITE, back + OVERJET
+    down, back = place_of(jaw, face.behind_lips)
     middle = np.array([0.0, -down * scale, -half[1] - back * scale])
 
     def before(places: Array) -> BoolArray:
