@@ -14,7 +14,7 @@ import pytest
 import facewrinkle as fw
 from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_shapes import fold_shapes
+from facewrinkle.simulation.fold_layers import fold_shapes
 
 FRAMES, RAMP = 80, 40
 BENT = 0.012

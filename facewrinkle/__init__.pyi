@@ -20,7 +20,7 @@ from .anatomy.atlas import ACTION_UNITS as ACTION_UNITS
 from .anatomy.atlas import EXPRESSIONS as EXPRESSIONS
 from .anatomy.atlas import MUSCLES as MUSCLES
 from .anatomy.atlas import read_atlas as read_atlas
-from .anatomy.atlas_file import write_atlas as write_atlas
+from .anatomy.atlas import write_atlas as write_atlas
 from .anatomy.face import Face as Face
 from .anatomy.face_file import read as read
 from .anatomy.face_file import read_face as read_face

@@ -13,7 +13,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.known_folds import OF_HEAD, known_folds, restore, to_store
 from facewrinkle.layers.wave_folds.field import found_lines
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_shapes import in_families, relaxed_shapes
+from facewrinkle.simulation.fold_layers import in_families, relaxed_shapes
 
 if __name__ == "__main__":
     face = dataclasses.replace(fw.default_face())  # which knows nothing of its folds

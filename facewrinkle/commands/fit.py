@@ -21,7 +21,7 @@ from ..mesh import to_polydata
 from ..plotting import Scene, save_picture, side_by_side, stacked
 from ..plotting.images import reduced
 from ..plotting.views import Style
-from ..simulation.fold_shapes import find_folds
+from ..simulation.fold_layers import find_folds
 from .options import FaceOptions, Report, face_facts
 
 

@@ -249,7 +249,7 @@ class Layer(ABC):
         """Take what is needed of the motions of the face, before levels are asked for; default: nothing.
 
         ``motions(families)`` finds the shapes of the face in full motion:
-        :func:`facewrinkle.simulation.fold_shapes.fold_shapes`.
+        :func:`facewrinkle.simulation.fold_layers.fold_shapes`.
         """
 
     def level_needed(self, face: Face) -> int:

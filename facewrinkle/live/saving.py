@@ -19,8 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.atlas import Atlas
-from ..anatomy.atlas_file import atlas_text
+from ..anatomy.atlas import Atlas, atlas_text
 from ..anatomy.face import Face
 from ..anatomy.face_file import SUFFIX, read_face, write_face
 from ..errors import FaceWrinkleError, OutputError, ParameterError

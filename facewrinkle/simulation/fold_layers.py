@@ -1,18 +1,33 @@
-"""The layers of folds that a simulation has by default, by name."""
+"""The layers of folds that a simulation has by default, by name, and the shapes that lines of folds are found from."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any, Literal, get_args
 
+import numpy as np
+import numpy.typing as npt
+
 from ..anatomy.atlas import load_atlas, printed_atlas
-from ..anatomy.face import Face
+from ..anatomy.face import Face, per_face
+from ..anatomy.known_folds import KnownFolds, known_folds
+from ..animation.action_units import units_of
+from ..animation.playback import Playback
+from ..animation.recorded import Recorded
+from ..array_types import Array
+from ..checks import finite
 from ..errors import ParameterError, unknown_name, warn
 from ..layers.base import Layer
 from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import PrintedWrinkles
-from ..layers.wave_folds import WaveFolds
+from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
+from ..layers.wave_folds.field import found_lines
+from ..layers.wave_folds.layer import Motions
+from ..layers.wave_folds.stripes import Style
+from ..motion.base import Motion
+from ..motion.skin import Skin
 from .refinement import BENT, PRINTED, Refinement
 
 Folds = Literal["wave", "paper", "printed"]
@@ -129,3 +144,158 @@ def fold_layers(
             )
     creases = Creases(**common, age=waves.get("age"), seed=waves.get("seed", 0))
     return [MuscleWrinkles(**common, waves=False), creases, WaveFolds(**common, **waves)]
+
+
+# --- shapes of a face in full motion, from which wave folds are found ----------------------------------------------
+
+
+STEP, STEPS = 1.0, 3
+"""Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
+
+
+def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:
+    """Return the shapes of a face in full motion, by family.
+
+    Parameters
+    ----------
+    face : Face
+    motion : Motion
+        What moves the face: a recording is asked for its shapes or frames, anything else leaves it to the muscles.
+    families : mapping, optional
+        As in :class:`facewrinkle.WaveFolds`.
+
+    Raises
+    ------
+    ParameterError
+        If the face has neither muscles nor a recording, and families were not given as positions.
+    UnknownNameError
+        For the name of a motion that the atlas of the face does not have.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> list(fold_shapes(face, fw.Skin(face), {"brows": ["AU1", {"AU1": 0.5, "AU2": 1.0}]}).families)
+    ['brows']
+    """
+    if families is not None:
+        return FoldShapes({name: _named(face, name, motions) for name, motions in families.items()})
+    if isinstance(motion, Playback):
+        return _of_recording(motion.recorded, face)
+    if not face.muscles:
+        raise ParameterError(
+            "WaveFolds finds its lines from the motions of a face: from its muscles, or from a recording that moves "
+            "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
+        )
+    home = face.template or face
+    return per_face(home, "fold shapes", None, lambda: _of_muscles(home))
+
+
+def _of_muscles(face: Face) -> FoldShapes:
+    """Shapes of the action units that the atlas of a face has, in their groups."""
+    known = find_folds(face)
+    return in_families(face, known.shapes, known.lines)
+
+
+def find_folds(face: Face) -> KnownFolds:
+    """Return the shapes of a face in full motion and the lines of its wave folds, found unless they are known.
+
+    They go into its file from then on; see :func:`facewrinkle.write_face`.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> list(find_folds(fw.default_face()).shapes)[:3]
+    ['AU1', 'AU2', 'AU4']
+    """
+    known = known_folds(face)
+    needed = {unit for units in unit_groups(face).values() for unit in units}
+    if not known.shapes or not known.shapes.keys() >= needed:
+        known.shapes = relaxed_shapes(face)
+        known.lines = found_lines(face, in_families(face, known.shapes), 1.0, Style())
+    return known
+
+
+def in_families(
+    face: Face, shapes: Mapping[str, Array], lines: Mapping[str, npt.NDArray[Any]] | None = None
+) -> FoldShapes:
+    """Return shapes by action unit in their groups, with the lines that were found from them."""
+    families = {name: [shapes[unit] for unit in units] for name, units in unit_groups(face).items()}
+    return FoldShapes(families, face, lines)
+
+
+def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:
+    """Return the action units that the atlas of a face has, with their rates by muscle, by family.
+
+    Of units with the same contraction, a family has the first.
+    """
+    own, groups = set(face.muscles), dict[str, dict[str, dict[str, float]]]()
+    for name, group in GROUPS.items():
+        units = groups[name] = dict[str, dict[str, float]]()
+        for unit in group:
+            rates = face.atlas.action_units.get(unit)
+            if rates is not None and own.issuperset(rates) and rates not in units.values():
+                units[unit] = rates
+    return groups
+
+
+def relaxed_shapes(face: Face) -> dict[str, Array]:
+    """Return positions (n0, 3), mm, of skin that has come to rest, by action unit.
+
+    It is skin of the usual material, whichever moves the face: a face has the same lines however it is moved.
+    """
+    skin, groups = Skin(face, STEP), unit_groups(face).values()
+    return {unit: _at_rest(skin, rates) for units in groups for unit, rates in units.items()}
+
+
+def _at_rest(skin: Skin, rates: Mapping[str, float]) -> Array:
+    """Return positions (n0, 3), mm, of skin that has come to rest at contraction rates by muscle."""
+    skin.reset()
+    skin.contract(rates)
+    for _ in range(STEPS):
+        skin.advance()
+    return skin.points + skin.displacement
+
+
+def _named(face: Face, name: str, motions: object) -> list[Array]:
+    """Shapes of a family that a user named."""
+    if isinstance(motions, str | Mapping | np.ndarray) or not isinstance(motions, Iterable):
+        raise ParameterError(f"the family {name!r} must be a list of motions, received {type(motions).__name__}.")
+    out: list[Array] = []
+    skin: Skin | None = None
+    for each in motions:
+        if isinstance(each, str | Mapping):
+            if not face.muscles:
+                raise ParameterError(
+                    f"the family {name!r} names motions of muscles, and this face has none. Give positions of all "
+                    f"{len(face.points)} vertices in their place."
+                )
+            skin = skin or Skin(face, STEP)
+            out.append(_at_rest(skin, face.atlas.contractions(each)))
+        else:
+            out.append(finite(f"a motion of the family {name!r}", each) * face.unit)
+    if not out:
+        raise ParameterError(f"the family {name!r} has no motions. Name one at least, or leave the family out.")
+    return out
+
+
+def _of_recording(recorded: Recorded, face: Face) -> FoldShapes:
+    """Shapes of a recording by the action units that their names stand for; otherwise by what they have in common."""
+    rest, numbers = face.points, recorded.points_of(face)
+    if recorded.deltas is None or recorded.bones is not None:
+        frames = (recorded.positions_at(time, rest, numbers) for time in recorded.some_times.tolist())
+        return FoldShapes.grouped(face, [frame * face.unit for frame in frames])
+    shapes = {
+        name: (rest + delta[numbers]) * face.unit for name, delta in zip(recorded.names, recorded.deltas, strict=True)
+    }
+    units = {name: next(iter(units_of({name: 1.0})), None) for name in shapes}
+    families = {
+        family: [shapes[name] for name, unit in units.items() if unit in group] for family, group in GROUPS.items()
+    }
+    if any(families.values()):
+        return FoldShapes({name: own for name, own in families.items() if own})
+    largest = np.abs(recorded.track.values).max(axis=0)
+    start = rest * face.unit
+    return FoldShapes.grouped(
+        face, [start + w * (moved - start) for w, moved in zip(largest, shapes.values(), strict=True)]
+    )

@@ -33,8 +33,7 @@ from ..mesh import MeshLike
 from ..mesh.arrays import AGE
 from ..motion.base import Motion, Still, check_motion, stepped
 from ..motion.skin import Skin, SkinMaterial
-from .fold_layers import Folds, fold_layers, refinement_for, with_printed_muscles
-from .fold_shapes import fold_shapes
+from .fold_layers import Folds, fold_layers, fold_shapes, refinement_for, with_printed_muscles
 from .frames import FrameMaker
 from .refinement import (
     Refinement,

@@ -288,9 +288,7 @@ class PathFinder:
 
     def path(self, points: Any, start: Any) -> Array:
         """Return a path through points, or down from a start, whichever is given."""
-        if points is not None:
-            return through(self.support, points, self.width)
-        return self._descent(start)
+        return self._descent(start) if points is None else through(self.support, points, self.width)
 
     def _descent(self, start: Any) -> Array:
         """Return the path down from a start, or from just below it where it is level or slopes inwards, as some lids.

@@ -20,8 +20,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import load_atlas, read_atlas
-from facewrinkle.anatomy.atlas_file import atlas_text, write_atlas
+from facewrinkle.anatomy.atlas import atlas_text, load_atlas, read_atlas, write_atlas
 from facewrinkle.anatomy.landmarks import frame_of, mirrored_name
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError, UnknownNameError
 

@@ -14,7 +14,7 @@ from facewrinkle.anatomy.known_folds import STEP, folds_of_head, known_folds
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
 from facewrinkle.mesh.arrays import PIECE
-from facewrinkle.simulation import fold_shapes
+from facewrinkle.simulation import fold_layers
 
 
 def assert_equal(ours, theirs):
@@ -213,9 +213,9 @@ def test_folds_that_are_damaged_are_found_anew(arrays_of_all, tmp_path, monkeypa
     with (tmp_path / "a.face").open("wb") as file:
         np.savez(file, **changed)
     face = fw.read_face(tmp_path / "a.face")
-    monkeypatch.setattr(fold_shapes, "relaxed_shapes", Mock(side_effect=InterruptedError("they are found")))
+    monkeypatch.setattr(fold_layers, "relaxed_shapes", Mock(side_effect=InterruptedError("they are found")))
     with pytest.raises(InterruptedError):
-        fold_shapes.find_folds(face)
+        fold_layers.find_folds(face)
 
 
 def test_files_that_would_fill_the_memory_are_refused(face, tmp_path, monkeypatch):
@@ -249,7 +249,7 @@ def test_a_face_that_is_read_knows_its_folds(coarse, tmp_path, fingerprint, monk
     assert known_folds(fw.read_face(fw.write_face(dataclasses.replace(coarse), path))).shapes == {}
     expected = frames(coarse, fingerprint)
     again = fw.read_face(fw.write_face(coarse, path))
-    monkeypatch.setattr(fold_shapes, "relaxed_shapes", lambda *_: pytest.fail("they are in the file"))
+    monkeypatch.setattr(fold_layers, "relaxed_shapes", lambda *_: pytest.fail("they are in the file"))
     ours, theirs = known_folds(coarse), known_folds(again)
     assert list(theirs.shapes) == list(ours.shapes)
     for name, shape in ours.shapes.items():
@@ -258,7 +258,7 @@ def test_a_face_that_is_read_knows_its_folds(coarse, tmp_path, fingerprint, monk
 
 
 def test_what_would_be_found_otherwise_is_not_read(coarse, tmp_path, monkeypatch):
-    fold_shapes.find_folds(coarse)
+    fold_layers.find_folds(coarse)
     path = fw.write_face(coarse, tmp_path / "coarse.face")
     assert known_folds(fw.read_face(path)).shapes
     units = {name: rates for name, rates in coarse.atlas.action_units.items() if name != "AU1"}
@@ -270,7 +270,7 @@ def test_what_would_be_found_otherwise_is_not_read(coarse, tmp_path, monkeypatch
 def test_folds_of_changed_muscles_are_not_written(coarse, tmp_path):
     muscle = coarse.muscles["corrugator_l"]
     changed = coarse.with_muscles({"corrugator_l": dataclasses.replace(muscle, strength=2.0)})
-    known_folds(changed).shapes = fold_shapes.find_folds(coarse).shapes
+    known_folds(changed).shapes = fold_layers.find_folds(coarse).shapes
     with pytest.warns(FaceWrinkleWarning, match="not stored: corrugator_l"):
         path = fw.write_face(changed, tmp_path / "changed.face")
     assert not known_folds(fw.read_face(path)).shapes

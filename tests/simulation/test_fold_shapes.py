@@ -22,8 +22,7 @@ from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_layers import fold_layers
-from facewrinkle.simulation.fold_shapes import find_folds, fold_shapes, relaxed_shapes
+from facewrinkle.simulation.fold_layers import find_folds, fold_layers, fold_shapes, relaxed_shapes
 
 
 def test_the_kinds_of_folds(face):

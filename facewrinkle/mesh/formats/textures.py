@@ -162,9 +162,7 @@ def merged_texture(mesh: pv.PolyData) -> Image | None:
     numbers = np.where(np.isin(numbers, list(images)), numbers, -1)
     if (numbers == -1).any():
         images[-1] = _patch(mesh, numbers == -1, images)
-    if len(images) == 1:
-        return images.popitem()[1]
-    return _side_by_side(mesh, numbers, images)
+    return images.popitem()[1] if len(images) == 1 else _side_by_side(mesh, numbers, images)
 
 
 def _opened(source: str) -> Image:

@@ -34,7 +34,7 @@ from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing
 from facewrinkle.layers.wave_folds.field import WaveField
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
-from facewrinkle.simulation.fold_shapes import fold_shapes
+from facewrinkle.simulation.fold_layers import fold_shapes
 
 
 @pytest.fixture(scope="module")
