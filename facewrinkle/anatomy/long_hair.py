@@ -9,6 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
+from ..geometry.normals import unit
 from ..geometry.topology import ring_quads
 from ..mesh import to_polydata
 from ..mesh.arrays import COLORS
@@ -92,7 +93,7 @@ class RoundedHull:
         beyond = (points @ self.directions.T - self.supports) / ROUNDING
         most = beyond.max(axis=-1, keepdims=True)
         near = np.exp(beyond - most)
-        return ROUNDING * (most[..., 0] + np.log(near.sum(axis=-1))), _unit(near @ self.directions)
+        return ROUNDING * (most[..., 0] + np.log(near.sum(axis=-1))), unit(near @ self.directions)
 
     def top(self, places: Array) -> Array:
         """Return the points (k, 3) of the hull above places [x, z] (k, 2)."""
@@ -158,7 +159,7 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, lift: Array, hem: Array
         length, (_, normals) = step * STEP, hull(lines[-1])
         combed = comb - (comb * normals).sum(axis=1, keepdims=True) * normals
         wanted = combed * np.exp(-length / COMBED) - [0.0, WEIGHT, 0.0] if step else combed + 0.4 * normals
-        way = _unit(1.5 * way + _unit(wanted))
+        way = unit(1.5 * way + unit(wanted))
         points = lines[-1] + STEP * way
         height, normals = hull(points)
         least = lift * (1.0 - np.exp(-(length + STEP) / 30.0)) + GROWTH * (length + STEP)
@@ -186,10 +187,10 @@ def _strands(random: np.random.Generator, hull: RoundedHull, lines: Array, ends:
     begin = random.uniform(0.0, 0.5, shape)
     points = _between(lines, ends[:, None] * (begin + (1.0 - begin) * share))
     along = np.gradient(points, axis=1)
-    aside = _unit(np.cross(along, hull(points)[1]))
+    aside = unit(np.cross(along, hull(points)[1]))
     half = STRAND * random.uniform(0.6, 1.4, shape) * (1.0 - np.abs(2.0 * share - 1.0) ** 4)
     turn = random.normal(0.0, 0.5, shape)[..., None]
-    across = half[..., None] * (np.cos(turn) * aside + np.sin(turn) * _unit(np.cross(aside, along)))
+    across = half[..., None] * (np.cos(turn) * aside + np.sin(turn) * unit(np.cross(aside, along)))
     return np.stack([points + across, points - across], axis=2)
 
 
@@ -217,7 +218,3 @@ def _quads(count: int, columns: int, rows: int) -> IntArray:
     """Return the corners of the quads of grids with so many columns and rows."""
     first = columns * rows * np.arange(count)[:, None, None]
     return np.asarray((first + ring_quads(columns, rows, closed=False)).reshape(-1, 4))
-
-
-def _unit(vectors: Array) -> Array:
-    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))

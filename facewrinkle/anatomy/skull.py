@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.laplacian import graph_laplacian, symmetric_factors
-from ..geometry.normals import vertex_normals
+from ..geometry.normals import unit, vertex_normals
 from ..geometry.topology import unique_edges
 from .landmarks import FaceFrame, mouth_middle
 from .muscles import JawMuscle, JointWeights
@@ -123,8 +123,7 @@ def tissue_of(
     near_border = np.exp(-((_distance_to_border(points, loops) / (BORDER_FADE * size)) ** 2))
     stiffness = stiffness * (1.0 + BORDER_STIFFNESS * near_border)
     smooth = _smoother(points, triangles, SMOOTHING * size)
-    normals = smooth(vertex_normals(points, triangles))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = unit(smooth(vertex_normals(points, triangles)))
     anchors = smooth(points - depth[:, None] * normals)
     above = ((points - anchors) * normals).sum(axis=1)
     # Smoothing cuts corners where a face is concave: a third of the tissue is left over the bone.

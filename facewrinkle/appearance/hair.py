@@ -13,6 +13,7 @@ from ..anatomy.head import BrowHairs, load_head
 from ..anatomy.landmarks import fitted_map, frame_of
 from ..array_types import Array, IntArray
 from ..geometry.interpolation import barycentric, height_above, smoothstep
+from ..geometry.normals import unit
 from ..geometry.topology import ring_quads
 from ..mesh.arrays import closest_places, reshaped
 
@@ -206,19 +207,15 @@ class _Stiffness:
         return np.asarray(knots[self._below] * (1.0 - share) + knots[self._below + 1] * share)
 
 
-def _unit(vectors: Array) -> Array:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
-
-
 def _along(lines: Array) -> Array:
     """Unit vectors (..., p, 3) along lines, by differences of the points before and after."""
     padded = np.concatenate([lines[..., :1, :], lines, lines[..., -1:, :]], axis=-2)
-    return _unit(padded[..., 2:, :] - padded[..., :-2, :])
+    return unit(padded[..., 2:, :] - padded[..., :-2, :])
 
 
 def _across(lines: Array, towards: Array) -> Array:
     """Unit vectors (..., p, 3) across lines and directions."""
-    return _unit(np.cross(_along(lines), towards))
+    return unit(np.cross(_along(lines), towards))
 
 
 def _local_lines(place: Array, knots: Array, reach: float) -> Array:
@@ -341,8 +338,8 @@ class Lashes(Hairs):
 
         Ahead is away from the middle of the eye, aside is along the row, and up across both, on the eye's upper side.
         """
-        along, ahead = _along(root), _unit(root - self.eye.centre)
-        up = _unit(np.cross(along, ahead))
+        along, ahead = _along(root), unit(root - self.eye.centre)
+        up = unit(np.cross(along, ahead))
         up *= np.sign((up @ self.eye.up).sum())
         aside = along - (along * ahead).sum(axis=-1, keepdims=True) * ahead
         lines = root[:, None] + path @ np.stack([aside, up, ahead], axis=1)

@@ -82,6 +82,17 @@ def details_normals(
     return out
 
 
+def unit(vectors: Array) -> Array:
+    """Return vectors (..., d) scaled to the length 1; zero vectors stay.
+
+    Examples
+    --------
+    >>> unit(np.array([[0.0, 3, 4], [0, 0, 0]])).tolist()
+    [[0.0, 0.6, 0.8], [0.0, 0.0, 0.0]]
+    """
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-300))
+
+
 def tangent_axes(normals: Array) -> tuple[Array, Array]:
     """Return two unit tangents (n, 3) at right angles to unit normals (n, 3), and to each other.
 
@@ -92,8 +103,7 @@ def tangent_axes(normals: Array) -> tuple[Array, Array]:
     ([[1.0, 0.0, 0.0]], [[0.0, 0.8, -0.6]])
     """
     first = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    first -= (first * normals).sum(axis=1, keepdims=True) * normals
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    first = unit(first - (first * normals).sum(axis=1, keepdims=True) * normals)
     return first, np.cross(normals, first)
 
 
@@ -105,9 +115,7 @@ def triangle_normals(points: Array, triangles: npt.NDArray[np.integer]) -> Array
     >>> triangle_normals(np.array([[0.0, 0, 0], [3, 0, 0], [0, 2, 0]]), np.array([[0, 1, 2], [0, 1, 1]])).tolist()
     [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]
     """
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300))
+    return unit(area_vectors(points, triangles))
 
 
 def area_vectors(points: Array, triangles: npt.NDArray[np.integer]) -> Array:

@@ -12,7 +12,7 @@ from scipy.spatial.distance import cdist
 from ..array_types import Array, IntArray
 from .interpolation import smoothstep
 from .laplacian import neighbor_mean
-from .normals import tangent_axes, vertex_normals
+from .normals import tangent_axes, unit, vertex_normals
 from .topology import unique_edges, vertex_rings
 
 SINGULAR = 0.05
@@ -127,8 +127,7 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
     their shares: its value at the vertex is the sum of weighted values.
     """
     total = np.maximum(rows.sum(axis=1), 1e-300)
-    scale, normal = rows @ radius / total, rows @ normals
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    scale, normal = rows @ radius / total, unit(rows @ normals)
     # Small penalties keep the polynomials determinate where nodes are few or on a line.
     some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
     for first in range(0, len(points), AT_ONCE):

@@ -16,7 +16,7 @@ from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
 from ..geometry.compilation import compiled
 from ..geometry.interpolation import interpolated, smoothstep
-from ..geometry.normals import double_areas, tangent_axes
+from ..geometry.normals import double_areas, tangent_axes, unit
 
 
 class StrainField:
@@ -204,8 +204,7 @@ def principal_compression(strain: Array, metric: Array, normals: Array) -> tuple
     ([0.3, 0.3, 0.3], [0.0, 1.0, 0.0])
     """
     values, tangents, _ = principal(strain, *orthonormal_tangents(metric, normals))
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    return shortening(values[:, 0]), tangents
+    return shortening(values[:, 0]), unit(tangents)
 
 
 def principal(tensors: Array, first: Array, second: Array) -> tuple[Array, Array, Array]:
@@ -354,7 +353,7 @@ class Activation:
         where, normals, metric = (
             interpolated(values, self._corners, self._weights) for values in (face.points[self._used], upright, rest)
         )
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        normals = unit(normals)
         area = np.repeat(double_areas(face.points, face.triangles[hosts]), 4)
         entries = [
             _entries(muscle, np.flatnonzero(np.repeat(zone[hosts], 4)), where, normals, metric, area)

@@ -101,6 +101,12 @@ def scattered(where: BoolArray, values: Column, none: float) -> Column:
     return out
 
 
+BLUNT = 0.18
+"""Half the width over which heights are averaged for the shading normals, in half cycles: about the distance of the
+vertices. Some vertices lie at the very bottom of a sharp furrow and others beside it; normals of the heights themselves
+would vary along the furrow, and its line would look serrated.
+"""
+
 LEAST = 0.15
 """Folds less deep than this, mm, ask for no triangles."""
 

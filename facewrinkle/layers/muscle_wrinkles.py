@@ -20,16 +20,10 @@ from ..geometry.interpolation import interpolated
 from ..geometry.refinement import Change
 from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import Activation, StrainField, per_length, tangents_of
-from .entries import LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
+from .entries import BLUNT, LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
 SMALLEST = 0.4
 """A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles, unless it stays at rest."""
-
-BLUNT = 0.18
-"""Half the width over which heights are averaged for the shading normals, in half cycles: about the distance of the
-vertices. Some vertices lie at the very bottom of a sharp furrow and others beside it; normals of the heights themselves
-would vary along the furrow, and its line would look serrated.
-"""
 
 
 class MuscleWrinkles(Layer):

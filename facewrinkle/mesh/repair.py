@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
 from ..geometry import topology
-from ..geometry.normals import area_vectors, double_areas
+from ..geometry.normals import double_areas, triangle_normals, unit
 
 SLIVER = 1e-10
 """Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
@@ -286,8 +286,7 @@ def _continued(
     a, b = mesh.points[edge[0]], mesh.points[edge[1]]
     along = (b - a) / np.linalg.norm(b - a)
     tips = np.array([mesh.points[next(v for v in mesh.triangles[t] if v not in edge)] for t in around]) - a
-    out = tips - np.outer(tips @ along, along)
-    out /= np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-300)
+    out = unit(tips - np.outer(tips @ along, along))
     bend = out @ out.T
     order = sorted(
         (sheet[around[i]] != sheet[around[j]], bend[i, j], i, j) for i in range(len(around)) for j in range(i)
@@ -323,8 +322,7 @@ def _in_excess(mesh: RepairedMesh) -> IntArray:
 
 def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     """True (m,) for triangles that lie back to back with at least two neighbors; the mesh must be oriented."""
-    normals = area_vectors(points, triangles)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    normals = triangle_normals(points, triangles)
     _, sides = topology.unique_edges(triangles)
     offsets, around = topology.incident_triangles(sides)
     inner = np.flatnonzero(np.diff(offsets) == 2)

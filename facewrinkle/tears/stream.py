@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.normals import detail_normals
+from ..geometry.normals import detail_normals, unit
 from ..geometry.topology import ring_triangles
 from ..mesh import MeshLike, to_polydata
 from ..mesh.arrays import is_frame
@@ -380,7 +380,7 @@ class SheddingTear:
         half = outline(strip.s, run, shape, strip.wobble)
         s, w, grid, moved = strip.within(np.concatenate([grid, risen], axis=2), run, half)
         points, up, at_rest, (risen,) = grid[..., :3], grid[..., 3:6], grid[..., 6:9], np.moveaxis(grid[..., 9:], 2, 0)
-        up = up / np.maximum(np.linalg.norm(up, axis=2, keepdims=True), 1e-300)
+        up = unit(up)
         points = points + (risen * moved)[:, :, None] * up
         height = np.maximum(
             self._heights_of(s, w, run, shape), np.maximum(EDGE / self._support.unit, maximum_filter(risen, 3))

@@ -57,12 +57,6 @@ def checked_points(points: npt.ArrayLike) -> Array:
     return array
 
 
-def unit(vectors: Array) -> Array:
-    """Unit vectors; zero where the length is zero."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
-
-
 def within(points: Array, centre: Array, radius: float) -> npt.NDArray[np.int64]:
     """Return the numbers of the points (n, 3) in a ball, with those next to its border."""
     x, y, z = points.T

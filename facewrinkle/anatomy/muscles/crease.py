@@ -13,7 +13,8 @@ from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range
 from ...geometry.interpolation import smoothstep
-from .base import Muscle, checked_points, checked_size, unit
+from ...geometry.normals import unit
+from .base import Muscle, checked_points, checked_size
 
 LINE, SHARPER = 0.6, 0.7
 """A line is this much as wide as the step that it is worn into, and its `alpha` is so much larger."""

@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...checks import vector
 from ...errors import ParameterError, check_range, unknown_name
-from .base import WRINKLES, Muscle, unit
+from ...geometry.normals import unit
+from .base import WRINKLES, Muscle
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,8 @@ from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range
 from ...geometry import equations
-from .base import Muscle, checked_points, checked_size, unit
+from ...geometry.normals import unit
+from .base import Muscle, checked_points, checked_size
 from .crease import Crease
 
 BELLY = (0.22, 0.7)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...geometry.compilation import compiled
 from ...geometry.equations import fall, fall_integral
-from ..entries import LEAST, TAUT
+from ..entries import BLUNT, LEAST, TAUT
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
 """The cross-section H in machine code."""
@@ -32,9 +32,6 @@ BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 
 LONGER = 1.4
 """Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
-
-ROUNDED = 0.18
-"""Normals are those of heights averaged over this many half cycles to either side."""
 
 FINE = 0.11
 """Half width of the lines of old skin, in wavelengths (a standard deviation)."""
@@ -151,7 +148,7 @@ def fold(s, deep, slope):
         return BLUNT_ALPHA, 0.0, 0.0
     alpha = BLUNT_ALPHA + (SHARP_ALPHA - BLUNT_ALPHA) * min(slope / SHARP_DEPTH, 1.0)
     bulge, scale = 0.5 * fallen_integral(2.0, alpha), deep / 2.0**alpha
-    mean = (fallen_integral(s + ROUNDED, alpha) - fallen_integral(s - ROUNDED, alpha)) / (2.0 * ROUNDED)
+    mean = (fallen_integral(s + BLUNT, alpha) - fallen_integral(s - BLUNT, alpha)) / (2.0 * BLUNT)
     return alpha, scale * (bulge - fallen(s, alpha)), scale * (bulge - mean)
 
 

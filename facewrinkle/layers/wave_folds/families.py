@@ -16,7 +16,7 @@ from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
 from ...geometry.interpolation import smoothstep
-from ...geometry.normals import vertex_areas
+from ...geometry.normals import unit, vertex_areas
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -99,8 +99,7 @@ class FoldShapes:
 def _compressions(strain: StrainField, basis: tuple[Array, Array], positions: Array) -> tuple[Array, Array]:
     """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3), by an orthonormal basis."""
     values, where, _ = principal(strain.strain(np.ascontiguousarray(positions)), *basis)
-    where /= np.linalg.norm(where, axis=1, keepdims=True)
-    return np.maximum(shortening(values[:, 0]) - FIRST, 0.0) ** 2, where
+    return np.maximum(shortening(values[:, 0]) - FIRST, 0.0) ** 2, unit(where)
 
 
 def _askew(area: Array, one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

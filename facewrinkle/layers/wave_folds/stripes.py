@@ -21,6 +21,7 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
 from ...geometry.interpolation import interpolated, smoothstep
 from ...geometry.laplacian import symmetric_factors
+from ...geometry.normals import unit
 from ...geometry.refinement import RedGreenForest
 from ...geometry.topology import side_lengths
 from ..base import SurfacePoints
@@ -275,8 +276,7 @@ def found_stripes(
     zone = zone_of(face, compression)
     ground = Ground(face, zone, level_for(face, zone, length))
     rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
-    normals, local = ground.at(face.normals), ground.at(length)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals, local = unit(ground.at(face.normals)), ground.at(length)
     sideways = np.outer(face.frame.axes[0], face.frame.axes[0])
     area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
 
@@ -351,8 +351,7 @@ def _aligned(smooth: Smoother, start: Array) -> Array:
     """
     psi = np.stack([np.cos(2.0 * np.pi * start), np.sin(2.0 * np.pi * start)], axis=1)
     for _ in range(STEPS):
-        psi = smooth(psi)
-        psi /= np.maximum(np.linalg.norm(psi, axis=1, keepdims=True), 1e-12)
+        psi = unit(smooth(psi))
     return smooth(psi)
 
 
