@@ -24,8 +24,7 @@ from .geometry.topology import components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import Compression
-from .mesh import add_seams, corner_texture, read_surface, with_data
-from .mesh.arrays import PART, PARTS
+from .mesh import PART, PARTS, add_seams, corner_texture, read_surface, with_data
 from .mesh.formats.merging import joined_texture
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation

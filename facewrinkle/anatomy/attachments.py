@@ -14,8 +14,7 @@ from ..array_types import Array
 from ..geometry.normals import vertex_normals
 from ..geometry.rigid_alignment import closest_rotations, rigid_motion
 from ..geometry.topology import vertex_rings
-from ..mesh import joined
-from ..mesh.arrays import COLORS, OF_PART, PART, PARTS, use_texture
+from ..mesh import COLORS, OF_PART, PART, PARTS, joined, use_texture
 from .eyeball import Eyeball
 from .parts import Part, piece_of
 from .skull import Mandible

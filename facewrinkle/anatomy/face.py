@@ -18,8 +18,7 @@ from ..errors import LandmarkError, MeshError, unknown_name, warn
 from ..geometry.interpolation import barycentric
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import boundary_loops, unique_edges
-from ..mesh import closest_places, to_polydata
-from ..mesh.arrays import FrameState, is_frame, rest_of
+from ..mesh import FrameState, closest_places, is_frame, rest_of, to_polydata
 from .atlas import Atlas, Mixture, load_atlas
 from .attachments import Attachments, combined_mesh
 from .cavities import IN_MOUTH, Cavities, Lining

@@ -19,8 +19,7 @@ from ..array_types import Array
 from ..checks import vector
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..files import LARGEST_SETTINGS, bytes_of, written
-from ..mesh import closest_places
-from ..mesh.clean_surface import CONNECT
+from ..mesh import CONNECT, closest_places
 
 OFF_MESH = 0.2
 """A landmark may lie this far from the mesh, in distances between the pupils."""

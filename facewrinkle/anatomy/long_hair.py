@@ -11,8 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 from ..array_types import Array, IntArray
 from ..geometry.normals import unit
 from ..geometry.topology import ring_quads
-from ..mesh import to_polydata
-from ..mesh.arrays import COLORS
+from ..mesh import COLORS, to_polydata
 from .head import Head
 from .parts import Part
 

@@ -16,8 +16,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import components
-from ..mesh import merged_texture
-from ..mesh.arrays import COLORS, PIECE, SOURCE, has_colors, with_data
+from ..mesh import COLORS, PIECE, SOURCE, has_colors, merged_texture, with_data
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame, mouth_middle
 

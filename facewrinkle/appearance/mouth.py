@@ -19,8 +19,7 @@ from ..geometry.depth_buffer import depth_buffer
 from ..geometry.interpolation import smoothstep
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import ring_triangles
-from ..mesh import to_polydata
-from ..mesh.arrays import reshaped
+from ..mesh import reshaped, to_polydata
 
 PARTED = 0.012
 """Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""

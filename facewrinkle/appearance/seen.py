@@ -12,8 +12,7 @@ import pyvista as pv
 from ..anatomy.face import Face, per_face
 from ..anatomy.parts import Part
 from ..array_types import Array, IntArray
-from ..mesh import split_at_seams, with_normals
-from ..mesh.arrays import has_colors, is_frame, rest_of
+from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOR, Mouth

@@ -19,8 +19,7 @@ from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, LandmarkError, unknown_name
 from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
-from ..mesh import CleanSurface, merged_texture, outside_images, prepare, read_surface
-from ..mesh.arrays import NAME, labels_of
+from ..mesh import NAME, CleanSurface, labels_of, merged_texture, outside_images, prepare, read_surface
 from ..mesh.formats.reading import GLTF
 from .options import Report, face_facts
 

@@ -14,8 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..array_types import Array
-from ..mesh import MUSCLES
-from ..mesh.arrays import rest_of
+from ..mesh import MUSCLES, rest_of
 
 DEEP = 0.05
 """Skin this far below the smooth surface is part of a furrow, mm."""

@@ -19,8 +19,7 @@ from ..array_types import Array, Single
 from ..errors import MeshError, check_range
 from ..files import output_file, written
 from ..geometry.refinement import RedGreenForest
-from ..mesh import to_polydata
-from ..mesh.arrays import UNIT, reshaped
+from ..mesh import UNIT, reshaped, to_polydata
 from ..tears.drop import Sampled
 from ..tears.presets import Tear
 from .gltf import gltf

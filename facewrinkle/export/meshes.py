@@ -12,8 +12,7 @@ from ..anatomy.face import Face
 from ..appearance.seen import companion_meshes
 from ..array_types import Array
 from ..files import output_file, written
-from ..mesh import UNIT, MeshLike, triangle_mesh
-from ..mesh.arrays import is_frame
+from ..mesh import UNIT, MeshLike, is_frame, triangle_mesh
 from ..progress import tell
 from .gltf import gltf
 from .model import WATER_INDEX, WATER_OPACITY, Model, part_model, skin_model, tears_model

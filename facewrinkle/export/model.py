@@ -13,8 +13,7 @@ from ..anatomy.face import Face
 from ..array_types import Array, Image, IntArray, Single
 from ..errors import MeshError, ParameterError, check_type
 from ..geometry.normals import vertex_normals
-from ..mesh import split_at_seams, with_normals
-from ..mesh.arrays import COLORS, has_colors, in_bytes
+from ..mesh import COLORS, has_colors, in_bytes, split_at_seams, with_normals
 
 ORIGIN = " origin"
 """Name of the array with the numbers of the frame's vertices while they are split at seams."""

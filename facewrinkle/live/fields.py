@@ -15,8 +15,7 @@ from ..layers.base import Layer
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
-from ..mesh import ARRAYS
-from ..mesh.arrays import rest_of
+from ..mesh import ARRAYS, rest_of
 from ..plotting.fields import FIELD_COLORS, FOLDED
 from .protocol import Part
 from .visible_parts import VisibleParts

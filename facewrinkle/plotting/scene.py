@@ -17,8 +17,7 @@ from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, Image
 from ..errors import ParameterError, check_type
-from ..mesh import split_at_seams
-from ..mesh.arrays import COLORS, corner_texture, has_colors
+from ..mesh import COLORS, corner_texture, has_colors, split_at_seams
 from .fields import field_coloring
 from .images import begun, texels_per_pixel, texture, window_of
 from .lighting import KeyLight

@@ -13,8 +13,21 @@ from ..anatomy.muscles import EyeMuscle, JawMuscle, TongueMuscle
 from ..array_types import Array
 from ..geometry.refinement import RedGreenForest
 from ..layers.base import SurfacePoints
-from ..mesh import MUSCLES, POSE, UNIT, interpolated_point_data, refilled, refine_seams, to_polydata
-from ..mesh.arrays import GAZE, JAW, MANDIBLE, OF_PART, TONGUE, use_texture
+from ..mesh import (
+    GAZE,
+    JAW,
+    MANDIBLE,
+    MUSCLES,
+    OF_PART,
+    POSE,
+    TONGUE,
+    UNIT,
+    interpolated_point_data,
+    refilled,
+    refine_seams,
+    to_polydata,
+    use_texture,
+)
 from ..motion.base import Motion
 
 

@@ -29,8 +29,7 @@ from ..geometry.refinement import Change, RedGreenForest
 from ..geometry.untangling import unfolded_shares
 from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState, displacement_of, fields_of, over
 from ..layers.compression import StrainField
-from ..mesh import MeshLike
-from ..mesh.arrays import AGE
+from ..mesh import AGE, MeshLike
 from ..motion.base import Motion, Still, check_motion, stepped
 from ..motion.skin import Skin, SkinMaterial
 from .fold_layers import Folds, fold_layers, fold_shapes, refinement_for, with_printed_muscles

@@ -23,8 +23,7 @@ from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.normals import detail_normals, unit
 from ..geometry.topology import ring_triangles
-from ..mesh import MeshLike, to_polydata
-from ..mesh.arrays import is_frame
+from ..mesh import MeshLike, is_frame, to_polydata
 from . import path as paths
 from .drop import Sampled
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path

@@ -18,8 +18,7 @@ from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry.interpolation import barycentric, interpolated
 from ..geometry.normals import vertex_normals
-from ..mesh import MeshLike, closest_places, read_surface, to_polydata
-from ..mesh.arrays import is_frame, rest_of
+from ..mesh import MeshLike, closest_places, is_frame, read_surface, rest_of, to_polydata
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
