@@ -212,6 +212,9 @@ class Layer(ABC):
     ----------
     age_shown : float, optional
         The age, in [0, 1], of lines that the layer draws, which pictures show in the relief of the skin, too.
+    timeless : bool
+        True if the same surface always has the same heights and fields: while it does not move, the layer is not asked
+        for them again. Default: False.
 
     Examples
     --------
@@ -234,6 +237,8 @@ class Layer(ABC):
     >>> float(frame["pores"].min()), float(frame["W"].min())
     (-0.05, -0.05)
     """
+
+    timeless: bool = False
 
     def __repr__(self) -> str:
         plain = {name: value for name, value in vars(self).items() if isinstance(value, int | float | str)}

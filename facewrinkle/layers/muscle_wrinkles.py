@@ -58,6 +58,8 @@ class MuscleWrinkles(Layer):
     True
     """
 
+    timeless = True
+
     def __init__(self, depth: float = 1.0, *, inextensible: bool = True, waves: bool = True) -> None:
         self.depth = check_range("depth", depth, 0.0, 1e6)
         self.inextensible = check_flag("inextensible", inextensible)

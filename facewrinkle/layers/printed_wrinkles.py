@@ -42,6 +42,8 @@ class PrintedWrinkles(Layer):
     True
     """
 
+    timeless = True
+
     # --- Eq. 3: W = H A At ---------------------------------------------------------------------------
 
     def attach(self, face: Face) -> None:

@@ -117,6 +117,8 @@ class Contacts:
         What they meet: "solids"; "lips" and "lids", the other one; "flesh", the other side of the lip.
     flats : FlatTriangles
         Triangles that can turn over.
+    looked_at : ndarray, shape (n, 3)
+        Positions at which solids were looked for last.
 
     Examples
     --------
@@ -158,7 +160,7 @@ class Contacts:
 
     def reset(self) -> None:
         """Forget where solids were looked for."""
-        self._looked_at = np.full_like(self._points, np.inf)
+        self.looked_at = np.full_like(self._points, np.inf)
 
     def place(self, rate: float, facing: Array) -> None:
         """Let teeth go along with the mandible at its contraction rate, and triangles face (m, 3)."""
@@ -170,9 +172,9 @@ class Contacts:
     def _look(self, u: Array) -> Array:
         """Return positions of vertices and eyes; look for solids near them unless they were looked for close by."""
         x = np.concatenate([self._points + u, self._eyes])
-        if not kernels.farthest_moved(x, self._looked_at, self._meeting_solids) <= STALE:
+        if not kernels.farthest_moved(x, self.looked_at, self._meeting_solids) <= STALE:
             gaps, of_skin = kernels.gaps_of(x, self.samples, self._placed), self.samples.partners[:, 0] >= 0
-            self._looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + REACH))
+            self.looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + REACH))
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:

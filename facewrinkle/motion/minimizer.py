@@ -16,15 +16,15 @@ from ..geometry.laplacian import symmetric_factors
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
 
-CONVERGED = 1e-22
-"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-8 mm."""
+CONVERGED = 1e-18
+"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
 
 LEFT_OVER, SMALL = 0.05, 1e-6
 """Share of the squared residual, and decrease of the energy per area by the last iteration, that are small enough to
 leave the rest to the next minimization: some hundredths of a millimeter.
 """
 
-ROUNDING = 1e-14
+ROUNDING = 1e-13
 """Relative error of an energy: a step may raise it by this much."""
 
 BALANCED = 1e-6
@@ -48,6 +48,7 @@ class Minimum:
     Attributes
     ----------
     u : ndarray, shape (n, 3)
+        The start itself if nothing lowers the objective there.
     before, value : float
         The objective at the start and there, contacts included.
     converged : bool
@@ -79,6 +80,11 @@ class Minimizer:
         The most iterations; fewer are made if the minimization converges.
     contacts : Contacts, optional
 
+    Attributes
+    ----------
+    memory : tuple
+        The steps that the curvature is learnt from.
+
     Examples
     --------
     Three points that springs of stiffness 2 pull to the place (1, 1, 1):
@@ -102,14 +108,14 @@ class Minimizer:
 
     def reset(self) -> None:
         """Forget the steps that were made."""
-        self._memory: list[tuple[Array, Array, float]] = []
+        self.memory: tuple[tuple[Array, Array, float], ...] = ()
 
     def minimized(self, objective: Objective, start: Array) -> Minimum:
         """Return displacements (n, 3) at which the objective and the energy of contacts are lower than at `start`.
 
         The objective returns its value at its first argument (n, 3) and writes its gradient to the second.
         """
-        u, here, there = start.copy(), np.empty((2, *start.shape)), np.empty((2, *start.shape))
+        u, here, there = start, np.empty((2, *start.shape)), np.empty((2, *start.shape))
         before = value = self._evaluated(objective, u, here)
         if not math.isfinite(value):
             raise ParameterError(
@@ -126,9 +132,9 @@ class Minimizer:
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
-                if fine and not self._memory:
+                if fine and not self.memory:
                     return Minimum(u, before, value, -slope <= 1e-9 * abs(value), iteration)
-                fine = fine or not self._memory
+                fine = fine or not self.memory
                 self.reset()
                 value = self._evaluated(objective, u, here)
                 continue
@@ -194,17 +200,17 @@ class Minimizer:
     def _inverse_curvature(self, gradient: Array) -> Array:
         """Return the inverse of the curvature times the gradient: the two loops of L-BFGS over remembered steps."""
         q, shares = gradient.copy(), []
-        for step, change, curvature in reversed(self._memory):
+        for step, change, curvature in reversed(self.memory):
             shares.append(kernels.two_loop_update(q, change, step, curvature, 0.0))
         q = self.factors.solved(q)
-        for (step, change, curvature), share in zip(self._memory, reversed(shares), strict=True):
+        for (step, change, curvature), share in zip(self.memory, reversed(shares), strict=True):
             kernels.two_loop_update(q, step, change, curvature, share)
         return q
 
     def _remember(self, step: Array, change: Array) -> None:
         curvature = _inner(step, change)
         if curvature > 1e-12 * _inner(step, step):
-            self._memory = [*self._memory[-(MEMORY - 1) :], (step, change, curvature)]
+            self.memory = (*self.memory[-(MEMORY - 1) :], (step, change, curvature))
 
 
 def _inner(a: Array, b: Array) -> float:

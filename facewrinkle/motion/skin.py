@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array, diags_array
@@ -155,6 +157,8 @@ class Skin:
     gazes: Mapping[str, Array] = NONE_BY_NAME
     parts: Mapping[str, Array] = NONE_BY_NAME
     mandible: Array | None = None
+    _followed: tuple[Any, ...] = (None,) * 3
+    """What the vertices that are not simulated followed last, and the displacement of all."""
 
     def __init__(
         self,
@@ -335,11 +339,14 @@ class Skin:
         """
         if self._joints_of_face is None:
             return self._displacement
-        beyond = self._displacement.copy()
-        self.joints.turn_lids(beyond, self._placed, -1.0)
-        out = self.mesh.follow(beyond)
-        self._joints_of_face.turn_lids(out, self._placed, 1.0)
-        return self.mesh.untangled(out)
+        of = self._displacement, self._placed
+        if not all(map(operator.is_, of, self._followed)):
+            beyond = self._displacement.copy()
+            self.joints.turn_lids(beyond, self._placed, -1.0)
+            out = self.mesh.follow(beyond)
+            self._joints_of_face.turn_lids(out, self._placed, 1.0)
+            self._followed = *of, self.mesh.untangled(out)
+        return self._followed[2]
 
     @displacement.setter
     def displacement(self, displacement: Array) -> None:
@@ -349,6 +356,7 @@ class Skin:
         """Go back to rest, without motion, all muscles relaxed."""
         shape = self._rest_points.shape
         self._displacement, self._velocity = np.zeros(shape), np.zeros(shape)
+        self._stepped_from: tuple[object, ...] = (None,) * 4
         self.rates = np.zeros(len(self.names))
         self._place(self.rates)
         self._minimizer.reset()
@@ -405,10 +413,15 @@ class Skin:
         """Advance by one time step.
 
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
-        lips that are flung at each other meet, and the skin settles on the way.
+        lips that are flung at each other meet, and the skin settles on the way. A step that left everything as it was
+        is not made again.
         """
         before, after = self._placed, self.rates
         if np.array_equal(before, after):
+            state = self._displacement, self._minimizer.memory, self.contacts.looked_at, bool(self._velocity.any())
+            if all(map(operator.is_, state, self._stepped_from)):
+                return
+            self._stepped_from = state
             self._advance(self.time_step)
         else:
             parts = self.joints.parts(before, after)
@@ -447,11 +460,10 @@ class Skin:
 
     def _come_to_rest(self) -> None:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""
-        if (
-            not self._placed.any()
-            and max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max()) < AT_REST
-        ):
-            self.reset()
+        if not self._placed.any():
+            left = max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max())
+            if 0.0 < left < AT_REST:
+                self.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
         """Advance by a time h: implicit Euler, whose step minimizes the sum of inertia, drag and energy.

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -42,8 +43,8 @@ from .refinement import (
     typical_edges,
 )
 
-Shape = tuple[Array, Array, Array, Array]
-"""Points, normals, heights and split criterion of the vertices."""
+Shape = tuple[Array, dict[str, np.ndarray]]
+"""Points of the vertices, mm, and the data of a frame at them."""
 
 RAMP = 10
 """Steps in which muscles contract where only the face at rest matters."""
@@ -134,7 +135,8 @@ class Simulation:
         self.face = face = with_printed_muscles(face) if folds == "printed" else face
         self.refinement = refinement_for(folds, refinement)
         self._wanted: BoolArray | None = None
-        self._shaped: tuple[Array, Array] | None = None
+        self._idle: BoolArray | None = None  # the marks that triangles were split by last
+        self._shaped: tuple[Any, ...] = ()  # what it was made of, the shape, and the marks
         self._late = False
         self._edges, self._level, self._asked_level = typical_edges(face), 0, self.refinement.max_level
         with self._timed("precompute"):
@@ -408,8 +410,7 @@ class Simulation:
         # Recordings go far in one step, and patterns on a still surface begin at once: all triangles are split now.
         while not driven and (self._late or self._steps == 1) and self._refine():
             shape = self._shape(base)
-        with self._timed("frame"):
-            return self._frame(*shape)
+        return self._frame(*shape)
 
     def run(
         self, frames: int | None = None, ramp: float = 0.6, *, seconds: float | None = None
@@ -506,8 +507,7 @@ class Simulation:
         if self.refinement.coarsen:
             self._follow(self.forest.sort())
             shape = self._shape(base)
-        with self._timed("frame"):
-            return self._frame(*shape)
+        return self._frame(*shape)
 
     # --- one frame -----------------------------------------------------------------------------
 
@@ -516,8 +516,9 @@ class Simulation:
         with self._timed("refinement"):
             wanted, self._wanted = self._wanted, None
             change = Change(slice(None), 0)
-            if wanted is not None and self._level > 0:
+            if wanted is not None and wanted is not self._idle and self._level > 0:
                 change = self.forest.adapt(wanted, self.refinement.coarsen)
+                self._idle = wanted
         if change:
             self._follow(change)
         return bool(change)
@@ -535,7 +536,17 @@ class Simulation:
                 layer.follow(change, created)
 
     def _shape(self, base: Array) -> Shape:
-        """Return the shape of the surface; mark triangles to split or take back."""
+        """Return the shape of the surface; mark triangles to split or take back.
+
+        Layers without time are not asked again about a surface that has not moved since.
+        """
+        of = self.vertices, self.layers, base.tobytes(), self.motion.rates.tobytes()
+        if self._shaped[:4] != of or not all(layer.timeless for layer in self.layers):
+            self._shaped = *of, self._new_shape(base), self._wanted, self._late
+        *_, shape, self._wanted, self._late = self._shaped
+        return shape
+
+    def _new_shape(self, base: Array) -> Shape:
         vertices, triangles = self.vertices, self.forest.triangles
         with self._timed("wrinkles"):
             bare = interpolated(base, vertices.corners, vertices.barycentric)
@@ -559,14 +570,16 @@ class Simulation:
             shown = others[0] if others else normals
         with self._timed("refinement"):
             self._wanted, self._late, split_gamma = mark(self.refinement, self.forest, vertices, normals, added)
-            return moved, shown, height, split_gamma
+        with self._timed("wrinkles"):
+            data: dict[str, np.ndarray] = {"Normals": shown, "split_gamma": split_gamma}
+            for layer in self.layers:
+                data.update(over(data, fields_of(layer, len(moved))))
+            data["W"] = height  # of all layers together
+            return moved, data
 
-    def _frame(self, points: Array, normals: Array, height: Array, split_gamma: Array) -> pv.PolyData:
-        data: dict[str, np.ndarray] = {"Normals": normals, "split_gamma": split_gamma}
-        for layer in self.layers:
-            data.update(over(data, fields_of(layer, len(points))))
-        data["W"] = height  # of all layers together
-        self._last = self._frames.frame(points, data, self.vertices, self.forest)
+    def _frame(self, points: Array, data: dict[str, np.ndarray]) -> pv.PolyData:
+        with self._timed("frame"):
+            self._last = self._frames.frame(points, data, self.vertices, self.forest)
         return self._last
 
     def fields(self, muscle: str) -> dict[str, np.ndarray]:

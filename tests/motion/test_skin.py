@@ -4,7 +4,7 @@ what                              checked against
 gradient of a step's objective    differences: springs beyond their threshold, tethers, bending, contacts, inertia
 springs, barrier, tethers         their energies written out for an edge, a triangle, a vertex
 weights                           a membrane of stiffness 1: the energy of affine strains, whatever the triangles
-rest                              itself: an exact equilibrium
+rest                              itself: an exact equilibrium; held, skin that makes each step, and begins anew there
 time steps of 0.1 ms to 10 s      each other's steady states
 skull, eyeballs                   heights above the anchors; distances from the centres
 left, right                       each other, mirrored
@@ -212,6 +212,23 @@ def test_rest_is_an_exact_equilibrium(face, time_step):
     for _ in range(5):
         assert np.array_equal(skin.step(), skin.points)
     assert not skin.displacement.any()
+
+
+@pytest.mark.parametrize("asked", [{"zygomaticus_major_l": 1.0, "orbicularis_oris": 0.7}, {}])
+def test_skin_at_rest_takes_no_steps_and_loses_none(face, asked, monkeypatch):
+    """To the last bit it is where skin is that makes all steps; and steps that begin anew there lead nowhere."""
+    made, resting, every, steps = [], Skin(face), Skin(face), Skin._advance
+    monkeypatch.setattr(Skin, "_advance", lambda skin, *given: (made.append(skin), steps(skin, *given))[1])
+    for rates in ({"zygomaticus_major_l": 1.0, "corrugator_r": 1.0}, asked, {"mentalis_l": 1.0}):
+        for _ in range(110):
+            every._stepped_from = (None,) * 4
+            one, other = held(resting, rates, 1), held(every, rates, 1)
+            assert np.array_equal(one, other)
+        assert sum(skin is resting for skin in made[-20:]) == 0
+    there, energy = one, resting.energy()
+    resting.displacement = there
+    assert np.abs(held(resting, rates, 60) - there).max() < 1e-5
+    assert abs(resting.energy() - energy) < 1e-9
 
 
 def test_reset_is_a_new_skin(coarse):

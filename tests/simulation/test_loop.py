@@ -2,6 +2,8 @@
 
 what                    checked against
 two simulations         each other, bit for bit; a reset simulation
+held faces              frames whose layers are asked each time
+2,000 frames            the memory of the first hundreds
 faces and layers        their fingerprints before; simulations that share them
 ramps                   the smoothstep of their share of the run
 layers                  heights that add up; fields of one muscle; taken in the middle of a motion, those from its start
@@ -41,6 +43,70 @@ def test_reset_is_a_new_simulation(face, fingerprint):
     sim.reset()
     sim.express("paper_surprise")
     assert [fingerprint(frame) for frame in sim.run(20)] == first
+
+
+class Beating(Flat):
+    """Heights that change with time."""
+
+    def __init__(self, timeless):
+        self.timeless, self.asked = timeless, 0
+
+    def displacement(self, state):
+        self.asked += 1
+        return dataclasses.replace(super().displacement(state), height=np.full(len(state.bare), state.time))
+
+
+@pytest.mark.parametrize(
+    "folds", ["wave", *(pytest.param(each, marks=pytest.mark.slow) for each in ("paper", "printed"))]
+)
+def test_a_held_face_is_shown_again(face, fingerprint, folds):
+    """The same bytes as from layers that are asked each time, in frames of their own; and so in what comes after."""
+    given = fw.Simulation(face, folds=folds)
+    kept, asked = (fw.Simulation(given.face, given.refinement, layers=given.layers) for _ in range(2))
+    for layer in asked.layers:
+        layer.timeless = False
+    for name in ("surprise", None, "frowning"):
+        for sim in (kept, asked):
+            sim.express(name) if name else sim.look(yaw=20)
+        for one, other in zip(kept.run(90, ramp=0.2), asked.run(90, ramp=0.2), strict=True):
+            assert fingerprint(one) == fingerprint(other)
+            one["W"][:] = 9.0
+    aged = [type(layer)(age=0.8) if hasattr(layer, "age") else layer for layer in kept.layers]
+    for sim in (kept, asked):
+        sim.use_layers(aged)
+    assert fingerprint(kept.step()) == fingerprint(asked.step())
+    assert fingerprint(kept.settle()) == fingerprint(asked.settle())
+
+
+def test_only_layers_without_time_are_not_asked_again(face):
+    for timeless, most in ((False, 8), (True, 2)):
+        sim = fw.Simulation(face, layers=[Beating(timeless)])
+        frames = [sim.step() for _ in range(8)]
+        assert 1 <= sim.layers[0].asked <= most
+        assert (frames[-1]["W"][0] == frames[-2]["W"][0]) == timeless
+
+
+def test_a_face_whose_skin_rests_still_turns(face):
+    class Nodding(fw.Still):
+        def step(self):
+            self.pose = np.eye(4) + 0.1 if self.pose is None else self.pose + 0.1
+            return self.points
+
+    sim = fw.Simulation(face, layers=fold_layers(face), motion=Nodding(face))
+    poses = [sim.step().field_data["pose"] for _ in range(4)]
+    assert not np.array_equal(poses[2], poses[3])
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_frames(face):
+    resource, sim, random = pytest.importorskip("resource"), fw.Simulation(face), np.random.default_rng(0)
+    peaks = []
+    for number in range(2000):
+        if number % 20 == 0:
+            sim.express({unit: random.random() for unit in random.choice([*face.atlas.action_units], 3, False)})
+            peaks.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+        sim.step()
+    assert peaks[-1] - peaks[20] < 20 * 2**10  # kB
 
 
 def test_simulations_of_one_face_do_not_meet(face):

@@ -90,6 +90,8 @@ class WaveFolds(Layer):
     facewrinkle.errors.ParameterError: seed must be a whole number, received 1.5.
     """
 
+    timeless = True
+
     shapes: FoldShapes | None = None
     """The motions that the lines are found from; a :class:`facewrinkle.Simulation` sets them."""
 
