@@ -129,7 +129,7 @@ class EyelidOpening:
     >>> opening = fw.default_face().eyelid_openings["l"]
     >>> top, bottom = opening.lines(np.array([0.5]))
     >>> round(opening.width), round(float((top - bottom)[0] * opening.eye.radius))
-    (27, 11)
+    (28, 10)
     """
 
     eye: Eyeball
@@ -202,7 +202,7 @@ def eyelid_opening(
     >>> mesh = face.points, face.triangles, face.boundary_loops
     >>> top, bottom = eyelid_opening(face.eyes[0], *mesh, face.landmarks).lines(np.array([0.5]))
     >>> np.degrees(top - bottom).round()
-    array([55.])
+    array([47.])
     """
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
     width = float(np.linalg.norm(outer - inner))
@@ -213,7 +213,8 @@ def eyelid_opening(
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
     lids = _lid_sections(local[_near(local, triangles)], _ball(eye, inner, axes, width))
-    if len(lids) < len(MERIDIANS) // 2:
+    in_middle = any(RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1] for at, *_ in lids)
+    if len(lids) < len(MERIDIANS) // 2 or not in_middle:
         return None
     hole = _hole(lid_rim(eye, points, loops), *polar[:2])
     thick = hole is None or not _is_seen(hole, local, lids)

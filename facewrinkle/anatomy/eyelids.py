@@ -134,7 +134,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     >>> face = fw.default_face()
     >>> close = lid_weights(face.eyelid_openings["l"], face.points, face.triangles).close
     >>> round(float(np.degrees(close.angles.max()))), round(float(np.degrees(close.angles.min())))
-    (51, -7)
+    (43, -6)
     """
     eye, offset = opening.eye, points - opening.eye.centre
     along, elevation, distance = opening.polar(points)

@@ -122,7 +122,7 @@ class Face:
     >>> face
     Face(4517 triangles, 33 landmarks, 48 muscles)
     >>> round(float(face.landmarks["nose_tip"][2] - face.eyes[0].centre[2]))
-    46
+    47
     """
 
     mesh: pv.PolyData

@@ -61,6 +61,9 @@ thirty-two labeled faces).
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
 
+STOUTEST = 1.0
+"""Heads and noses of plausible people are at most by this much wider than long."""
+
 LONGEST = 0.5
 """Greatest length of the hair of somebody neither feminine nor masculine."""
 
@@ -229,22 +232,32 @@ class Identity:
         return 1 + int(np.abs(TONES[:, 0] - self.skin).argmin())
 
     def plausible(self) -> Self:
-        """Return the person with hair and irises that are no fairer than the skin; children look young.
+        """Return the person with hair and irises that are no fairer than the skin, and parts that go together.
 
-        The more masculine, the shorter the hair may be: at most 0.5 less `sex`.
+        Children look young, and boys and girls alike. A head is at most by 1 wider than long, and so is a nose. The
+        more masculine, the shorter the hair may be: at most 0.5 less `sex`.
 
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
         Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, hair_density=0.0, iris=0.5, hair_length=0.0)
         """
-        age = min(self.age, -self.child) if self.child > 0.0 else self.age
+        child = max(self.child, 0.0)
+        age = min(self.age, -child) if child > 0.0 else self.age
+        sex = float(np.clip(self.sex, child - 1.0, 1.0 - child))
+        head = 0.5 * max(self.width - self.length - STOUTEST, 0.0)
+        nose = 0.5 * max(self.nose_width - self.nose_length - STOUTEST, 0.0)
         return dataclasses.replace(
             self,
+            width=self.width - head,
+            length=self.length + head,
+            nose_width=self.nose_width - nose,
+            nose_length=self.nose_length + nose,
+            sex=sex,
             hair=max(self.hair, self.skin),
             iris=max(self.iris, self.skin),
             age=age,
-            hair_length=min(self.hair_length, LONGEST - self.sex),
+            hair_length=min(self.hair_length, LONGEST - sex),
         )
 
 
@@ -256,7 +269,7 @@ def head_of(identity: Identity) -> Head:
     Distance of the angle of the jaw from the middle, mm, from a narrow to a square jaw:
 
     >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
-    [56, 62, 68]
+    [58, 63, 67]
     """
     mean = load_head()
     if identity == Identity():
@@ -363,7 +376,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     >>> small = {"width": 0.5, "length": -1.0, "nose_length": -1.0, "chin": -1.0, "jaw": -1.0, "age": -1.0}
     >>> faces = fw.default_face(), fw.default_face(small)
     >>> [round(childlike(face.landmarks, face.frame), 1) for face in faces]
-    [0.0, 0.9]
+    [0.0, 1.0]
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance

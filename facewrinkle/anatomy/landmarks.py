@@ -127,7 +127,7 @@ def mouth_middle(landmarks: Mapping[str, Array]) -> Array:
     >>> import facewrinkle as fw
     >>> marks = fw.default_face().landmarks
     >>> (lips_middle(marks) - mouth_middle(marks)).round(1) + 0.0
-    array([ 0. , -0.2,  6.6])
+    array([ 0. , -0.3,  6.6])
     """
     return np.asarray(0.25 * sum(landmarks[name] for name in MOUTH_LANDMARKS))
 

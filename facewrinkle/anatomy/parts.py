@@ -78,8 +78,8 @@ MOUTH_FOREMOST = 0.25
 
 
 INSIDE, MOUTH_ASIDE = 0.6, 0.2
-"""So does a piece of any size of which more than this share lies inside the head, its middle below the nasion and no
-farther aside than half of the second: gums and tongues may reach far back.
+"""So does a piece of any size of which more than this share lies inside the head, its middle between menton and nasion
+and no farther aside than half of the second: gums and tongues may reach far back, a pedestal fills the neck.
 """
 
 TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
@@ -300,7 +300,8 @@ def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[
             return f"eye_{side}" if _is_of_eyeball(points, centre, radius) else f"lashes_{side}"
     low, high = points.min(axis=0), points.max(axis=0)
     mouth, bridge = mouth_middle(marks), marks["nasion"]
-    within = np.mean(away < 0.0) > INSIDE and 0.5 * (low + high)[1] < bridge[1] and abs(low[0] + high[0]) < MOUTH_ASIDE
+    in_height = marks["menton"][1] < 0.5 * (low + high)[1] < bridge[1]
+    within = np.mean(away < 0.0) > INSIDE and in_height and abs(low[0] + high[0]) < MOUTH_ASIDE
     if _is_in_mouth(low, high, mouth) or (within and high[2] < mouth[2] + MOUTH_FOREMOST):
         return "tongue" if _is_tongue(low, high, mouth) else "teeth"
     if (high - low).max() < 0.02:

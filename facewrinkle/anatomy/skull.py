@@ -196,7 +196,7 @@ def jaw_weights(
     >>> share[weights.vertices] = weights.angles / jaw.angle
     >>> for name in ("menton", "mouth_l", "nose_tip"):
     ...     print(share[face.mesh.find_closest_point(face.landmarks[name])].round(1))
-    0.9
+    1.0
     0.5
     0.0
     """

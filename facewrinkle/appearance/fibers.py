@@ -87,8 +87,7 @@ class Fibers:
         self._rest = _in_flesh(lines, nearest, weights[..., None], face)
         self._vertices = np.where(ring[:, None, None], nearest, nearest[:, -1:])
         self._weights = np.where(ring[:, None, None], weights, weights[:, -1:])[..., None]
-        on_jaw = np.empty(0, int) if face.mandible is None else face.mandible.vertices
-        self._on_jaw = np.isin(nearest[:, 0, 0], on_jaw)[:, None, None]
+        self._on_jaw = (face.mandible_share > 0.5)[nearest[:, 0, 0]][:, None, None]
 
     @classmethod
     def of(cls, face: Face) -> Self:
@@ -140,11 +139,13 @@ def _in_flesh(lines: Array, nearest: IntArray, weights: Array, face: Face) -> Ar
         for values in (face.points, face.tissue.normals, face.tissue.depth[:, None])
     )
     normals = unit(normals)
-    height = ((lines - on_skin) * normals).sum(axis=-1, keepdims=True)
-    moved = lines + (np.clip(height, -depth, -0.2 * depth) - height) * normals
-    for _ in range(SMOOTHED):
-        moved[:, 1:-1] = 0.25 * (moved[:, :-2] + 2.0 * moved[:, 1:-1] + moved[:, 2:])
-    return np.asarray(moved)
+    moved = np.array(lines)
+    for step in range(1 + SMOOTHED):
+        if step:
+            moved[:, 1:-1] = 0.25 * (moved[:, :-2] + 2.0 * moved[:, 1:-1] + moved[:, 2:])
+        height = ((moved - on_skin) * normals).sum(axis=-1, keepdims=True)
+        moved += (np.clip(height, -depth, -0.2 * depth) - height) * normals
+    return moved
 
 
 def _lines(muscle: Muscle, face: Face) -> Array:

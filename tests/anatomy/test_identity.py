@@ -14,7 +14,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
 from facewrinkle.anatomy.head import MIRROR, Head, load_head
 from facewrinkle.anatomy.identity import CHILDS_FOLDS, TONES, YOUNG_FOLDS, Identity, childlike, fold_depth, head_of
-from facewrinkle.appearance.eye import PaintedEye
+from facewrinkle.appearance.eye import IRIS, PaintedEye
 from facewrinkle.errors import FaceWrinkleError, ParameterError
 from tools.self_intersections import self_intersections
 
@@ -74,6 +74,43 @@ def test_lids_rest_on_the_eyeballs(identity: Identity) -> None:
         assert margin.sum() > 20
         if eye.side == "l":
             assert away[margin].max() < 0.6
+
+
+def eye_of(face: Face, points: np.ndarray) -> tuple[float, float, float]:
+    """Of the left eye, upright through its middle: opening, white below the iris, iris under the upper lid, mm."""
+    eye, opening = face.eyes[0], face.eyelid_openings["l"]
+    upper, lower = (height_at(eye.centre[0], points[margin]) for margin in (opening.upper, opening.lower))
+    painted = PaintedEye(eye, face)
+    ahead = (painted.at(face.points).points - eye.centre) @ eye.gaze / eye.radius
+    away = np.degrees(np.arccos(np.clip(ahead, -1.0, 1.0)))
+    angles, first = np.unique(painted.angles, return_index=True)
+    iris = eye.radius * np.sin(np.radians(np.interp(IRIS + 0.9, angles, away[first])))  # where it is half white
+    return upper - lower, eye.centre[1] - iris - lower, eye.centre[1] + iris - upper
+
+
+def height_at(x: float, margin: np.ndarray) -> float:
+    order = np.argsort(margin[:, 0])
+    return float(np.interp(x, margin[order, 0], margin[order, 1]))
+
+
+@pytest.mark.parametrize("identity", [Identity(), *SINGLES, *CROWD], ids=str)
+def test_eyes_at_rest_do_not_stare(identity: Identity) -> None:
+    """No white below the iris, of which the upper lid covers a little; people's eyes open by some 9 to 10.5 mm."""
+    face = fw.default_face(identity)
+    opening, white, covered = eye_of(face, face.points)
+    assert white < 0.0
+    assert 0.5 < covered < 3.0
+    assert 9.0 < opening < 10.5
+
+
+def test_no_basic_emotion_bares_the_white_below_the_iris(face: Face) -> None:
+    rest, openings = eye_of(face, face.points)[0], {}
+    for name in ("happiness", "sadness", "anger", "disgust", "surprise", "fear"):
+        frame = after(fw.Simulation(face, refinement=fw.Refinement(max_level=0)), name, 20)
+        openings[name], white, _ = eye_of(face, np.asarray(frame.points)[: face.mesh.n_points])
+        assert white < 0.0, name
+    assert max(openings[name] for name in ("happiness", "anger", "disgust")) < rest - 1.0
+    assert openings["surprise"] > rest + 1.0
 
 
 @pytest.mark.parametrize(
@@ -315,6 +352,25 @@ def test_children_look_young_and_no_hair_or_iris_is_fairer_than_the_skin() -> No
     assert all(min(someone.hair, someone.iris) >= someone.skin for someone in people)
     mean, child = (fw.default_face(Identity(child=value)) for value in (0.0, 1.0))
     assert childlike(child.landmarks, child.frame) > 0.6 > 0.0 == childlike(mean.landmarks, mean.frame)
+
+
+def test_plausible_people_are_no_turnips_buttons_or_mushrooms() -> None:
+    for someone in map(Identity.random, range(300)):
+        assert someone.width - someone.length <= 1.0 + 1e-12
+        assert someone.nose_width - someone.nose_length <= 1.0 + 1e-12
+        assert abs(someone.sex) <= 1.0 - someone.child
+        assert someone.plausible() == someone
+    block = Identity(width=0.9, length=-0.5, nose_width=0.2).plausible()
+    assert (block.width, block.length, block.nose_width) == pytest.approx((0.7, -0.3, 0.2))
+
+
+def test_a_child_s_neck_is_thin_for_its_head() -> None:
+    shares = []
+    for child in (0.0, 1.0):
+        x, height = head_of(Identity(child=child)).points[:, 0], load_head().points[:, 1]
+        neck = np.ptp(x[(height > -104.0) & (height < -92.0)])
+        shares.append(neck / np.ptp(x[height > load_head().landmarks["brow_l_mid"][1]]))
+    assert shares[1] < 0.85 * shares[0]
 
 
 def test_irises_go_from_blue_to_brown() -> None:

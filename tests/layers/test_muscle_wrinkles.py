@@ -103,7 +103,7 @@ def deepest_share(sim, frame):
 @pytest.mark.parametrize("name", ["paper_surprise", "frowning", "closing_eye"])
 def test_however_deep_wrinkles_are_asked_for_skin_sets_the_bound(papers, name):
     for inextensible in (True, False):
-        sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=6.0, inextensible=inextensible)])
+        sim = fw.Simulation(papers, layers=[MuscleWrinkles(depth=8.0, inextensible=inextensible)])
         share, _ = deepest_share(sim, after(sim, name, 30))
         assert (share <= 1.0) == inextensible
 

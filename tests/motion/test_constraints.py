@@ -26,9 +26,9 @@ def test_the_tip_of_the_nose_rises_with_its_base(face):
     tip, base = at(face, "nose_tip"), at(face, "subnasale")
     moved, without = settled(face, "AU9"), settled(face, "AU9", cartilage=0.0)
     assert moved[base, 1] > 4.0
-    assert moved[tip, 1] > 0.4 * moved[base, 1], "captured noses rise as a whole"
+    assert moved[tip, 1] > 0.6 * moved[base, 1], "captured noses rise as a whole"
     shortened, soft = (rise[base, 1] - rise[tip, 1] for rise in (moved, without))
-    assert shortened < 0.8 * soft
+    assert shortened < 0.85 * soft
 
 
 def test_a_smile_leaves_the_tip_of_the_nose(face):

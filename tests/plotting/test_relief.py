@@ -29,7 +29,7 @@ def test_cheeks_have_pores_and_furrows_in_the_same_light(face):
     without, relief = patch(face)
     change = (relief - without).mean(axis=2)
     assert change.std() > 2.0
-    assert abs(change.mean()) < 1.0
+    assert abs(change.mean()) < 2.0
     assert np.abs(change).max() < 60.0
 
 
@@ -43,7 +43,7 @@ def test_lips_have_none(face):
         style = [Style((200, 200), view, microrelief=on) for on in (False, True)]
         return difference(*(picture(face.mesh, face, s) for s in style))[90:110, 90:110]
 
-    lips = View((0.0, 0.0, 1.0), "lower_lip_mid", (0.0, 0.07, 0.0), height=0.4)
+    lips = View((0.0, 0.0, 1.0), "lower_lip_mid", (0.0, 0.09, 0.0), height=0.4)
     assert change(lips).mean() < 0.1 * change(NEAR).mean()
     assert change(NEAR).mean() > 3.0
 

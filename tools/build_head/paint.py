@@ -46,6 +46,11 @@ EAR_ROUNDS, EAR_RIDGES, EAR_LIGHT = 30, 0.7, 0.8
 HAIRLESS = 40.0
 """Ears count as this much farther outside the hairline, mm."""
 
+FADE, FADED, TAPER = 17.0, 55.0, (58.0, 20.0)
+"""Hair is dense so far inside its border, mm: at the forehead, and on the shorter sides and nape, which begin between
+two heights over the eyes.
+"""
+
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
 
@@ -130,7 +135,7 @@ class HeadPainter:
         halves = []
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
-            ragged = cover + 1.2 * noise(places, 9.0, 21) + 2.6 * noise(places, 0.42, 22)
+            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.15 * noise(places, 0.42, 22)
             halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
         (right, right_hair), (left, left_hair) = halves
         shape = TEXELS, TEXELS // 2
@@ -139,7 +144,7 @@ class HeadPainter:
         return color, grown
 
     def _without_detail(self, values: Array) -> tuple[Array, Array, Array, Array]:
-        """Color (q, 3) of the skin, openness, distance inside the hairline, and share of lip (q, 1)."""
+        """Color (q, 3) of the skin, openness, how far inside the hair, 1 where it is dense, and share of lip (q, 1)."""
         frame, paint = frame_of(self.landmarks), self.data["paint"]
         places, sky, rings, ear, lip = np.split(values, [3, 4, values.shape[1] - 2, values.shape[1] - 1], axis=1)
         sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
@@ -148,7 +153,9 @@ class HeadPainter:
         skin += (strength * _brow_shade(np.array(self.data["brow"]["line"]), places))[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
             skin += rings[:, k, None] * (np.array(ring[2]) - skin)
-        return skin, sky, hair_cover(places, self.landmarks, frame) - HAIRLESS * ear, lip
+        cover = hair_cover(places, self.landmarks, frame) - HAIRLESS * ear
+        low = smoothstep((TAPER[0] - frame.local_mm(places)[:, 1]) / (TAPER[0] - TAPER[1]))
+        return skin, sky, cover / (FADE + low * (FADED - FADE)), lip
 
 
 def shaded(skin: Array, sky: Array) -> Array:
@@ -157,11 +164,11 @@ def shaded(skin: Array, sky: Array) -> Array:
 
 
 def hair(cover: Array, sky: Array, strands: Array) -> NDArray[np.uint8]:
-    """Return the share of hair (255 is all hair), denser from the hairline inwards, and its light (2, n).
+    """Return the share of hair (255 is all hair), denser from the border (0) inwards, and its light (2, n).
 
     The light is in units of :data:`facewrinkle.anatomy.head.HAIR_LIGHT`.
     """
-    dense = smoothstep((cover + 1.0) / 17.0)
+    dense = smoothstep(cover + 0.06)
     light = np.where(dense > 0.0, strands * (0.5 + 0.5 * sky), 0.75)
     return _bytes(np.stack([255.0 * dense, HAIR_LIGHT * light]))
 
