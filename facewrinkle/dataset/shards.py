@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any
+from typing import Annotated, Any, BinaryIO
 
 import numpy as np
 
@@ -81,11 +81,15 @@ class Shard:
         """Return True if tar file, table, statistics and their SHA-256 are there; the last is written last."""
         return all((folder / name).is_file() for name in (*self.files()[:3], self.sums))
 
-    def sums_in(self, folder: Path, spec: str) -> str:
-        """Return the SHA-256 of the files that are there, a line each, after the digest of the specification."""
+    def sums_in(self, folder: Path, spec: str, archive: str = "") -> str:
+        """Return the SHA-256 of the files that are there, a line each, after the digest of the specification; that of
+        the tar file is not read for again if it is known.
+        """
         lines = [f"# {spec}\n"]
         for name in self.files():
-            if (folder / name).is_file():
+            if archive and name == self.files()[0]:
+                lines.append(f"{archive}  {name}\n")
+            elif (folder / name).is_file():
                 with opened(folder / name, kept=False) as file:
                     lines.append(f"{hashlib.file_digest(file, 'sha256').hexdigest()}  {name}\n")
         return "".join(lines)
@@ -137,7 +141,10 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                         members.append((index, f"{sample.key}.{ending}", store.tell(), len(content)))
                         store.write(content)
                 yield index
-        with tarfile.open(partial, "w", format=tarfile.USTAR_FORMAT) as tar:
+        with (
+            partial.open("wb") as file,
+            tarfile.open(fileobj=(hashed := _Hashed(file)), mode="w|", format=tarfile.USTAR_FORMAT) as tar,
+        ):
             for _, name, start, size in sorted(members, key=itemgetter(0)):
                 member = tarfile.TarInfo(name)
                 member.size = size
@@ -148,7 +155,18 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
         write_whole(failed, json.dumps(failures, indent=1, sort_keys=True))
     write_table(sorted(rows, key=itemgetter("index")), table)
     write_whole(statistics, compressed(sums))
-    write_whole(folder / shard.sums, shard.sums_in(folder, spec.digest))
+    write_whole(folder / shard.sums, shard.sums_in(folder, spec.digest, hashed.sum.hexdigest()))
+
+
+class _Hashed:
+    """A file that is written, and the SHA-256 of all that was."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file, self.sum = file, hashlib.sha256()
+
+    def write(self, content: bytes) -> int:
+        self.sum.update(content)
+        return self._file.write(content)
 
 
 def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> list[Sample]:
