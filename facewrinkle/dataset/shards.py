@@ -12,10 +12,11 @@ import json
 import tarfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from io import FileIO
 from operator import itemgetter
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import Annotated, Any, BinaryIO
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -142,8 +143,8 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
                         store.write(content)
                 yield index
         with (
-            partial.open("wb") as file,
-            tarfile.open(fileobj=(hashed := _Hashed(file)), mode="w|", format=tarfile.USTAR_FORMAT) as tar,
+            _Hashed(partial) as hashed,
+            tarfile.open(fileobj=hashed, mode="w|", format=tarfile.USTAR_FORMAT) as tar,
         ):
             for _, name, start, size in sorted(members, key=itemgetter(0)):
                 member = tarfile.TarInfo(name)
@@ -158,15 +159,16 @@ def write_shard(spec: Spec, shard: Shard, folder: Path) -> Iterator[int]:
     write_whole(folder / shard.sums, shard.sums_in(folder, spec.digest, hashed.sum.hexdigest()))
 
 
-class _Hashed:
+class _Hashed(FileIO):
     """A file that is written, and the SHA-256 of all that was."""
 
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self.sum = file, hashlib.sha256()
+    def __init__(self, path: Path) -> None:
+        super().__init__(path, "w")
+        self.sum = hashlib.sha256()
 
-    def write(self, content: bytes) -> int:
+    def write(self, content: Any) -> int:
         self.sum.update(content)
-        return self._file.write(content)
+        return super().write(content)
 
 
 def _tried(maker: SampleMaker, index: int, failures: list[dict[str, Any]]) -> list[Sample]:
