@@ -14,6 +14,7 @@ from ..anatomy.parts import Part
 from ..array_types import Array, IntArray
 from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
+from .flush import flush
 from .hair import Brows, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
@@ -213,6 +214,11 @@ class Seen:
         painter, base = self._of.painter, self._of.base_paint
         assert painter is not None
         return np.concatenate([base, painter(rest_of(self.skin)[len(base) :])])
+
+    @cached_property
+    def flush(self) -> Array:
+        """Factors (n, 3) of the color of the smooth skin, by the blood in it."""
+        return self.smooth.from_base(flush(self._of.face, self._points))
 
     @cached_property
     def shade(self) -> npt.NDArray[np.uint8] | None:

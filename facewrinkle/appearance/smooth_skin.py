@@ -120,9 +120,9 @@ class SmoothSkin:
         return self.from_base(per_face(self._face, "openness", base.tobytes(), make))  # many pictures are of one frame
 
     def from_base(self, values: Array) -> Array:
-        """Values (n,) at all vertices by those (n0,) at the vertices of the face."""
+        """Values (n, ...) at all vertices by those (n0, ...) at the vertices of the face."""
         corners, shares = self._on_base
-        return self.split.values(np.concatenate([values, (values[corners] * shares).sum(axis=1)]))
+        return self.split.values(np.concatenate([values, np.einsum("kc...,kc->k...", values[corners], shares)]))
 
 
 def _split(

@@ -293,7 +293,12 @@ class Scene:
             paint = np.asarray(seen.skin.point_data[COLORS])
         elif self._appearance.painter is not None:
             paint = seen.paint
-        return paint if paint is None or self._visible is None else seen.smooth.split.values(paint)
+        if paint is None or self._visible is None:
+            return paint
+        paint = seen.smooth.split.values(paint)
+        if self._key is not None and not self.style.clay:
+            paint = np.rint(paint * seen.flush).astype(np.uint8)
+        return paint
 
     def _show_mouth(self, seen: Seen) -> None:
         if seen.pocket is not None:
