@@ -21,7 +21,7 @@ from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
 from ..geometry.depth_buffer import rasterize
-from ..geometry.interpolation import barycentric
+from ..geometry.interpolation import barycentric, smoothstep
 from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
 from ..mesh.arrays import corner_texture, rest_of
@@ -29,6 +29,12 @@ from ..simulation import Refinement, Simulation
 
 OVERLAP = 0.02
 """Share of the texels on which several triangles may lie before a word is said."""
+
+FOLDED = 0.03
+"""Wrinkles of a shape that are nowhere deeper than this, mm, are left out; below half of it, normals are flat."""
+
+AROUND = 1.2
+"""Standard deviation of the averages of depths and of masks, mm."""
 
 MARGIN = 16
 """Texels around each island that are filled with the nearest value, for filters and small versions of a map."""
@@ -136,7 +142,7 @@ def bake_maps(
     bare.contract(dict(zip(wrinkled.muscles, wrinkled.motion.rates.tolist(), strict=True)))
     smooth = bare.settle()
     folds = FoldMaps(face, fine, smooth, size)
-    height, normal = folds.of(fine, smooth)
+    height, normal, _ = folds.of(fine, smooth)
     smooth = charted(smooth, face)
     if corner_texture(face.mesh) is None:
         rest.active_texture_coordinates = around_head(face, face.points)
@@ -279,8 +285,12 @@ class FoldMaps:
         area = vertex_areas(np.asarray(face.points, np.float64), self._base).sum() * face.unit**2
         self._per_texel = float(np.sqrt(area / max(self._below.covered.sum(), 1)))
 
-    def of(self, fine: pv.PolyData, smooth: pv.PolyData) -> tuple[Array, Array]:
-        """Return the heights (h, w) in mm and the normals (h, w, 3) in tangent space of the wrinkles of a frame."""
+    def of(self, fine: pv.PolyData, smooth: pv.PolyData) -> tuple[Array, Array, Array]:
+        """Return the wrinkles of a frame: heights (h, w), mm, normals (h, w, 3) in tangent space, and depths (h, w).
+
+        The depth is the root mean square of the heights around, mm. Where it is next to nothing, normals differ by
+        refinement alone, as on the rolled edge of lips, and are left flat.
+        """
         fine, smooth = charted(fine, self.face), charted(smooth, self.face)
         height = np.where(self.covered, self._texels.of(self._triangles, np.asarray(fine["W"], np.float64)), 0.0)
         turning, folding = np.zeros(fine.n_points, bool), np.asarray(fine["W"], bool)
@@ -289,7 +299,10 @@ class FoldMaps:
         normal = np.tile([0.0, 0.0, 1.0], (*height.shape, 1))
         turned = self._texels.at(folded, self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
         normal[folded] = in_tangent_space(turned, folded, self._below, skin_model(smooth, None))
-        return height, normal
+        depth = np.sqrt(np.maximum(2.0 * self.blurred(height**2, AROUND), 0.0))
+        flat = np.array([0.0, 0.0, 1.0])
+        normal = flat + smoothstep(depth / FOLDED - 0.5)[..., None] * (normal - flat)
+        return height, normal / np.linalg.norm(normal, axis=-1, keepdims=True), depth
 
     def on_skin(self, values: Array) -> Array:
         """Return values (n,) of the vertices of the face at the texels (h, w), 0 where there is no skin."""

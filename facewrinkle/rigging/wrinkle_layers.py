@@ -24,6 +24,8 @@ from ..progress import Progress, bar
 from .fields import Baker
 from .linear_rig import Rig
 from .maps import (
+    AROUND,
+    FOLDED,
     FoldMaps,
     as_bytes,
     check_map_size,
@@ -33,12 +35,6 @@ from .maps import (
     write_image,
 )
 from .poses import share_of_side
-
-FOLDED = 0.03
-"""Wrinkles of a shape that are nowhere deeper than this, mm, are left out; masks fade to nothing below."""
-
-AROUND = 1.2
-"""Standard deviation of the averages of depths and of masks, mm."""
 
 COLUMNS = 4
 """Tiles in a row of the picture of masks."""
@@ -142,8 +138,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
     sides = {side: folds.on_skin(share_of_side(face, face.points, side)[:, 0]) for side in ("l", "r", None)}
     found = []
     for movement, pose in progress(list(poses.items()), "Maps", len(poses)):
-        height, normal = folds.of(fine.frame(pose), smooth.frame(pose))
-        around = np.sqrt(np.maximum(2.0 * folds.blurred(height**2, AROUND), 0.0))  # root mean square, mm
+        height, normal, around = folds.of(fine.frame(pose), smooth.frame(pose))
         if around.max(initial=0.0) > FOLDED:
             users = [name for name, shape in shapes.items() if shape.movement == movement]
             found.append((users, height.astype(np.float32), normal.astype(np.float32), around.astype(np.float32)))

@@ -288,5 +288,19 @@ def no_face(path):
     return found | {"as before": state(bpy.context.object) == before}
 
 
+def placed(path):
+    """Landmarks on a head as it is imported, with Y up turned to Z up."""
+    from blender import landmarks
+
+    bpy.ops.wm.obj_import(filepath=str(path))
+    obj = bpy.context.view_layer.objects.active = bpy.context.selected_objects[0]
+    before, found = state(obj), {"placed": told(bpy.ops.facewrinkle.place_landmarks)}
+    found["marks"] = {name: list(obj.matrix_world @ each.location) for name, each in landmarks.empties(obj).items()}
+    found["found"] = told(bpy.ops.facewrinkle.find_face)
+    found["all"] = len(landmarks.empties(obj))
+    found["cleared"] = told(bpy.ops.facewrinkle.clear)
+    return found | {"as before": state(obj) == before}
+
+
 begin()
 print("found " + json.dumps(globals()[sys.argv[1]](*sys.argv[3:4] or [None])))

@@ -22,6 +22,7 @@ from real_faces import FACES
 from scipy.spatial import cKDTree
 
 import facewrinkle as fw
+from facewrinkle.anatomy.landmarks import REQUIRED
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.live.saving import environment
 
@@ -175,5 +176,18 @@ def test_a_cancelled_run_leaves_nothing(fake):
 @pytest.mark.slow
 def test_a_mesh_that_is_no_face_is_refused(package):
     found = played("no_face", package)
-    assert "no face was found" in found["suzanne"]
+    assert "No face was found. Press Place Landmarks" in found["suzanne"]
+    assert found["as before"]
+
+
+@in_blender
+@pytest.mark.slow
+def test_landmarks_are_placed_to_be_dragged_where_no_face_is_found(package, face):
+    found = played("placed", package, fw.write_mesh(face.mesh, package / "head.obj", face))
+    assert [found[step] for step in ("placed", "found", "cleared")] == [""] * 3
+    assert set(found["marks"]) == set(REQUIRED)
+    for name, place in found["marks"].items():
+        x, y, z = face.landmarks[name]
+        assert np.linalg.norm(np.subtract(place, [x, -z, y])) < 0.2 * face.frame.pupil_distance
+    assert found["all"] == len(face.landmarks)
     assert found["as before"]

@@ -41,6 +41,7 @@ def add_copy(obj, path):
             following.add(block.name)
     _dress(obj, next(part for part in parts if part.name.startswith("face")))
     for part in parts:
+        part.name = f"{root.name} {part.name}"
         part.select_set(False)
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)

@@ -5,10 +5,18 @@ import json
 import bpy
 import numpy as np
 
-from .exchange import turn
+from .exchange import rest, turn
 
 ENTRY = "facewrinkle"
 """Custom property of an empty: what the package wrote about the landmark, as JSON, and where it was put."""
+
+NEEDED = {
+    "eye_{}_inner": (0.1, 0.64), "eye_{}_outer": (0.25, 0.64), "brow_{}_mid": (0.21, 0.73), "mouth_{}": (0.14, 0.42),
+    "nose_tip": (0.0, 0.54), "upper_lip_mid": (0.0, 0.45), "lower_lip_mid": (0.0, 0.39),
+}  # fmt: skip
+"""Landmarks that others are estimated from: about where they are, from the middle to a side and from below upwards, in
+shares of the width and height of a head.
+"""
 
 
 def empties(obj):
@@ -16,14 +24,26 @@ def empties(obj):
     return {json.loads(each[ENTRY])["name"]: each for each in obj.children if each.type == "EMPTY" and ENTRY in each}
 
 
-def show(obj, path):
-    """Make empties of a file of landmarks, in a collection of their own; return how many were estimated."""
+def guessed(obj):
+    """Return landmarks about where they are on a head that looks along -Y, with Z up, to be dragged into place."""
+    points = rest(obj) @ turn(obj).T
+    low, high = points.min(axis=0), points.max(axis=0)
+    seen = (points - low) / np.maximum(high - low, 1e-12)
+    marks = {}
+    for name, (aside, up) in NEEDED.items():
+        for side, sign in {"l": 1.0, "r": -1.0}.items():
+            off = np.hypot(seen[:, 0] - 0.5 - sign * aside, seen[:, 2] - up)
+            marks[name.format(side)] = {"xyz": points[np.argmin(10.0 * off + seen[:, 1])].tolist()}
+    return marks
+
+
+def show(obj, marks):
+    """Make empties of landmarks, in a collection of their own; return how many were estimated."""
     remove(obj)
-    marks = json.loads(path.read_text(encoding="utf-8"))["landmarks"]
     collection = bpy.data.collections.new(f"{obj.name} landmarks")
     obj.users_collection[0].children.link(collection)
     to_local = np.linalg.inv(turn(obj)).T
-    size = 0.04 * np.linalg.norm(np.subtract(marks["eye_l_centre"]["xyz"], marks["eye_r_centre"]["xyz"]))
+    size = 0.03 * np.linalg.norm(np.subtract(marks["eye_l_outer"]["xyz"], marks["eye_r_outer"]["xyz"]))
     for name, entry in marks.items():
         empty = bpy.data.objects.new(f"{name} of {obj.name}", None)
         empty.parent = obj

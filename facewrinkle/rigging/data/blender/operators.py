@@ -1,5 +1,7 @@
 """What an artist can do: each operator runs a command of the package and brings its result into the scene."""
 
+import json
+
 import bpy
 import numpy as np
 from bpy.props import EnumProperty, FloatProperty, StringProperty
@@ -153,8 +155,29 @@ class FindFace(Command, bpy.types.Operator):
         return ["fit", self.head]
 
     def finish(self, context):
-        guessed = landmarks.show(self.obj, self.run.folder / "head.landmarks.json")
-        return f"Landmarks found; {guessed} are estimated (crosses)."
+        file = self.run.folder / "head.landmarks.json"
+        estimated = landmarks.show(self.obj, json.loads(file.read_text(encoding="utf-8"))["landmarks"])
+        return f"Landmarks found; {estimated} are estimated (crosses)."
+
+
+class PlaceLandmarks(bpy.types.Operator):
+    """Where no face is found: put landmarks on a head that looks along -Y, and drag each to its place"""
+
+    bl_idname, bl_label, bl_options = "facewrinkle.place_landmarks", "Place Landmarks", {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        return on_mesh(context)
+
+    def execute(self, context):
+        try:
+            exchange.check(context.object)
+        except Refusal as problem:
+            self.report({"ERROR"}, str(problem))
+            return {"CANCELLED"}
+        landmarks.show(context.object, landmarks.guessed(context.object))
+        self.report({"INFO"}, "Drag each landmark to its place; Find Face then estimates the others.")
+        return {"FINISHED"}
 
 
 class Shapes(Command):
@@ -318,4 +341,6 @@ class Test(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (Settings, FindFace, AddShapes, AddWrinkles, AddAge, FineCopy, AddTears, LoadTake, Clear, Test)
+CLASSES = (
+    Settings, FindFace, PlaceLandmarks, AddShapes, AddWrinkles, AddAge, FineCopy, AddTears, LoadTake, Clear, Test,
+)  # fmt: skip

@@ -27,7 +27,9 @@ class FacePanel(bpy.types.Panel):
         if obj is None or obj.type != "MESH":
             layout.label(text="Select the mesh of a head.")
             return
-        layout.operator(operators.FindFace.bl_idname)
+        column = layout.column(align=True)
+        column.operator(operators.FindFace.bl_idname)
+        column.operator(operators.PlaceLandmarks.bl_idname)
         if found := landmarks.empties(obj):
             layout.label(text=f"{len(found)} landmarks: drag what is wrong.")
         column = layout.column(align=True)

@@ -92,6 +92,8 @@ class Run:
             raise Refusal(f"{self.command[0]} has no facewrinkle: install it there. {ADVICE}")
         if code == USAGE:
             raise Refusal(f"{self.command[0]} has another facewrinkle than this extension is for: update it. {ADVICE}")
+        if "no face was found" in self._last:
+            raise Refusal("No face was found. Press Place Landmarks, drag each to its place, and try again.")
         if code:
             raise Refusal(self._last.removeprefix("facewrinkle: ") or f"facewrinkle ended early (code {code}).")
 
