@@ -8,12 +8,10 @@ from typing import Literal
 from ..anatomy.face_file import SUFFIX
 from ..errors import ParameterError
 from ..files import output_folder, output_target, remove_stale, write_whole
-from ..plotting import save_picture
 from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label
 from ..rigging.wrinkle_layers import check_layer_size
-from ..rigging.write import sheet as draw_sheet
 from ..rigging.write import write_page, write_rig_files
 from .options import FaceOptions, Report, Whole, removed_rows
 
@@ -31,7 +29,6 @@ def rig(
     map_size: Whole | None = None,
     format: Literal["glb", "gltf", "usd", "usdc", "usda"] = "glb",
     dense: bool = False,
-    sheet: bool = False,
     page: bool = False,
     errors: bool = False,
     out: Path | None = None,
@@ -65,8 +62,6 @@ def rig(
         glb; gltf with all data embedded; usd (UsdSkel, with pictures in files beside).
     dense
         Write every vertex of every shape, for importers without sparse accessors.
-    sheet
-        Also write a contact sheet of all shapes.
     page
         Also write a page with sliders, one file, that shows the rig in any browser.
     errors
@@ -107,9 +102,6 @@ def rig(
     if wrinkles == "maps":
         layers = bake_layers(made, size_of_maps, progress=report.progress)
         files += write_layers(layers, path)
-    if sheet:
-        image = draw_sheet(made, progress=report.progress)
-        files.append(save_picture(image, folder / f"{stem}_sheet.png"))
     if page:
         files.append(write_page(made, folder / f"{stem}.html", layers))
     size = files[0].stat().st_size / 1e6

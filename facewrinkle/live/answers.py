@@ -40,7 +40,6 @@ from .protocol import (
     Copy,
     Field,
     Kind,
-    Live,
     Message,
     Play,
     Pose,
@@ -172,8 +171,6 @@ class Answers:
                 stage.play(message.on)
             case Pose():
                 stage.go_to(message.time)
-            case Live():
-                self.live(message.weights)
             case Show():
                 self.show(message.name)
             case Stop() if self._saving:

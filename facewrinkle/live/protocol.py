@@ -130,13 +130,6 @@ class Play(Message):
 
 
 @dataclass(kw_only=True)
-class Live(Message):
-    """Show a mixture on top of the document until the next one."""
-
-    weights: Annotated[dict[Text, Share], Limits(most=256)]
-
-
-@dataclass(kw_only=True)
 class Copy(Message):
     """Tell a program that makes what is shown, and its picture by an upright camera: position and focal point."""
 

@@ -6,7 +6,7 @@ from .on_source import SourceShapes, on_source
 from .poses import Performer
 from .takes import Take, read_take
 from .wrinkle_layers import WrinkleLayers, bake_layers, write_layers
-from .write import sheet, write_page, write_rig
+from .write import write_page, write_rig
 
 __all__ = [
     "Maps",
@@ -21,7 +21,6 @@ __all__ = [
     "on_source",
     "read_take",
     "rig",
-    "sheet",
     "write_layers",
     "write_maps",
     "write_page",

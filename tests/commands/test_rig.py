@@ -13,14 +13,13 @@ import facewrinkle as fw
 from facewrinkle.cli import main
 
 
-def test_a_rig_with_its_sheet_and_page(tmp_path, capsys):
-    options = ["--shapes", "jawOpen+browInnerUp+tongueOut", "--level", "0", "--sheet", "--page", "--errors"]
+def test_a_rig_with_its_page(tmp_path, capsys):
+    options = ["--shapes", "jawOpen+browInnerUp+tongueOut", "--level", "0", "--page", "--errors"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0
     assert sorted(path.name for path in tmp_path.iterdir() if path.name[0] != ".") == [
         "head.glb",
         "head.html",
         "head.rig.json",
-        "head_sheet.png",
     ]
     facts = json.loads((tmp_path / "head.rig.json").read_text())
     assert [error["weights"] for error in facts["errors"]][:2] == [{"jawOpen": 0.5}, {"jawOpen": 1.0}]

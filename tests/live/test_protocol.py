@@ -64,8 +64,11 @@ def test_any_arguments_are_checked_or_refused(command, data):
         ('{"do": "pose", "time": 1e99}', r"pose.time must be at most 600, received 1e\+99"),
         ('{"do": "field", "name": "\\ud800"}', "must be a JSON object"),
         ('{"do": "pose", "time": "nan"}', "pose.time must be a number"),
-        ('{"do": "live", "weights": {"AU1": 2}}', "live.weights.AU1 must be at most 1, received 2"),
-        ('{"do": "live", "weights": {"AU1": Infinity}}', "must be a JSON object"),
+        (
+            '{"do": "probe", "corners": [0, 1, 2], "shares": [2, 0, 0], "version": 1}',
+            r"probe.shares\[0\] must be at most 1",
+        ),
+        ('{"do": "pose", "time": Infinity}', "must be a JSON object"),
         ('{"do": "probe", "corners": [0, 1, -1], "shares": [1, 0, 0], "version": 1}', r"probe.corners\[2\] must be"),
         ('{"do": "save", "what": "glb", "camera": [1e99, 0, 0, 0, 0, 0]}', r"save.camera\[0\] must be"),
         ('{"do": "change", "gesture": "", "patches": [[["a", "b", "c", "d", "e"], 1]]}', "must have at most 4 entries"),

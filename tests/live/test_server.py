@@ -193,7 +193,7 @@ def test_bad_messages_are_answered_without_a_traceback(studio, seen):
         '{"do": "change", "patches": [[["face"], "\\ud800"]], "gesture": ""}',
         '{"do": "change", "patches": [[["patterns", "a"], {"kind": [], "center": [0, 0, 0]}]], "gesture": ""}',
         f'{{"do": "change", "patches": [[["tears", "a"], {{"start": [1{400 * "0"}, 0, 0]}}]], "gesture": ""}}',
-        '{"do": "field", "name": "../x"}', '{"do": "live", "weights": {"AU12": 1e999}}', "[" * 2000 + "]" * 2000,
+        '{"do": "field", "name": "../x"}', "[" * 2000 + "]" * 2000,
         *(f'{{"do": "pose", "time": {number}}}' for number in ("1e999", "NaN", '"nan"', "-1e999", "1e99")),
     ):  # fmt: skip
         seen.say(text)

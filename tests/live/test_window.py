@@ -312,8 +312,7 @@ def test_live_weights_are_units_or_shapes(face):
 
 
 def test_live_weights_move_the_face_and_leave_the_document(studio):
-    with page(studio) as seen:
-        seen.ask("live", weights={"jawOpen": 1.0})
+    studio.stage.live(mixture_of_live({"jawOpen": 1.0}, studio.face))
     moved = studio.frame()
     assert studio.rates == {}
     studio.stage.live({})

@@ -43,7 +43,7 @@ LINES = {
     "take take.csv": "",
     f"play take.csv --face scan.face --moments 1 {STILL}": "",
     "play out/all/surprise.vtkhdf --moments 1 --no-movie --quiet --size 64 --out played": "",
-    f"rig scan.face --sheet --page --correctives 1 --errors {TWO}/baked": "",
+    f"rig scan.face --page --correctives 1 --errors {TWO}/baked": "",
     f"rig scan.face --wrinkles separate --level 1 --format gltf --dense {TWO}/separate": "",
     f"rig scan.face --wrinkles none {TWO}/none": "",
     f"rig scan.face --wrinkles maps --map-size 64 {TWO}/maps": "",

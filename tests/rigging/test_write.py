@@ -1,4 +1,4 @@
-"""Rigs as files, pages and sheets.
+"""Rigs as files and pages.
 
 what                        checked against
 shapes and their names      our own reader, trimesh's accessors, and the arrays of the rig
@@ -23,7 +23,7 @@ from judging import judged, shot
 import facewrinkle as fw
 from facewrinkle.errors import MissingPackageError, OutputError
 from facewrinkle.mesh.formats.gltf import Document
-from facewrinkle.rigging import sheet, write_page
+from facewrinkle.rigging import write_page
 
 
 @pytest.fixture(scope="session")
@@ -123,7 +123,7 @@ def test_every_shape_is_seen_in_three(rig, glb):
     assert found["back"] == 0
 
 
-# --- pages and sheets ------------------------------------------------------------------------------
+# --- pages ------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -149,13 +149,3 @@ def test_the_page_shows_the_face_and_its_shapes(smooth_rig, tmp_path):
     assert rest.std() > 20.0  # a face before the background
     changed = np.abs(rest - opened).max(axis=2) > 10.0
     assert 0.01 < changed.mean() < 0.5
-
-
-@pytest.mark.slow
-def test_a_sheet_shows_every_shape(face):
-    rig = fw.rig(face, shapes="jawOpen+browInnerUp+eyeBlinkLeft", wrinkles="none", level=0)
-    image = sheet(rig, columns=2, size=100)
-    assert image.shape == (204, 204, 3)
-    rest = image[:100, :100].astype(float)[20:]  # below the names
-    for other in (image[:100, 104:], image[104:, :100], image[104:, 104:]):
-        assert np.abs(other.astype(float)[20:] - rest).max() > 30.0
