@@ -196,7 +196,7 @@ def everything(path):
     (tears,) = [each for each in obj.children if each.type == "MESH"]
     found["off the skin"] = off_the_skin(obj, tears)
     (root,) = [each for each in obj.children if each.type == "EMPTY" and each.children]
-    (skin,) = [each for each in root.children if each.name.startswith("face")]
+    (skin,) = [each for each in root.children if each.name.startswith(f"{root.name} face")]
     obj.data.shape_keys.key_blocks["mouthSmileLeft"].value = 0.5
     bpy.context.view_layer.update()
     mixed = skin.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.shape_keys.key_blocks
