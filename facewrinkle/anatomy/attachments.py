@@ -11,9 +11,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from ..array_types import Array
-from ..geometry.normals import vertex_normals
-from ..geometry.rigid_alignment import closest_rotations, rigid_motion
-from ..geometry.topology import vertex_rings
+from ..geometry import closest_rotations, rigid_motion, vertex_normals, vertex_rings
 from ..mesh import COLORS, OF_PART, PART, PARTS, joined, use_texture
 from .eyeball import Eyeball
 from .parts import Part, piece_of

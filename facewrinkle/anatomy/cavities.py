@@ -14,10 +14,8 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray
+from ..geometry import connected, side_lengths, smoothstep, vertex_normals
 from ..geometry.depth_buffer import sampled_depth_buffer
-from ..geometry.interpolation import smoothstep
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import connected, side_lengths
 from .landmarks import FaceFrame
 
 # --- The depth map of the face from the front ---------------------------------------------------------------

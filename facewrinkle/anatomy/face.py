@@ -15,9 +15,7 @@ import pyvista as pv
 
 from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError, unknown_name, warn
-from ..geometry.interpolation import barycentric
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import boundary_loops, unique_edges
+from ..geometry import barycentric, boundary_loops, unique_edges, vertex_normals
 from ..mesh import FrameState, closest_places, is_frame, rest_of, to_polydata
 from .atlas import Atlas, Mixture, load_atlas
 from .attachments import Attachments, combined_mesh

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
-from ..geometry.normals import unit
-from ..geometry.topology import ring_quads
+from ..geometry import ring_quads, unit
 from ..mesh import COLORS, to_polydata
 from .head import Head
 from .parts import Part

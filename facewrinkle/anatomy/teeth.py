@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, IntArray
-from ..geometry.topology import ring_triangles
+from ..geometry import ring_triangles
 from .landmarks import FaceFrame, lips_middle
 
 CROWN_WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}

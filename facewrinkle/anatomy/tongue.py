@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..array_types import Array, IntArray
-from ..geometry.topology import ring_triangles
+from ..geometry import ring_triangles
 
 IN_MOUTH = (
     (-23.0, -60.0, 14.0, 9.0),

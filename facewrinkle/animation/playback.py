@@ -16,7 +16,7 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle
 from ..array_types import Array, IntArray
 from ..errors import check_range
-from ..geometry.rigid_alignment import rigid_motion
+from ..geometry import rigid_motion
 from ..motion.base import Undriven
 from .action_units import looks_of
 from .recorded import OFF_REST, Recorded, same_places

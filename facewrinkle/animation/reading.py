@@ -13,7 +13,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from ..errors import MeshError, ParameterError
 from ..files import check_file, path_of, reading
-from ..geometry.normals import vertex_normals
+from ..geometry import vertex_normals
 from ..mesh import MOVED, PART, UNIT, blended, drop_frame_data, is_frame, read_surface, with_data
 from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf

@@ -11,9 +11,7 @@ import pyvista as pv
 from ..anatomy.eyeball import RADIUS, Eyeball
 from ..anatomy.face import Face
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import smoothstep
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import ring_quads, ring_triangles
+from ..geometry import ring_quads, ring_triangles, smoothstep, vertex_normals
 from ..mesh import to_polydata
 from .skin_paint import flesh
 

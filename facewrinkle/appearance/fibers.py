@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..array_types import Array, IntArray
-from ..geometry.normals import unit
+from ..geometry import unit
 from .hair import HairCards, HairLines
 
 COUNT, KNOTS = 7, 14

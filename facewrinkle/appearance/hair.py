@@ -12,9 +12,7 @@ from ..anatomy.face import Face
 from ..anatomy.head import BrowHairs, load_head
 from ..anatomy.landmarks import fitted_map, frame_of
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import barycentric, height_above, smoothstep
-from ..geometry.normals import unit
-from ..geometry.topology import ring_quads
+from ..geometry import barycentric, height_above, ring_quads, smoothstep, unit
 from ..mesh.arrays import closest_places, reshaped
 
 WIDER = 0.75

@@ -15,10 +15,8 @@ from ..anatomy.landmarks import lips_middle
 from ..anatomy.teeth import teeth_of
 from ..anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
 from ..array_types import Array, IntArray
+from ..geometry import ring_triangles, smoothstep, vertex_normals
 from ..geometry.depth_buffer import depth_buffer
-from ..geometry.interpolation import smoothstep
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import ring_triangles
 from ..mesh import reshaped, to_polydata
 
 PARTED = 0.012

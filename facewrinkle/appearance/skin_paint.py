@@ -21,7 +21,7 @@ from ..anatomy.head import HAIR_COLOR
 from ..anatomy.identity import hair_cover
 from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.interpolation import smoothstep
+from ..geometry import smoothstep
 from ..mesh.arrays import rest_of
 
 SKIN_COLOR = (211.0, 169.0, 142.0)

@@ -9,9 +9,8 @@ import pyvista as pv
 
 from ..anatomy.face import Face, per_face
 from ..array_types import Array, IntArray
+from ..geometry import barycentric, interpolated, normalize, vertex_normals
 from ..geometry.depth_buffer import openness
-from ..geometry.interpolation import barycentric, interpolated
-from ..geometry.normals import normalize, vertex_normals
 from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
 from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
 

@@ -10,7 +10,7 @@ import pyvista as pv
 from ..anatomy.eyelids import SHELL
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.topology import boundary_loops
+from ..geometry import boundary_loops
 from ..mesh.arrays import CORNERS, rest_of
 
 SMALL_HOLE = 0.3

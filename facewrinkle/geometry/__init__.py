@@ -1,5 +1,107 @@
-"""Algorithms on triangle meshes as plain arrays, without faces and without VTK."""
+"""Algorithms on triangle meshes as plain arrays, without faces and without VTK.
+
+Other rooms take here what most of them need; the rest, by its module.
+"""
 
 from . import interpolation, least_squares, normals, refinement, topology
+from .compilation import compiled
+from .interpolation import (
+    balls_around,
+    barycentric,
+    displaced,
+    height_above,
+    heights_above,
+    interpolated,
+    nearest_values,
+    overlapping,
+    refined_values,
+    smoothstep,
+    surface_samples,
+)
+from .laplacian import cotangent_laplacian, graph_laplacian, neighbor_mean, symmetric_factors
+from .normals import (
+    area_vector,
+    area_vectors,
+    detail_normals,
+    details_normals,
+    double_areas,
+    normalize,
+    tangent_axes,
+    triangle_normals,
+    unit,
+    vertex_areas,
+    vertex_normals,
+)
+from .refinement import Change, RedGreenForest, frozen
+from .rigid_alignment import closest_rotations, rigid_motion
+from .topology import (
+    boundary_loops,
+    components,
+    connected,
+    incident_triangles,
+    oriented,
+    pairs_of,
+    ring_quads,
+    ring_triangles,
+    sheets,
+    side_lengths,
+    split_vertices,
+    unique_edges,
+    vertex_rings,
+)
+from .untangling import Untangling, unfolded_shares
 
-__all__ = ["interpolation", "least_squares", "normals", "refinement", "topology"]
+__all__ = [
+    "Change",
+    "RedGreenForest",
+    "Untangling",
+    "area_vector",
+    "area_vectors",
+    "balls_around",
+    "barycentric",
+    "boundary_loops",
+    "closest_rotations",
+    "compiled",
+    "components",
+    "connected",
+    "cotangent_laplacian",
+    "detail_normals",
+    "details_normals",
+    "displaced",
+    "double_areas",
+    "frozen",
+    "graph_laplacian",
+    "height_above",
+    "heights_above",
+    "incident_triangles",
+    "interpolated",
+    "interpolation",
+    "least_squares",
+    "nearest_values",
+    "neighbor_mean",
+    "normalize",
+    "normals",
+    "oriented",
+    "overlapping",
+    "pairs_of",
+    "refined_values",
+    "refinement",
+    "rigid_motion",
+    "ring_quads",
+    "ring_triangles",
+    "sheets",
+    "side_lengths",
+    "smoothstep",
+    "split_vertices",
+    "surface_samples",
+    "symmetric_factors",
+    "tangent_axes",
+    "topology",
+    "triangle_normals",
+    "unfolded_shares",
+    "unique_edges",
+    "unit",
+    "vertex_areas",
+    "vertex_normals",
+    "vertex_rings",
+]

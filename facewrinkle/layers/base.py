@@ -18,9 +18,7 @@ from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..checks import plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of
-from ..geometry.interpolation import interpolated
-from ..geometry.normals import normalize, vertex_areas
-from ..geometry.refinement import Change, RedGreenForest, frozen
+from ..geometry import Change, RedGreenForest, frozen, interpolated, normalize, vertex_areas
 from ..mesh.arrays import ARRAYS
 from .compression import StrainField, compression_along, principal_compression
 

@@ -14,9 +14,7 @@ import numpy.typing as npt
 from ..anatomy.face import Face, per_face
 from ..anatomy.muscles import Muscle
 from ..array_types import Array, BoolArray
-from ..geometry.compilation import compiled
-from ..geometry.interpolation import interpolated, smoothstep
-from ..geometry.normals import double_areas, tangent_axes, unit
+from ..geometry import compiled, double_areas, interpolated, smoothstep, tangent_axes, unit
 
 
 class StrainField:

@@ -13,7 +13,7 @@ from ..anatomy.muscles import Crease, Muscle, zones
 from ..array_types import Array, BoolArray
 from ..errors import check_range, check_whole
 from ..geometry import closest_point as closest
-from ..geometry.interpolation import interpolated
+from ..geometry import interpolated
 from .base import Displacement, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles

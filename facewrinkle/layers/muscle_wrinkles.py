@@ -14,10 +14,8 @@ from ..anatomy.face import Face
 from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_flag, check_range
-from ..geometry.compilation import compiled
+from ..geometry import Change, compiled, interpolated
 from ..geometry.equations import anisotropy, deepest
-from ..geometry.interpolation import interpolated
-from ..geometry.refinement import Change
 from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import Activation, StrainField, per_length, tangents_of
 from .entries import BLUNT, LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex

@@ -10,9 +10,8 @@ import numpy as np
 
 from ..anatomy.face import Face
 from ..array_types import Array
+from ..geometry import Change, vertex_rings
 from ..geometry.equations import EdgeWeights, anisotropy
-from ..geometry.refinement import Change
-from ..geometry.topology import vertex_rings
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField
 from .muscle_wrinkles import Folds

@@ -15,9 +15,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..array_types import Array
 from ..errors import MeshError, unknown_name
-from ..geometry.interpolation import barycentric, interpolated, nearest_values
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import split_vertices
+from ..geometry import barycentric, interpolated, nearest_values, split_vertices, vertex_normals
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {

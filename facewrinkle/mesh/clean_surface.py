@@ -10,8 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..checks import vector, vectors
 from ..errors import LARGEST, MeshError, ParameterError, warn
-from ..geometry import topology
-from ..geometry.normals import double_areas
+from ..geometry import double_areas, topology
 from .arrays import (
     COLORS,
     CORNERS,

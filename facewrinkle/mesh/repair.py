@@ -14,8 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
-from ..geometry import topology
-from ..geometry.normals import double_areas, triangle_normals, unit
+from ..geometry import double_areas, topology, triangle_normals, unit
 
 SLIVER = 1e-10
 """Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors

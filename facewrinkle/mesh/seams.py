@@ -6,9 +6,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..geometry.interpolation import interpolated, refined_values
-from ..geometry.refinement import RedGreenForest
-from ..geometry.topology import split_vertices
+from ..geometry import RedGreenForest, interpolated, refined_values, split_vertices
 from .arrays import CORNERS, TEXTURE, corner_texture, interpolated_point_data, to_polydata, use_texture
 from .formats.reading import MeshLike, read_surface
 

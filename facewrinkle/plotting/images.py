@@ -24,7 +24,7 @@ from ..array_types import Array, Image, IntArray
 from ..checks import picture
 from ..errors import ParameterError, check_whole, type_of
 from ..files import output_file, written
-from ..geometry.compilation import compiled
+from ..geometry import compiled
 
 PNG: dict[str, Any] = {"format": "PNG", "compress_level": 3}
 """At level 6, files are 4 % smaller and take twice as long."""

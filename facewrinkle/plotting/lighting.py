@@ -11,8 +11,8 @@ from ..anatomy.face import Face, per_face
 from ..anatomy.identity import hair_cover
 from ..appearance.seen import Seen
 from ..array_types import Array
+from ..geometry import smoothstep
 from ..geometry.depth_buffer import Lamp
-from ..geometry.interpolation import smoothstep
 
 STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""

@@ -27,8 +27,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 from ..anatomy.face import Face, per_face
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import smoothstep
-from ..geometry.normals import vertex_normals
+from ..geometry import smoothstep, vertex_normals
 from ..geometry.smooth_split import SmoothSplit
 from ..mesh.arrays import AGE, is_frame, rest_of
 from .views import VIEW_ANGLE

@@ -12,7 +12,7 @@ from ..anatomy.face import Face
 from ..anatomy.landmarks import NAMES, mirrored_name
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.normals import vertex_areas
+from ..geometry import vertex_areas
 
 
 @dataclass(frozen=True)

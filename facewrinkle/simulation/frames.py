@@ -11,7 +11,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..anatomy.muscles import EyeMuscle, JawMuscle, TongueMuscle
 from ..array_types import Array
-from ..geometry.refinement import RedGreenForest
+from ..geometry import RedGreenForest
 from ..layers.base import SurfacePoints
 from ..mesh import (
     GAZE,

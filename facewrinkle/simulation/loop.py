@@ -24,10 +24,17 @@ from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import ParameterError, check_range, check_type, check_whole, type_of, unknown_name, warn
-from ..geometry.interpolation import displaced, interpolated, smoothstep
-from ..geometry.normals import details_normals, normalize, vertex_normals
-from ..geometry.refinement import Change, RedGreenForest
-from ..geometry.untangling import unfolded_shares
+from ..geometry import (
+    Change,
+    RedGreenForest,
+    details_normals,
+    displaced,
+    interpolated,
+    normalize,
+    smoothstep,
+    unfolded_shares,
+    vertex_normals,
+)
 from ..layers.base import FINEST, Layer, SurfacePoints, SurfaceState, displacement_of, fields_of, over
 from ..layers.compression import StrainField
 from ..mesh import AGE, MeshLike

@@ -11,10 +11,8 @@ import numpy as np
 from ..anatomy.face import Face
 from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry.compilation import compiled
+from ..geometry import RedGreenForest, compiled, side_lengths
 from ..geometry.equations import split_criterion
-from ..geometry.refinement import RedGreenForest
-from ..geometry.topology import side_lengths
 from ..layers.base import FINEST, Displacement, SurfacePoints
 
 BENT = 0.03

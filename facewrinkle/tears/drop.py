@@ -15,9 +15,7 @@ from ..anatomy.fitting import millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry.interpolation import heights_above, overlapping, smoothstep
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import ring_triangles
+from ..geometry import heights_above, overlapping, ring_triangles, smoothstep, vertex_normals
 from ..mesh import MeshLike, to_polydata
 from .support_surface import SupportSurface, directions, support_surface
 

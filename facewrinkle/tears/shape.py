@@ -8,8 +8,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
+from ..geometry import unique_edges
 from ..geometry.least_squares import moving_least_squares
-from ..geometry.topology import unique_edges
 
 DRAINED = 0.85
 """Share of its width that the trail keeps long after the head has passed."""

@@ -21,8 +21,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.normals import detail_normals, unit
-from ..geometry.topology import ring_triangles
+from ..geometry import detail_normals, ring_triangles, unit
 from ..mesh import MeshLike, is_frame, to_polydata
 from . import path as paths
 from .drop import Sampled

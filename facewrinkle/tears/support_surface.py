@@ -16,8 +16,7 @@ from ..anatomy.fitting import millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
-from ..geometry.interpolation import barycentric, interpolated
-from ..geometry.normals import vertex_normals
+from ..geometry import barycentric, interpolated, vertex_normals
 from ..mesh import MeshLike, closest_places, is_frame, read_surface, rest_of, to_polydata
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}

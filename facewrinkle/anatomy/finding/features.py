@@ -15,8 +15,8 @@ import pyvista as pv
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from ...array_types import Array, BoolArray, IntArray
+from ...geometry import barycentric
 from ...geometry.depth_buffer import depth_buffer
-from ...geometry.interpolation import barycentric
 from ...mesh import COLORS, closest_places, corner_texture, has_colors
 from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template

@@ -14,10 +14,7 @@ from scipy.spatial import cKDTree
 
 from ...array_types import Array, IntArray
 from ...errors import LandmarkError
-from ...geometry.compilation import compiled
-from ...geometry.interpolation import surface_samples
-from ...geometry.normals import double_areas
-from ...geometry.topology import components
+from ...geometry import compiled, components, double_areas, surface_samples
 from ...mesh.repair import votes_of
 from ...progress import Progress
 from ..landmarks import DOUBTED, REFUSED

@@ -15,8 +15,8 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from ...array_types import Array, BoolArray, IntArray
+from ...geometry import closest_rotations
 from ...geometry.depth_buffer import depth_buffer
-from ...geometry.rigid_alignment import closest_rotations
 from ..atlas import load_atlas
 from ..identity import Identity, head_of
 from ..landmarks import NAMES, FaceFrame, frame_of

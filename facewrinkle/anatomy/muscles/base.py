@@ -12,8 +12,7 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
-from ...geometry import equations
-from ...geometry.interpolation import smoothstep
+from ...geometry import equations, smoothstep
 
 Fronts = Literal["straight", "round"]
 

@@ -12,8 +12,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range
-from ...geometry.interpolation import smoothstep
-from ...geometry.normals import unit
+from ...geometry import smoothstep, unit
 from .base import Muscle, checked_points, checked_size
 
 LINE, SHARPER = 0.6, 0.7

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...checks import vector
 from ...errors import ParameterError, check_range, unknown_name
-from ...geometry.normals import unit
+from ...geometry import unit
 from .base import WRINKLES, Muscle
 
 

@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range
-from ...geometry import equations
-from ...geometry.normals import unit
+from ...geometry import equations, unit
 from .base import Muscle, checked_points, checked_size
 from .crease import Crease
 

@@ -13,8 +13,7 @@ import numpy.typing as npt
 from ...anatomy.face import Face, per_face
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, warn
-from ...geometry.refinement import Change
-from ...geometry.topology import side_lengths
+from ...geometry import Change, side_lengths
 from ..base import FINEST, Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Entries, sorted_by_vertex
 from ..patterns import PatternFunction

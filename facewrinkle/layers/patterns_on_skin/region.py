@@ -15,13 +15,11 @@ from ...anatomy.face import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import finite, vector
 from ...errors import MeshError, ParameterError, check_range, check_whole, unknown_name
+from ...geometry import interpolated, smoothstep, vertex_areas, vertex_normals, vertex_rings
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
 from ...geometry.closest_point import ClosestPoint, closest_point
 from ...geometry.equations import attenuation, band
-from ...geometry.interpolation import interpolated, smoothstep
-from ...geometry.normals import vertex_areas, vertex_normals
 from ...geometry.orders import morton_order
-from ...geometry.topology import vertex_rings
 from ..base import SurfacePoints
 from ..compression import StrainField, compression_along, principal_compression
 

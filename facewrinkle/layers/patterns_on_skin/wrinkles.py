@@ -16,7 +16,7 @@ from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
 from ...errors import check_positive, check_range, check_whole, unknown_name
-from ...geometry.interpolation import smoothstep
+from ...geometry import smoothstep
 from .. import patterns
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry.compilation import compiled
+from ...geometry import compiled
 from ...geometry.equations import fall, fall_integral
 from ..entries import BLUNT, LEAST, TAUT
 

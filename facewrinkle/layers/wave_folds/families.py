@@ -15,8 +15,7 @@ from ...anatomy.face import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
-from ...geometry.interpolation import smoothstep
-from ...geometry.normals import unit, vertex_areas
+from ...geometry import smoothstep, unit, vertex_areas
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -11,8 +11,7 @@ import numpy as np
 from ...anatomy.face import Face, per_face
 from ...array_types import Array, IntArray
 from ...errors import ParameterError
-from ...geometry.interpolation import interpolated
-from ...geometry.topology import side_lengths
+from ...geometry import interpolated, side_lengths
 from ..base import SurfacePoints
 from ..compression import StrainField, along, tangents_of
 from ..entries import Entries, sorted_by_vertex

@@ -11,8 +11,7 @@ from ...anatomy.face import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError, check_flag, check_range, check_whole, unknown_name
-from ...geometry.interpolation import smoothstep
-from ...geometry.refinement import Change
+from ...geometry import Change, smoothstep
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Relief, scattered
 from ..patterns_on_skin.region import Region

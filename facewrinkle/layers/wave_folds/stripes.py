@@ -19,11 +19,7 @@ from scipy.sparse import csc_array, diags_array
 
 from ...anatomy.face import Face
 from ...array_types import Array, BoolArray
-from ...geometry.interpolation import interpolated, smoothstep
-from ...geometry.laplacian import symmetric_factors
-from ...geometry.normals import unit
-from ...geometry.refinement import RedGreenForest
-from ...geometry.topology import side_lengths
+from ...geometry import RedGreenForest, interpolated, side_lengths, smoothstep, symmetric_factors, unit
 from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels

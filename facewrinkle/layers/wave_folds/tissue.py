@@ -12,8 +12,7 @@ from ...anatomy.identity import hair_cover
 from ...anatomy.landmarks import of_side
 from ...anatomy.muscles import LidMuscle, SheetMuscle, within
 from ...array_types import Array
-from ...geometry.interpolation import smoothstep
-from ...geometry.normals import vertex_normals
+from ...geometry import smoothstep, vertex_normals
 from ..compression import dyads
 
 THICKNESS = {

@@ -13,7 +13,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ...array_types import Array
 from ...errors import MeshError, type_of
-from ...geometry.topology import connected
+from ...geometry import connected
 from ..arrays import (
     COLORS,
     CORNERS,
