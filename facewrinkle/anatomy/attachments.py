@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..geometry import closest_rotations, rigid_motion, vertex_normals, vertex_rings
-from ..mesh import COLORS, OF_PART, PART, PARTS, joined, use_texture
+from ..mesh import COLORS, OF_PART, PART, PARTS, joined
+from ..mesh.arrays import use_texture
 from .eyeball import Eyeball
 from .parts import Part, piece_of
 from .skull import Mandible

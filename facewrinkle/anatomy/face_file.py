@@ -14,7 +14,8 @@ import pyvista as pv
 from ..array_types import IntArray
 from ..errors import LARGEST, FaceWrinkleError, MeshError, check_type, warn
 from ..files import check_file, opened, path_of, written
-from ..mesh import CORNERS, PIECE, read_surface, to_polydata, use_texture
+from ..mesh import CORNERS, PIECE, read_surface, to_polydata
+from ..mesh.arrays import use_texture
 from .atlas import Atlas
 from .face import Face
 from .fitting import mean_face

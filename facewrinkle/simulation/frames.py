@@ -26,8 +26,8 @@ from ..mesh import (
     refilled,
     refine_seams,
     to_polydata,
-    use_texture,
 )
+from ..mesh.arrays import use_texture
 from ..motion.base import Motion
 
 
