@@ -79,7 +79,7 @@ GRAPH = {name: imports(name) - {name} for name in MODULES}
 
 def test_the_reader_of_imports_sees_some():
     assert "simulation.loop" in GRAPH["simulation"]
-    assert {"motion.base", "anatomy.face", "errors"} <= GRAPH["animation.playback"]
+    assert {"motion.base", "anatomy", "errors"} <= GRAPH["animation.playback"]
     assert sum(map(len, GRAPH.values())) > 400
 
 

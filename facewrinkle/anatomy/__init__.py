@@ -1,0 +1,66 @@
+"""A face and what is under its skin: landmarks, skull, eyes, lids, teeth and muscles; how they are found on a mesh.
+
+Other rooms take here what most of them need; the rest, by its module.
+"""
+
+from .atlas import Atlas, Mixture, load_atlas, printed_atlas
+from .cavities import Cavities
+from .eyeball import Eyeball, gaze_of
+from .face import Face, per_face
+from .fitting import millimeters, surface
+from .head import BrowHairs, load_head
+from .identity import hair_cover
+from .landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, NAMES, FaceFrame, frame_of, lips_middle, mirrored_name, of_side
+from .muscles import (
+    Crease,
+    EyeMuscle,
+    JawMuscle,
+    LidMuscle,
+    LinearMuscle,
+    Muscle,
+    SheetMuscle,
+    SphincterMuscle,
+    TongueMuscle,
+    within,
+    zones,
+)
+from .parts import Part
+from .teeth import teeth_of
+
+__all__ = [
+    "MEAN_PUPIL_DISTANCE",
+    "MIDLINE",
+    "NAMES",
+    "Atlas",
+    "BrowHairs",
+    "Cavities",
+    "Crease",
+    "EyeMuscle",
+    "Eyeball",
+    "Face",
+    "FaceFrame",
+    "JawMuscle",
+    "LidMuscle",
+    "LinearMuscle",
+    "Mixture",
+    "Muscle",
+    "Part",
+    "SheetMuscle",
+    "SphincterMuscle",
+    "TongueMuscle",
+    "frame_of",
+    "gaze_of",
+    "hair_cover",
+    "lips_middle",
+    "load_atlas",
+    "load_head",
+    "millimeters",
+    "mirrored_name",
+    "of_side",
+    "per_face",
+    "printed_atlas",
+    "surface",
+    "teeth_of",
+    "within",
+    "zones",
+]

@@ -11,9 +11,8 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..anatomy import EyeMuscle, Face
 from ..anatomy.attachments import STILL
-from ..anatomy.face import Face
-from ..anatomy.muscles import EyeMuscle
 from ..array_types import Array, IntArray
 from ..errors import check_range
 from ..geometry import rigid_motion

@@ -13,8 +13,7 @@ import pyvista as pv
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from ..anatomy.atlas import Atlas
-from ..anatomy.face import Face
+from ..anatomy import Atlas, Face
 from ..array_types import Array, IntArray
 from ..checks import finite
 from ..errors import ParameterError, check_range, type_of, unknown_name, warn

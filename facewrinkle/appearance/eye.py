@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.eyeball import RADIUS, Eyeball
-from ..anatomy.face import Face
+from ..anatomy import Eyeball, Face
+from ..anatomy.eyeball import RADIUS
 from ..array_types import Array, IntArray
 from ..geometry import ring_quads, ring_triangles, smoothstep, vertex_normals
 from ..mesh import to_polydata

@@ -9,8 +9,7 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
+from ..anatomy import Face, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle, per_face
 from ..array_types import Array, IntArray
 from ..geometry import unit
 from .hair import HairCards, HairLines

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.eyeball import Eyeball
-from ..anatomy.face import Face
-from ..anatomy.head import BrowHairs, load_head
-from ..anatomy.landmarks import fitted_map, frame_of
+from ..anatomy import BrowHairs, Eyeball, Face, frame_of, load_head
+from ..anatomy.landmarks import fitted_map
 from ..array_types import Array, IntArray
 from ..geometry import barycentric, height_above, ring_quads, smoothstep, unit
 from ..mesh.arrays import closest_places, reshaped

@@ -9,10 +9,8 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.ndimage import binary_dilation, minimum_filter
 
+from ..anatomy import Face, lips_middle, teeth_of
 from ..anatomy.cavities import IN_MOUTH
-from ..anatomy.face import Face
-from ..anatomy.landmarks import lips_middle
-from ..anatomy.teeth import teeth_of
 from ..anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
 from ..array_types import Array, IntArray
 from ..geometry import ring_triangles, smoothstep, vertex_normals

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.parts import Part
+from ..anatomy import Face, Part, per_face
 from ..array_types import Array, IntArray
 from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint

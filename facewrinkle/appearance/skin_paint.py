@@ -15,11 +15,9 @@ import pyvista as pv
 from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import INSIDE_DEPTH, Cavities
-from ..anatomy.face import Face
+from ..anatomy import Cavities, Face, FaceFrame, hair_cover, of_side
+from ..anatomy.cavities import INSIDE_DEPTH
 from ..anatomy.head import HAIR_COLOR
-from ..anatomy.identity import hair_cover
-from ..anatomy.landmarks import FaceFrame, of_side
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import smoothstep
 from ..mesh.arrays import rest_of

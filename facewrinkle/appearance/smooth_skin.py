@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face, per_face
+from ..anatomy import Face, per_face
 from ..array_types import Array, IntArray
 from ..geometry import barycentric, interpolated, normalize, vertex_normals
 from ..geometry.depth_buffer import openness

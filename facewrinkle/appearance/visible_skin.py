@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 import pyvista as pv
 
+from ..anatomy import Face
 from ..anatomy.eyelids import SHELL
-from ..anatomy.face import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import boundary_loops
 from ..mesh.arrays import CORNERS, rest_of

@@ -14,7 +14,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..array_types import Array, BoolArray, IntArray
 from ..checks import plain_and_finite
 from ..errors import LARGEST, ParameterError, type_of

@@ -11,8 +11,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import Muscle
+from ..anatomy import Face, Muscle, per_face
 from ..array_types import Array, BoolArray
 from ..geometry import compiled, double_areas, interpolated, smoothstep, tangent_axes, unit
 

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.face import Face
-from ..anatomy.muscles import Crease, Muscle, zones
+from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray
 from ..errors import check_range, check_whole
 from ..geometry import closest_point as closest

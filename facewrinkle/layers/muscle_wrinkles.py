@@ -9,9 +9,8 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from ..anatomy import Crease, Face, Muscle
 from ..anatomy.eyelids import SHELL
-from ..anatomy.face import Face
-from ..anatomy.muscles import Crease, Muscle
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_flag, check_range
 from ..geometry import Change, compiled, interpolated

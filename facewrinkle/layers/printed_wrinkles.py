@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..array_types import Array
 from ..geometry import Change, vertex_rings
 from ..geometry.equations import EdgeWeights, anisotropy

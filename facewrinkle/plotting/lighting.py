@@ -7,8 +7,7 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.identity import hair_cover
+from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
 from ..array_types import Array
 from ..geometry import smoothstep

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..appearance.fibers import OPACITY, Fibers
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin

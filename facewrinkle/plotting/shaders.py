@@ -24,7 +24,7 @@ import numpy.typing as npt
 import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
-from ..anatomy.face import Face, per_face
+from ..anatomy import Face, per_face
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
 from ..geometry import smoothstep, vertex_normals

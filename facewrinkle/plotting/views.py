@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..anatomy.landmarks import NAMES, mirrored_name
+from ..anatomy import NAMES, Face, mirrored_name
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry import vertex_areas

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
 from .scene import BACKGROUND
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL

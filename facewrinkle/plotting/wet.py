@@ -15,7 +15,7 @@ import pyvista as pv
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..array_types import Image
 from .images import rendered, window_of
 from .scene import Scene

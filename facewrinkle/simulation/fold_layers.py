@@ -9,8 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.atlas import load_atlas, printed_atlas
-from ..anatomy.face import Face, per_face
+from ..anatomy import Face, load_atlas, per_face, printed_atlas
 from ..anatomy.known_folds import KnownFolds, known_folds
 from ..animation.action_units import units_of
 from ..animation.playback import Playback

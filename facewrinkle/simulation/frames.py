@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..anatomy.muscles import EyeMuscle, JawMuscle, TongueMuscle
+from ..anatomy import EyeMuscle, Face, JawMuscle, TongueMuscle
 from ..array_types import Array
 from ..geometry import RedGreenForest
 from ..layers.base import SurfacePoints

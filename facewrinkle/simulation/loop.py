@@ -15,11 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.atlas import Mixture
-from ..anatomy.eyeball import gaze_of
-from ..anatomy.face import Face
-from ..anatomy.fitting import surface
-from ..anatomy.muscles import EyeMuscle
+from ..anatomy import EyeMuscle, Face, Mixture, gaze_of, surface
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray

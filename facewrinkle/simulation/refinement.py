@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
 from ..geometry import RedGreenForest, compiled, side_lengths

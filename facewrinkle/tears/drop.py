@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..anatomy.fitting import millimeters
+from ..anatomy import Face, millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import ParameterError, check_range, check_whole

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..errors import ParameterError, check_whole, type_of, unknown_name
 from .drop import DrippingTear, DropShape, Fall
 from .stream import Film, Flow, Route, SheddingTear

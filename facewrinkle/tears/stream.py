@@ -18,7 +18,7 @@ import pyvista as pv
 from scipy.ndimage import maximum_filter
 from scipy.spatial import cKDTree
 
-from ..anatomy.face import Face
+from ..anatomy import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry import detail_normals, ring_triangles, unit

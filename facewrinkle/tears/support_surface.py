@@ -10,9 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from ..anatomy.eyeball import Eyeball
-from ..anatomy.face import Face
-from ..anatomy.fitting import millimeters
+from ..anatomy import Eyeball, Face, millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name

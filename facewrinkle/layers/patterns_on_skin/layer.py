@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...anatomy.face import Face, per_face
+from ...anatomy import Face, per_face
 from ...array_types import Array, BoolArray
 from ...errors import ParameterError, check_range, warn
 from ...geometry import Change, side_lengths

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...anatomy.face import Face
-from ...anatomy.landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, of_side
+from ...anatomy import MEAN_PUPIL_DISTANCE, MIDLINE, Face, of_side
 from ...array_types import Array
 from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
 from ...geometry.closest_point import closest_point

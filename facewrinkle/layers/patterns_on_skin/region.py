@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import cKDTree
 
-from ...anatomy.face import Face
+from ...anatomy import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import finite, vector
 from ...errors import MeshError, ParameterError, check_range, check_whole, unknown_name

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 
-from ...anatomy.face import Face
+from ...anatomy import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError

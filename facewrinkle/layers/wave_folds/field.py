@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from ...anatomy.face import Face, per_face
+from ...anatomy import Face, per_face
 from ...array_types import Array, IntArray
 from ...errors import ParameterError
 from ...geometry import interpolated, side_lengths

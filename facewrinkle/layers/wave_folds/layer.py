@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ...anatomy.face import Face
+from ...anatomy import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError, check_flag, check_range, check_whole, unknown_name

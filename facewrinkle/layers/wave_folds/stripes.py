@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csc_array, diags_array
 
-from ...anatomy.face import Face
+from ...anatomy import Face
 from ...array_types import Array, BoolArray
 from ...geometry import RedGreenForest, interpolated, side_lengths, smoothstep, symmetric_factors, unit
 from ..base import SurfacePoints

@@ -7,10 +7,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.special import expit
 
-from ...anatomy.face import Face
-from ...anatomy.identity import hair_cover
-from ...anatomy.landmarks import of_side
-from ...anatomy.muscles import LidMuscle, SheetMuscle, within
+from ...anatomy import Face, LidMuscle, SheetMuscle, hair_cover, of_side, within
 from ...array_types import Array
 from ...geometry import smoothstep, vertex_normals
 from ..compression import dyads
