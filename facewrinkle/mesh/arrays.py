@@ -529,7 +529,7 @@ class FrameState:
     >>> sim.look(yaw=30)
     >>> state = face.state_of(sim.step())
     >>> state.points.shape == face.points.shape, state.gazes["l"].round(2)
-    (True, array([0.5 , 0.05, 0.86]))
+    (True, array([0.5 , 0.04, 0.86]))
     """
 
     points: Array
