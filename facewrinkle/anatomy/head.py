@@ -164,6 +164,8 @@ class Paint:
         Factors of the color of the skin; the color of the hair.
     density : float
         -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
+    border : float
+        Share of hair from which on it grows, below 1: the larger, the farther the hairline has receded.
     """
 
     skin: NDArray[np.uint8]
@@ -172,12 +174,14 @@ class Paint:
     tint: npt.ArrayLike = (1.0, 1.0, 1.0)
     hair: npt.ArrayLike = HAIR_COLOR
     density: float = 0.0
+    border: float = 0.0
 
     def colors(self) -> NDArray[np.uint8]:
         """Return the colors (..., 3), read-only."""
         out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
-        where = self.share > 0
-        share = 1.0 - (1.0 - self.share[where, None] / 255.0) ** (1.0 + self.density)
+        where = self.share > 255.0 * self.border
+        share = (self.share[where, None] / 255.0 - self.border) / (1.0 - self.border)
+        share = 1.0 - (1.0 - share) ** (1.0 + self.density)
         out[where] += share * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
         shown = np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
         shown.setflags(write=False)

@@ -43,8 +43,8 @@ below -30.
 GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn gray, and its color then."""
 
-GRAYEST = 0.85
-"""Share of hair that is gray at age 1."""
+GRAYEST, RECEDED = 0.85, 0.9
+"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head."""
 
 BROWS_SHARE = 0.5
 """Brows differ from those of the mean head by this share of what hair does."""
@@ -130,7 +130,7 @@ class Identity:
     skin : float
         From fair to dark skin, through the ten tones of the Monk Skin Tone Scale; see :attr:`monk`.
     hair : float
-        From fair to black hair; with `age` it turns gray.
+        From fair to black hair; with `age` it turns gray, and on masculine heads recedes.
     hair_density : float
         From a shaved head to dense hair.
     iris : float
@@ -290,14 +290,16 @@ def head_of(identity: Identity) -> Head:
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
     tint = HAIR_TINTS[int(identity.hair > 0.0)] ** abs(identity.hair)
-    gray = GRAYEST * smoothstep((identity.age - GRAYING) / (1.0 - GRAYING))
+    old = float(smoothstep((identity.age - GRAYING) / (1.0 - GRAYING)))
+    gray, border = GRAYEST * old, RECEDED * old * max(identity.sex, 0.0)
     own = np.minimum(tint**BROWS_SHARE * mean.brows.color, BROWS_ON_SKIN * skin * TONES[4, 1:])
     strands, brows = (
         (1.0 - share * gray) * color + share * gray * GRAY
         for color, share in ((tint * HAIR_COLOR, 1.0), (own, BROWS_SHARE))
     )
     color, texture = (
-        dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density) for paint in mean.paint
+        dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border)
+        for paint in mean.paint
     )
     return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(mean.brows, color=brows))
 

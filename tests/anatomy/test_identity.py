@@ -373,6 +373,16 @@ def test_a_child_s_neck_is_thin_for_its_head() -> None:
     assert shares[1] < 0.85 * shares[0]
 
 
+def test_hair_of_old_men_recedes_and_that_of_old_women_does_not() -> None:
+    shares = {sex: head_of(Identity(age=1.0, sex=sex)).paint[1] for sex in (-0.8, 0.8)}
+    mean = load_head().paint[1]
+    for sex, paint in shares.items():
+        bare = dataclasses.replace(paint, density=-1.0)
+        grown = (paint.colors() != bare.colors()).any(axis=2)
+        assert (grown[mean.share == 255]).mean() > 0.9
+        assert (grown[(mean.share > 40) & (mean.share < 150)].mean() < 0.05) == (sex > 0.0)
+
+
 def test_irises_go_from_blue_to_brown() -> None:
     blue, brown = (PaintedEye(face.eyes[0], face) for face in (fw.default_face({"iris": i}) for i in (-1.0, 1.0)))
     around = (blue.angles > 14.0) & (blue.angles < 22.0)
