@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 
-from .anatomy.atlas import Mixture
+from .anatomy import Face, Mixture, fit_face, surface
 from .anatomy.attachments import combined_mesh
-from .anatomy.face import Face
-from .anatomy.fitting import fit_face, surface, unit_by_size
+from .anatomy.fitting import unit_by_size
 from .errors import ParameterError, check_range, check_whole, warn
 from .geometry.closest_point import closest_point
 from .geometry.topology import components

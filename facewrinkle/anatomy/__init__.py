@@ -4,17 +4,20 @@ Other rooms take here what most of them need; the rest, by its module.
 """
 
 from .atlas import Atlas, Mixture, load_atlas, printed_atlas
-from .cavities import Cavities
+from .cavities import Cavities, Lining
 from .eyeball import Eyeball, gaze_of
+from .eyelid_opening import EyelidOpening
 from .face import Face, per_face
-from .fitting import millimeters, surface
+from .face_file import read_face, write_face
+from .fitting import default_face, fit_face, millimeters, surface
 from .head import BrowHairs, load_head
-from .identity import hair_cover
+from .identity import Identity, hair_cover
 from .landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, NAMES, FaceFrame, frame_of, lips_middle, mirrored_name, of_side
 from .muscles import (
     Crease,
     EyeMuscle,
     JawMuscle,
+    JointWeights,
     LidMuscle,
     LinearMuscle,
     Muscle,
@@ -25,6 +28,7 @@ from .muscles import (
     zones,
 )
 from .parts import Part
+from .skull import Tissue
 from .teeth import teeth_of
 
 __all__ = [
@@ -37,17 +41,24 @@ __all__ = [
     "Crease",
     "EyeMuscle",
     "Eyeball",
+    "EyelidOpening",
     "Face",
     "FaceFrame",
+    "Identity",
     "JawMuscle",
+    "JointWeights",
     "LidMuscle",
     "LinearMuscle",
+    "Lining",
     "Mixture",
     "Muscle",
     "Part",
     "SheetMuscle",
     "SphincterMuscle",
+    "Tissue",
     "TongueMuscle",
+    "default_face",
+    "fit_face",
     "frame_of",
     "gaze_of",
     "hair_cover",
@@ -59,8 +70,10 @@ __all__ = [
     "of_side",
     "per_face",
     "printed_atlas",
+    "read_face",
     "surface",
     "teeth_of",
     "within",
+    "write_face",
     "zones",
 ]

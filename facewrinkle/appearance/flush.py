@@ -6,11 +6,9 @@ import numpy as np
 from scipy.sparse import csc_array, diags_array
 from scipy.sparse.linalg import SuperLU
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import JawMuscle
+from ..anatomy import Face, JawMuscle, per_face
 from ..array_types import Array, BoolArray
-from ..geometry.laplacian import cotangent_laplacian, symmetric_factors
-from ..geometry.normals import vertex_areas
+from ..geometry import cotangent_laplacian, symmetric_factors, vertex_areas
 
 ABSORBANCE = np.array([0.015, 0.28, 0.21])
 """Of the blood in skin at rest, for red, green and blue light: hemoglobin takes most of the green."""

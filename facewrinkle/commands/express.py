@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..anatomy.fitting import default_face
+from ..anatomy import Face, default_face
 from ..array_types import Image
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder

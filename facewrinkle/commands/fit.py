@@ -10,10 +10,9 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import cKDTree
 
-from ..anatomy.face import Face
-from ..anatomy.face_file import SUFFIX, write_face
+from ..anatomy import Face, LinearMuscle, SheetMuscle, SphincterMuscle, write_face
+from ..anatomy.face_file import SUFFIX
 from ..anatomy.landmarks import NOT_ON_SKIN, write_landmarks
-from ..anatomy.muscles import LinearMuscle, SheetMuscle, SphincterMuscle
 from ..array_types import Image
 from ..files import output_folder, output_target
 from ..geometry.normals import vertex_normals

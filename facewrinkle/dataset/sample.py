@@ -20,10 +20,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .. import __version__
-from ..anatomy.face import Face
-from ..anatomy.face_file import read_face
-from ..anatomy.fitting import default_face, fit_face
-from ..anatomy.identity import Identity
+from ..anatomy import Face, Identity, default_face, fit_face, read_face
 from ..appearance.seen import Appearance
 from ..array_types import Image
 from ..errors import FaceWrinkleError, FaceWrinkleWarning

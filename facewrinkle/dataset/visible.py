@@ -11,9 +11,8 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, IntArray
-from ..geometry.compilation import compiled
+from ..geometry import compiled, interpolated
 from ..geometry.depth_buffer import rasterize
-from ..geometry.interpolation import interpolated
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,10 +11,8 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ..anatomy.atlas import Atlas
-from ..anatomy.face import Face
+from ..anatomy import Atlas, Face, JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..anatomy.landmarks import NOT_ON_SKIN
-from ..anatomy.muscles import JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
 from ..errors import ParameterError, unknown_name

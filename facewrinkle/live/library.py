@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.face import Face
-from ..anatomy.fitting import default_face
-from ..anatomy.head import load_head
-from ..anatomy.identity import Identity, head_of
+from ..anatomy import Face, Identity, default_face, load_head
+from ..anatomy.identity import head_of
 from ..errors import FaceWrinkleWarning, ParameterError
 from ..files import inside_only
 from ..progress import Progress

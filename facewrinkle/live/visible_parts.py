@@ -24,9 +24,8 @@ from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
+from ..geometry import split_vertices, vertex_normals
 from ..geometry.closest_point import closest
-from ..geometry.normals import vertex_normals
-from ..geometry.topology import split_vertices
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..plotting.scene import PLAIN_COLOR
 from .protocol import FIBERS, LARGEST, Box, Part, small_normals

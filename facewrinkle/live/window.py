@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista as pv
 
-from ..anatomy.face import Face
-from ..anatomy.fitting import default_face
+from ..anatomy import Face, default_face
 from ..errors import FaceWrinkleError, check_whole, optional_imports
 from ..session import Session
 from .answers import Answers

@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..anatomy.teeth import END_RADIUS
-from ..geometry.compilation import compiled
-from ..geometry.normals import area_vector
+from ..geometry import area_vector, compiled
 from ._skin_kernels import slopes_of_area
 
 SWEEPS = 8

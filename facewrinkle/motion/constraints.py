@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..anatomy.face import Face
-from ..anatomy.landmarks import lips_middle
+from ..anatomy import Face, lips_middle
 from ..anatomy.teeth import ELLIPSE
 from ..array_types import Array
 from ..geometry.interpolation import smoothstep

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import JointWeights
+from ..anatomy import Face, JointWeights, per_face
 from ..array_types import Array, IntArray
-from ..geometry.normals import double_areas, triangle_normals
-from ..geometry.topology import side_lengths
+from ..geometry import double_areas, side_lengths, triangle_normals
 from . import _contact_kernels as kernels
 from ._skin_kernels import shares_of_area
 from .self_contact import behind_lips, facing_lids, facing_lips

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..anatomy.face import Face
-from ..anatomy.muscles import JointWeights
+from ..anatomy import Face, JointWeights
 from ..array_types import Array, IntArray
 from ._skin_kernels import add_turns
 

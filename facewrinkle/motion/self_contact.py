@@ -16,9 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..anatomy.eyelid_opening import EyelidOpening
+from ..anatomy import EyelidOpening, Face
 from ..anatomy.eyelids import CORNER
-from ..anatomy.face import Face
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.closest_point import closest as closest_triangle

@@ -18,13 +18,10 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array, diags_array
 
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import Muscle, SphincterMuscle, within
+from ..anatomy import Face, Muscle, SphincterMuscle, per_face, within
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_positive, check_range, check_type, check_whole, unknown_name
-from ..geometry.laplacian import cotangent_laplacian, graph_laplacian
-from ..geometry.normals import double_areas, triangle_normals, vertex_areas
-from ..geometry.topology import unique_edges
+from ..geometry import cotangent_laplacian, double_areas, graph_laplacian, triangle_normals, unique_edges, vertex_areas
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose

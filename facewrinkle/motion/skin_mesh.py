@@ -11,16 +11,11 @@ import numpy.typing as npt
 from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
-from ..anatomy.cavities import Lining
-from ..anatomy.eyelid_opening import EyelidOpening
-from ..anatomy.face import Face, per_face
-from ..anatomy.muscles import JointWeights
-from ..anatomy.skull import Tissue
+from ..anatomy import EyelidOpening, Face, JointWeights, Lining, Tissue, per_face
 from ..array_types import Array, IntArray
 from ..errors import check_whole
+from ..geometry import Untangling, vertex_areas
 from ..geometry.decimation import decimated
-from ..geometry.normals import vertex_areas
-from ..geometry.untangling import Untangling
 from ..geometry.vertex_interpolation import VertexInterpolation
 from ..mesh import to_polydata
 from .self_contact import lid_ridges

@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..anatomy import Face, JointWeights
 from ..anatomy.eyelid_opening import LID_ROOM
-from ..anatomy.face import Face
-from ..anatomy.muscles import JointWeights
 from ..anatomy.teeth import BEHIND_TEETH, CROWN_BULGE, ELLIPSE, place_of
 from ..array_types import Array, BoolArray, IntArray
 from ._skin_kernels import add_turns

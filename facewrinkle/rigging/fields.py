@@ -19,8 +19,7 @@ from ..appearance.seen import companion_meshes
 from ..array_types import Array, Single
 from ..export.animation import rest_models
 from ..export.model import Model, Morphs, is_hair, part_model
-from ..geometry.interpolation import smoothstep
-from ..geometry.topology import unique_edges
+from ..geometry import smoothstep, unique_edges
 from ..layers.base import Layer
 from ..progress import Progress
 from ..simulation import Refinement, Simulation

@@ -13,16 +13,14 @@ import numpy.typing as npt
 import pyvista as pv
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from ..anatomy.atlas import Mixture
-from ..anatomy.face import Face
+from ..anatomy import Face, Mixture
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
+from ..geometry import barycentric, smoothstep, vertex_areas
 from ..geometry.depth_buffer import rasterize
-from ..geometry.interpolation import barycentric, smoothstep
-from ..geometry.normals import vertex_areas
 from ..layers.base import Layer
 from ..mesh.arrays import corner_texture, rest_of
 from ..simulation import Refinement, Simulation

@@ -15,13 +15,10 @@ from scipy.sparse import csr_array, diags_array
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from ..anatomy.face import Face
-from ..anatomy.landmarks import lips_middle
-from ..anatomy.muscles import JawMuscle, turned
+from ..anatomy import Face, JawMuscle, lips_middle
+from ..anatomy.muscles import turned
 from ..array_types import Array, IntArray
-from ..geometry.interpolation import smoothstep
-from ..geometry.laplacian import cotangent_laplacian, symmetric_factors
-from ..geometry.normals import vertex_areas
+from ..geometry import cotangent_laplacian, smoothstep, symmetric_factors, vertex_areas
 
 # Lengths are in distances between the pupils (63 mm).
 

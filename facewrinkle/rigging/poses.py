@@ -12,9 +12,7 @@ from scipy.spatial import cKDTree
 from ..anatomy.face import Face
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_type, warn
-from ..geometry.interpolation import smoothstep
-from ..geometry.topology import vertex_rings
-from ..geometry.untangling import Untangling
+from ..geometry import Untangling, smoothstep, vertex_rings
 from ..motion.base import Undriven
 from ..motion.skin import Skin
 from .modeled import Movements

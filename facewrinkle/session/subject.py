@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.atlas import Atlas, read_atlas
-from ..anatomy.face import Face
-from ..anatomy.face_file import SUFFIX, read_face
-from ..anatomy.fitting import default_face, fit_face
+from ..anatomy import Atlas, Face, default_face, fit_face, read_face
+from ..anatomy.atlas import read_atlas
+from ..anatomy.face_file import SUFFIX
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
 from ..errors import FaceWrinkleError
