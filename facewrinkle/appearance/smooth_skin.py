@@ -56,11 +56,7 @@ class SmoothSkin:
         self._face, self._skin, self._pose = face, skin, np.eye(4) if pose is None else pose
         points = np.asarray(skin.points, np.float64)
         triangles = np.asarray(skin.regular_faces)
-        places = rest_of(skin)[len(face.points) :]
-        known = "host" in skin.point_data and is_frame(skin)
-        host = np.asarray(skin.point_data["host"] if known else np.empty(0, np.int32))[len(face.points) :]
-        if len(places) and (not known or host.max() >= len(face.triangles)):  # not a frame, or one of another mesh
-            host = closest_places(face.mesh, places)[0]
+        host, places = hosts(face, skin)
         key = len(points), triangles.tobytes(), host.tobytes()
         self._on_base, self.split = per_face(face, "smooth skin", key, lambda: _split(face, triangles, host, places))
         self.points, self.normals = self.split.places(
@@ -110,18 +106,29 @@ class SmoothSkin:
     @cached_property
     def openness(self) -> Array:
         """Share (n,) of the light from all sides that reaches the vertices."""
-        base, triangles = self.occluder
-        step = STEP * self._face.frame.scale
-
-        def make() -> Array:
-            return openness(base, vertex_normals(base, triangles), self.occluder, step=step)
-
-        return self.from_base(per_face(self._face, "openness", base.tobytes(), make))  # many pictures are of one frame
+        base, _ = self.occluder  # many pictures are of one frame
+        return self.from_base(per_face(self._face, "openness", base.tobytes(), lambda: open_to(self._face, base)))
 
     def from_base(self, values: Array) -> Array:
         """Values (n, ...) at all vertices by those (n0, ...) at the vertices of the face."""
         corners, shares = self._on_base
         return self.split.values(np.concatenate([values, np.einsum("kc...,kc->k...", values[corners], shares)]))
+
+
+def open_to(face: Face, points: Array) -> Array:
+    """Share (n0,) of the light from all sides that reaches the vertices of a face when they are at `points` (n0, 3)."""
+    skin, upright = (points, face.triangles), vertex_normals(points, face.triangles)
+    return openness(points, upright, skin, step=STEP * face.frame.scale)
+
+
+def hosts(face: Face, skin: pv.PolyData) -> tuple[IntArray, Array]:
+    """Triangles (n - n0,) of a face on which the new vertices of a frame lie, and their places (n - n0, 3) at rest."""
+    places = rest_of(skin)[len(face.points) :]
+    known = "host" in skin.point_data and is_frame(skin)
+    host = np.asarray(skin.point_data["host"] if known else np.empty(0, np.int32))[len(face.points) :]
+    if len(places) and (not known or host.max() >= len(face.triangles)):  # not a frame, or one of another mesh
+        host = closest_places(face.mesh, places)[0]
+    return host, places
 
 
 def _split(

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
+from ..appearance.smooth_skin import open_to
 from ..array_types import Array
 from ..geometry import smoothstep
 from ..geometry.depth_buffer import Lamp
@@ -65,6 +66,12 @@ class KeyLight:
 
     def _hidden(self, points: Array, normals: Array) -> Array:
         return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=-0.4)
+
+
+def reached_at_rest(face: Face) -> Array:
+    """What the shader needs of each vertex (n0, 4) of a face at rest without shadows; see :meth:`KeyLight.on_skin`."""
+    bare, far = _bust(face)
+    return np.column_stack([open_to(face, face.points), np.ones(len(far)), bare, smoothstep(far)])
 
 
 def _bust(face: Face) -> tuple[Array, Array]:

@@ -237,12 +237,13 @@ class Material:
     sharp: int = 4
     behind: str = ""
 
-    def code(self, lights: int, textured: bool = False) -> str:
+    def code(self, lights: int, textured: bool = False, reached: str = "") -> str:
         """Return the statements of a fragment shader that shade under two to four directional lights, pixel by pixel.
 
-        They read and write the variables of VTK's shaders, in the place of its own lighting.
+        They read and write the variables of VTK's shaders, in the place of its own lighting, and read what light has
+        `reached` the place, if the name of such a variable is given.
         """
-        parts, slow, fragment = self._sources(lights, "vertexVC", _albedo(textured))
+        parts, slow, fragment = self._sources(lights, "vertexVC", _albedo(textured), reached=reached)
         return f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}{slow}{fragment}"
 
     def apply(
@@ -279,7 +280,9 @@ class Material:
         tint, albedo = (
             ("vertexColorVSOutput.rgb", TEXTURED) if textured and tinted else ("vec3(1.0)", _albedo(textured))
         )
-        parts, slow, fragment = self._sources(lights, "vertexVCVSOutput", albedo, tint, relief, reached)
+        parts, slow, fragment = self._sources(
+            lights, "vertexVCVSOutput", albedo, tint, relief, f"{REACHED}MC" if reached else ""
+        )
         actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
         actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
         actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
@@ -292,7 +295,7 @@ class Material:
         albedo: str,
         tint: str = "vec3(1.0)",
         relief: tuple[float, float] | None = None,
-        reached: bool = False,
+        reached: str = "",
     ) -> tuple[dict[str, Any], str, str]:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
@@ -304,9 +307,10 @@ class Material:
         for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
             parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
         parts |= {"lean": "", "bumps": "", "bumped": "", "light": "scattered"}
-        parts |= dict(zip(("open", "key", "bare"), 3 * ["1.0"], strict=True)) | {"far": ""}
-        if reached:
-            parts |= {"open": f"{REACHED}MC.x", "key": f"{REACHED}MC.y", "bare": f"{REACHED}MC.z", "far": FADING_OUT}
+        shares = zip(("open", "key", "bare"), "xyz", strict=True)
+        parts |= {"far": ""} | {name: f"{reached}.{column}" if reached else "1.0" for name, column in shares}
+        if reached == f"{REACHED}MC":
+            parts["far"] = FADING_OUT
             parts["sent"] += f"in vec4 {REACHED}MC;\nout float far;\n"
             parts["received"] += "in float far;\n"
             parts["lean"] += f"far = {REACHED}MC.w;"

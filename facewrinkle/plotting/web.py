@@ -48,7 +48,7 @@ def _materials() -> str:
         "MATERIALS": {
             "tear_declarations": room,
             "tear": tear.replace("gl_FragData[0]", "vec4 color_of_tear"),
-            "skin": SKIN_MATERIAL.code(len(LIGHTS)),
+            "skin": SKIN_MATERIAL.code(len(LIGHTS), reached="reached"),
             "eye": EYE_MATERIAL.code(len(LIGHTS)),
             "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
         },

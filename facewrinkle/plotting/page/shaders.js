@@ -17,7 +17,7 @@ uniform vec3 low;
 uniform float size;
 `;
 
-const shaded = (material, color, inputs = "") => `${START}
+const shaded = (material, color, inputs = "", share = "1.0") => `${START}
 in vec3 place;
 in vec3 normal;
 ${inputs}
@@ -29,7 +29,7 @@ void main() {
   float opacity = 1.0;
   ${color}
   ${MATERIALS[material]}
-  result = vec4(fragOutput0.rgb, 1.0);
+  result = vec4(fragOutput0.rgb, ${share});
 }`;
 
 const MESH_VERTEX = `${START}${CAMERA}
@@ -67,9 +67,11 @@ in vec3 position;
 in vec4 small_normal;
 in vec3 color;
 in vec2 texture_place;
+in vec4 reach; // shares of light: from all sides, of the key light, of gloss; and how much of the place is drawn
 in float value;
 out vec3 place, normal, tint;
 out vec2 texture_at;
+out vec4 reached;
 out float dark, shown;
 flat out float label;
 void main() {
@@ -79,6 +81,7 @@ void main() {
   tint = color;
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
   dark = small_normal.w;
+  reached = reach;
   shown = value;
   label = value;
   gl_Position = projection * at;
@@ -87,6 +90,7 @@ void main() {
 const SKIN_INPUTS = `
 in vec3 tint;
 in vec2 texture_at;
+in vec4 reached;
 in float dark, shown;
 flat in float label;
 uniform sampler2D photo, colors;
@@ -107,7 +111,7 @@ const SKIN_FRAGMENT = shaded("skin", `
     return;
   }
   vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));
-`, SKIN_INPUTS);
+`, SKIN_INPUTS, "reached.w");
 
 const EYE_VERTEX = `${START}${CAMERA}
 uniform vec3 centre, corner, caruncle, tears, ahead_axis, up_axis, side_axis, lid_side, lid_up, lid_ahead;
@@ -225,7 +229,7 @@ void main() {
 
 const SOURCES = {
   skin: [SKIN_VERTEX, SKIN_FRAGMENT],
-  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOR, OWN_INPUTS)],
+  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOR, `${OWN_INPUTS}const vec4 reached = vec4(1.0);`)],
   teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = tint;", "in vec3 tint;")],
   eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOR, OWN_INPUTS)],
   eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
@@ -240,7 +244,7 @@ const SOURCES = {
 /** Places of attributes, the same in all programs. */
 export const PLACES = {
   position: 0, small_normal: 1, color: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
-  under: 10, thickness: 11,
+  under: 10, thickness: 11, reach: 12,
 };
 
 /** Compile a program, with its uniforms by name; code of `wrinkled(normal, place, texture_at)` draws wrinkle maps. */

@@ -11,7 +11,7 @@ const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 const ATTRIBUTES = { // array of a part: attribute, components, normalized
   position: ["position", 3, true], normal: ["small_normal", 4, true], color: ["color", 3, true],
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
-  under: ["under", 4, true], thickness: ["thickness", 1, false],
+  under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true],
 };
 const MOVING_TIME = 220; // ms after the last change for which software draws at half the resolution
 
@@ -47,6 +47,7 @@ export class View extends Picking {
     this.mean = this.software ? new Mean(gl) : null; // else the card does it, while the face moves, too
     this.parts = new Map();
     this.empty = gl.createVertexArray();
+    gl.vertexAttrib4f(PLACES.reach, 1, 1, 1, 1); // of skin of which nothing else is known
     this.photos = new Map();
     this.kept = null;
     this.colors = this.texture();
@@ -334,13 +335,14 @@ export class View extends Picking {
     const { gl } = this;
     this.ground();
     gl.enable(gl.DEPTH_TEST);
-    gl.disable(gl.BLEND);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
     for (const part of of("skin")) this.drawSkin(part);
+    gl.disable(gl.BLEND);
     for (const part of of("skin_part", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
     for (const part of of("eye")) this.drawEye(part);
     gl.enable(gl.BLEND);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
     gl.depthMask(false);
     const colored = this.field && this.parts.get("skin")?.colored === this.field; // what was kept may not be
