@@ -404,8 +404,10 @@ def _pull(muscle: Muscle, face: Face) -> tuple[np.ndarray, np.ndarray] | None:
 
 
 def _on_skin(place: np.ndarray, face: Face, normals: np.ndarray) -> tuple[int, np.ndarray]:
-    """The vertex nearest to a place, and the place moved onto the skin there."""
-    vertex = int(np.argmin(np.linalg.norm(face.points - place, axis=1)))
+    """The vertex nearest to a place, and the place moved onto the skin there; linings of lips and lids are no skin."""
+    outwards = face.points - (face.frame.origin - face.frame.pupil_distance * face.frame.axes[2])
+    lining = (outwards * normals).sum(axis=1) < 0.0
+    vertex = int(np.argmin(np.where(lining, np.inf, np.linalg.norm(face.points - place, axis=1))))
     away = place - face.points[vertex]
     return vertex, face.points[vertex] + away - (away @ normals[vertex]) * normals[vertex]
 
