@@ -82,7 +82,7 @@ def express(
         Minimum number of vertices from bulge to furrow; 0 splits by Eq. 19 alone, as in the paper. Default: 4, or 0
         with --folds printed.
     maps
-        Also bake the wrinkles into maps of this width, in texels, for the unrefined mesh: normals and heights.
+        Also bake the wrinkles into maps of this width, in texels, for the unrefined mesh: normals, heights, flush.
     """
     output, source, folds = output or OutputOptions(), source or FaceOptions(), folds or FoldOptions()
     report = Report(output.quiet)

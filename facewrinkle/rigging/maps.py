@@ -14,6 +14,7 @@ import pyvista as pv
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ..anatomy import Face, Mixture
+from ..appearance.flush import flush
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
@@ -58,6 +59,8 @@ class Maps:
         OpenGL, glTF, Blender and Unity).
     height : ndarray of uint16, shape (h, w)
         Heights of the wrinkles from -`most` to `most` mm; 32768 is none.
+    flush : ndarray of uint8, shape (h, w, 3)
+        Factors of the skin's color, 255 for 1: gathered skin reddens; see :func:`facewrinkle.appearance.flush.flush`.
     most : float
         Of the heights, mm.
     smooth : PolyData
@@ -77,6 +80,7 @@ class Maps:
 
     normal: npt.NDArray[np.uint8]
     height: npt.NDArray[np.uint16]
+    flush: npt.NDArray[np.uint8]
     most: float
     smooth: pv.PolyData
     rest: pv.PolyData
@@ -141,6 +145,8 @@ def bake_maps(
     smooth = bare.settle()
     folds = FoldMaps(face, fine, smooth, size)
     height, normal, _ = folds.of(fine, smooth)
+    state = face.state_of(smooth)
+    blood = folds.on_skin(flush(face, state.to_rest(state.points)))
     smooth = charted(smooth, face)
     if corner_texture(face.mesh) is None:
         rest.active_texture_coordinates = around_head(face, face.points)
@@ -148,6 +154,7 @@ def bake_maps(
     return Maps(
         folds.filled(as_bytes(0.5 + 0.5 * normal)),
         folds.filled(heights_as_integers(height, most)),
+        folds.filled(as_bytes(blood)),
         most,
         smooth,
         rest,
@@ -417,17 +424,19 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     >>> import facewrinkle as fw
     >>> maps = bake_maps(fw.default_face(), "surprise", size=64)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [file.name for file in write_maps(maps, Path(folder) / "brows")][:2]
-    ['brows_normal.png', 'brows_height.png']
+    ...     [file.name for file in write_maps(maps, Path(folder) / "brows")][:3]
+    ['brows_normal.png', 'brows_height.png', 'brows_flush.png']
     """
     path, files = Path(path), []
-    for name in ("normal", "height"):
+    for name in ("normal", "height", "flush"):
         files.append(path.with_name(f"{path.name}_{name}.png"))
         write_image(getattr(maps, name), files[-1])
     files.append(write_mesh(maps.rest, path.with_name(f"{path.name}_maps.obj")))
     files.append(path.with_name(f"{path.name}_maps.json"))
     with written(files[-1]) as whole:
-        whole.write_text(json.dumps(conventions(maps.most), indent=2) + "\n", encoding="utf-8")
+        whole.write_text(
+            json.dumps(conventions(maps.most) | {"flush": {"factor_at_255": 1}}, indent=2) + "\n", encoding="utf-8"
+        )
     return files
 
 

@@ -3,6 +3,7 @@
 what           checked against
 normals        normals of the refined geometry, and a naive search of the triangles below
 heights        the field W of the refined skin, at its vertices
+flush          its factors at vertices
 tangents       a plane that is turned and mirrored
 """
 
@@ -17,6 +18,7 @@ from PIL import Image
 from scipy.ndimage import distance_transform_edt
 
 import facewrinkle as fw
+from facewrinkle.appearance.flush import flush
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
 from facewrinkle.geometry.normals import vertex_normals
@@ -116,10 +118,24 @@ def test_texels_are_in_one_triangle_each():
     assert Texels(np.concatenate([square[triangles]] * 2), 33).shared == 1.0
 
 
+def test_the_flush_map_has_the_factors_of_the_vertices(face, raised):
+    maps, _ = raised
+    corners, triangles = corner_texture(maps.smooth), np.asarray(maps.smooth.regular_faces)
+    factors = flush(face, np.asarray(maps.smooth.points, float))
+    for name in ("forehead_mid", "malar_l", "menton"):
+        vertex = face.mesh.find_closest_point(face.landmarks[name])
+        u, v = corners[triangles == vertex][0]
+        texel = maps.flush[int((1.0 - v) * SIZE), int(u * SIZE)]
+        np.testing.assert_allclose(texel / 255.0, factors[vertex], atol=0.01)
+    assert maps.flush[maps.covered][:, 1].min() < 250
+
+
 def test_files_of_maps(raised, tmp_path):
     maps, _ = raised
     files = {path.name: path for path in fw.write_maps(maps, tmp_path / "brows")}
-    assert set(files) == {f"brows_{name}" for name in ("normal.png", "height.png", "maps.obj", "maps.json")}
+    assert set(files) == {
+        f"brows_{name}" for name in ("normal.png", "height.png", "flush.png", "maps.obj", "maps.json")
+    }
     with Image.open(files["brows_height.png"]) as picture:
         np.testing.assert_array_equal(np.asarray(picture, np.uint16), maps.height)
     assert json.loads(files["brows_maps.json"].read_text())["height"]["mm_at_65535"] == maps.most
