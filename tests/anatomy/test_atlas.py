@@ -7,6 +7,8 @@ action units                    the muscle that FACS names for each; left and ri
 mixtures                        the strongest rate per muscle, by hand
 placing                         the weighted means of landmarks; mirrored, scaled and turned landmarks
 files of one's own              what is wrong with them, in the message
+
+Names with numbers, as text.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import atlas_text, load_atlas, read_atlas, write_atlas
+from facewrinkle.anatomy.atlas import atlas_text, load_atlas, parse_weights, read_atlas, split_names, write_atlas
 from facewrinkle.anatomy.landmarks import frame_of, mirrored_name
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError, UnknownNameError
 
@@ -479,3 +481,23 @@ def test_names_in_a_list_count_whole_and_case_does_not_matter():
     for wrong in ("Suprise", "AU1+", "AU1++AU2", "AU1=strong", "AU1+AU1", ["AU1", 2], 3):
         with pytest.raises(FaceWrinkleError, match=r"unknown expression|such as|twice"):
             atlas.contractions(wrong)
+
+
+@pytest.mark.parametrize("text", ["AU1=0.7+AU4", "AU1=.7,AU4", " AU1 = 7e-1 +AU4=+1 ", "AU1=70e-2, AU4=1e+0"])
+def test_plus_and_comma_are_one(text):
+    assert parse_weights(text) == {"AU1": 0.7, "AU4": 1.0}
+
+
+def test_names_keep_what_joins_nothing():
+    assert split_names("visème_ä+été, jawOpen+") == ["visème_ä", "été", "jawOpen+"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("AU1=+AU4", r"such as AU1=0.7\+AU4; received 'AU1='"), ("AU1+AU1", "named twice"), ("AU1=a", "received 'AU1=a'")],
+)
+def test_what_is_no_mixture_is_refused(text, message):
+    with pytest.raises(ParameterError, match=message):
+        parse_weights(text)
+    with pytest.raises(ParameterError, match=r"jaw=0.5,age=1; received 'jaw'"):
+        parse_weights("jaw", usual=None)

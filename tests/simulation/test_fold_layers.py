@@ -4,10 +4,18 @@ what                    checked against
 changed muscles         as printed: an error that says how, and the change as it says; as waves: a warning
 the paper's numbers     the lines of a muscle as printed: k0 multiplies heights, a start moves them away from the bone
 added, taken away       the muscles that the simulation has
+
+Layers of folds by name, and the motions that wave folds are found from.
+
+layers    the kinds, by name; a surface without landmarks or muscles
+head      its stored shapes and lines, against those that are found anew
+faces     frames of layers that other faces have used, against those of new layers
+shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
 """
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -15,9 +23,16 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import printed_atlas
-from facewrinkle.errors import FaceWrinkleWarning, ParameterError
+from facewrinkle.anatomy.known_folds import known_folds
+from facewrinkle.anatomy.muscles import SheetMuscle
+from facewrinkle.animation.playback import Playback
+from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.layers.printed_wrinkles import PrintedWrinkles
-from facewrinkle.simulation.fold_layers import FOLDS
+from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
+from facewrinkle.layers.wave_folds.families import tensors_of, window_of
+from facewrinkle.layers.wave_folds.field import found_lines, lines_of
+from facewrinkle.layers.wave_folds.stripes import Style
+from facewrinkle.simulation.fold_layers import FOLDS, find_folds, fold_layers, fold_shapes, relaxed_shapes
 
 UNREFINED = fw.Refinement(max_level=0)
 
@@ -99,3 +114,182 @@ def test_a_surface_keeps_its_own_muscles_as_printed(face):
     sim = fw.Simulation(plain, folds="printed")
     assert sim.muscles == ("mine",)
     assert isinstance(sim.layers[0], PrintedWrinkles)
+
+
+def test_the_kinds_of_folds(face):
+    paper = fold_layers(face, "paper", depth=2.0)
+    assert [(type(layer), layer.depth) for layer in paper] == [(fw.MuscleWrinkles, 2.0), (fw.Creases, 2.0)]
+    formula, creases, waves = fold_layers(face, "wave", depth=2.0, seed=4)
+    assert (formula.waves, creases.depth, waves.depth, waves.style.seed) == (False, 2.0, 2.0, 4)
+    drawn = [
+        muscle.fold_pattern for muscle in face.muscles.values() if np.isfinite(muscle.fold_pattern.half_wavelength)
+    ]
+    assert all(sum(layer.draws(pattern) for layer in paper) == 1 for pattern in drawn)
+    assert all(formula.draws(pattern) + creases.draws(pattern) + pattern.wrinkles.waves == 1 for pattern in drawn)
+    with pytest.raises(UnknownNameError, match=r"unknown kind of folds 'waves'. Did you mean 'wave'"):
+        fw.Simulation(face, folds="waves")
+
+
+def test_surfaces_without_landmarks_have_the_folds_of_their_muscles_or_none(face):
+    cloth = fw.surface(face.mesh)
+    assert fold_layers(cloth, "wave") == []
+    plate = cloth.with_muscles({"muscle": SheetMuscle([(-9, 9, 0), (9, 9, 0)], [(-9, -9, 0), (9, -9, 0)])})
+    assert [type(layer) for layer in fold_layers(plate, "wave")] == [fw.MuscleWrinkles, fw.Creases]
+
+
+def test_shapes_of_a_recording_are_grouped_by_their_names(face):
+    pressed = [face.points * (squeeze - 1.0) for squeeze in np.array([[1, 0.8, 1], [0.8, 1, 1], [1, 0.9, 1]])]
+    clip = fw.Recorded.of_shapes(pressed, [[0.0] * 3], fps=1, names=["browInnerUp", "browDown_L", "browOuterUpRight"])
+    found = fold_shapes(face, Playback(clip, face)).families
+    assert {name: len(shapes) for name, shapes in found.items()} == {"forehead": 2, "brows": 1}
+    np.testing.assert_allclose(found["brows"][0], face.points * [0.8, 1.0, 1.0], atol=1e-9)
+
+
+def test_motions_without_names_are_grouped_by_their_directions(face):
+    squeezes = np.array([[1, 0.8, 1], [0.8, 1, 1], [1, 0.9, 1], [1, 1, 1]])
+    clip = fw.Recorded.of_positions(face.points * squeezes[:, None], fps=10)
+    found = FoldShapes.grouped(face, [face.points * squeeze for squeeze in squeezes]).families
+    assert {name: len(shapes) for name, shapes in found.items()} == {"motion 1": 2, "motion 2": 1}
+    front = face.tissue.normals[:, 2] > 0.98
+    for name, axis in (("motion 1", 1), ("motion 2", 0)):
+        tensor = tensors_of(face, FoldShapes(found))[name][front]
+        assert (tensor[:, axis] > 0.9 * tensor[:, :3].sum(axis=1)).mean() > 0.95
+    assert set(fold_shapes(face, Playback(clip, face)).families) == {"motion 1", "motion 2"}
+
+
+def test_recordings_of_surfaces_without_anatomy_fold_them_when_asked(face):
+    cloth = fw.surface(face.mesh)
+    clip = fw.Recorded.of_positions(cloth.points * np.array([[[1, 1, 1]], [[1, 0.75, 1]]]), fps=2)
+    assert fw.Simulation(cloth, motion=clip).layers == []
+    sim = fw.Simulation(cloth, fw.Refinement(max_level=1), layers=[WaveFolds()], motion=clip)
+    *_, frame = sim.run(30)
+    assert np.ptp(frame["W"]) > 0.5
+
+
+def test_action_units_whose_muscles_a_face_lacks_are_left_out(face):
+    kept = {name: muscle for name, muscle in face.muscles.items() if not name.startswith("corrugator")}
+    found = fold_shapes(lacking := dataclasses.replace(face, muscles=kept), fw.Skin(lacking)).families
+    assert len(found["brows"]) == 0
+    assert len(found["forehead"]) == 2
+    assert window_of(tensors_of(lacking, FoldShapes(found))["forehead"]).max() == 1.0
+
+
+def test_variations_of_the_head_share_the_lines_of_the_mean_head():
+    one, other = (fw.default_face(identity) for identity in ({"width": 0.5}, {"age": 1.0}))
+    shapes = [fold_shapes(face, fw.Skin(face)) for face in (one, other)]
+    assert shapes[0].face is shapes[1].face is one.template
+    assert fw.default_face().template is None
+
+
+def test_the_stored_shapes_of_the_head_are_those_of_its_skin(face):
+    stored, simulated = find_folds(face).shapes, relaxed_shapes(face)
+    assert known_folds(fw.default_face()).shapes.keys() == simulated.keys(), (
+        "the built-in head or its atlas is another one: run python -m tools.build_folds"
+    )
+    assert list(fold_shapes(face, fw.Skin(face)).families) == list(GROUPS)
+    for unit, shape in simulated.items():
+        change = np.linalg.norm(stored[unit] - shape, axis=1).max()
+        assert change < 0.1, (
+            f"the stored shape of {unit} and others are not those of the skin any more, by {change:.2f} mm, which "
+            "is more than skin at rest may be off: run python -m tools.build_folds"
+        )
+
+
+def test_what_is_known_is_known_of_this_face_alone(face):
+    fewer = dict(list(face.muscles.items())[1:])
+    for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=0.5)):
+        assert not known_folds(other).shapes
+    softer = fw.SkinMaterial(bending=10.0)
+    assert fold_shapes(face, fw.Skin(face, material=softer)) is fold_shapes(face, fw.Skin(face))
+
+
+def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
+    shapes = fold_shapes(face, fw.Skin(face))
+    found = found_lines(face, shapes, 1.0, Style())
+    assert list(shapes.lines) == list(found), "run python -m tools.build_folds"
+    for name, array in found.items():
+        stored = shapes.lines[name]
+        assert stored.dtype.kind == array.dtype.kind
+        if array.dtype.kind == "f":
+            np.testing.assert_allclose(stored, array, rtol=1e-6, atol=1e-6, err_msg="run python -m tools.build_folds")
+        else:
+            np.testing.assert_array_equal(stored, array, err_msg="run python -m tools.build_folds")
+    ours, *others = (
+        lines_of(face, shapes, *which)["forehead"].phase
+        for which in ((1.0, Style()), (1.0, Style(seed=1)), (1.1, Style()))
+    )
+    np.testing.assert_array_equal(ours, shapes.lines["phase 0"])
+    assert not any(np.allclose(other[:5], ours[:5], atol=0.1) for other in others)
+
+
+@pytest.fixture(scope="module")
+def coarse(face):
+    """The built-in face with half its triangles."""
+    return fw.fit_face(face.mesh.decimate(0.5), face.landmarks)
+
+
+def frames_of(simulation, fingerprint):
+    simulation.express("paper_surprise")
+    return [fingerprint(frame) for frame in simulation.run(5)]
+
+
+def test_layers_that_another_face_has_used_are_as_new(face, coarse, fingerprint):
+    new = {one: frames_of(fw.Simulation(one), fingerprint) for one in (face, coarse)}
+    for one, other in ((face, coarse), (coarse, face)):
+        used = fw.Simulation(other)
+        used.express("paper_fear")
+        list(used.run(2))
+        assert frames_of(fw.Simulation(one, layers=used.layers), fingerprint) == new[one]
+        taking = fw.Simulation(one)
+        taking.use_layers(used.layers)
+        assert frames_of(taking, fingerprint) == new[one]
+
+
+def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_stay(face, coarse):
+    first = fw.Simulation(face)
+    again = fw.Simulation(face, layers=first.layers)
+    assert again.layers[-1].shapes is first.layers[-1].shapes
+    other = fw.Simulation(coarse, layers=first.layers)
+    assert other.layers[-1].shapes.face is coarse
+    assert first.layers[-1].shapes.face is not coarse
+    own = WaveFolds()
+    own.shapes = first.layers[-1].shapes
+    with pytest.raises(ParameterError, match=r"given are of a face of 4517 triangles, and this one has \d+, or others"):
+        fw.Simulation(coarse, layers=[own])
+    before = other.layers[:]
+    with pytest.raises(ParameterError, match=r"Give a new WaveFolds\(\) to the simulation of each face"):
+        other.use_layers([own])
+    assert other.layers == before
+
+
+def test_positions_and_amounts_of_another_face_are_refused_wherever_layers_come_from(face, coarse):
+    pressed = WaveFolds(families={"all": [face.points * [1.0, 0.8, 1.0]]})
+    factors = WaveFolds(amount=np.ones(len(face.points)))
+    used, other = fw.Simulation(face, layers=[pressed, factors]), fw.Simulation(coarse)
+    level = other.refinement.max_level
+    for layer, message in zip(
+        used.layers, ("a motion of the family 'all' must be", "amount must have one"), strict=True
+    ):
+        with pytest.raises(ParameterError, match=message):
+            fw.Simulation(coarse, layers=[layer])
+        with pytest.raises(ParameterError, match=message):
+            other.use_layers([layer])
+        assert other.refinement.max_level == level
+    other.express("paper_surprise")
+    assert other.step().n_points >= len(coarse.points)
+
+
+def test_lines_of_another_face_are_refused(face, coarse):
+    shapes = fold_shapes(face, fw.Skin(face))
+    layer = WaveFolds()
+    layer.shapes = FoldShapes({"all": [coarse.points * coarse.unit]}, lines=shapes.lines)
+    with pytest.raises(ParameterError, match=r"not of this face, which has \d+ vertices .* Give FoldShapes without"):
+        fw.Simulation(coarse, layers=[layer])
+
+
+def test_triangles_are_taken_from_the_same_face_alone(face, coarse):
+    turned = face.mesh.copy()
+    turned.regular_faces = np.roll(face.triangles, 1, axis=0)
+    for other in (coarse, fw.surface(turned)):
+        with pytest.raises(ParameterError, match="of the same face"):
+            fw.Simulation(face, layers=[]).take_triangles(fw.Simulation(other, layers=[]))

@@ -9,6 +9,8 @@ material              phases do not move; another identity keeps its lines, anot
 age                   nothing at 0; furrows at rest, none where the skin is stretched
 refinement            the chord error of a sampled cosine; a held pose changes no triangle; no triangle is turned over
 errors                the messages
+
+Factors of the depth of folds by places: what they are there, far from there, and in between.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.layers.wave_folds import FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds._kernels import NARROWEST, TOLERANCE, spacing_for
 from facewrinkle.layers.wave_folds.field import WaveField
+from facewrinkle.layers.wave_folds.layer import REGIONS, amounts
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.layers.wave_folds.tissue import wavelengths
 from facewrinkle.simulation.fold_layers import fold_shapes
@@ -393,3 +396,37 @@ def test_edges_of_the_spacing_asked_for_are_off_by_the_tolerance(length, depth):
     error = np.abs(wave[2] - (1.0 - along) * wave[0] - along * wave[1]).max()
     assert error == pytest.approx(0.5 * depth * (1.0 - np.cos(np.pi * edge / length)), rel=1e-3)
     assert 0.9 * TOLERANCE < error <= TOLERANCE
+
+
+def nearest(face, *names):
+    return [np.linalg.norm(face.points - face.landmarks[name], axis=1).argmin() for name in names]
+
+
+def test_landmarks_and_regions_take_amounts(face):
+    amount = {"glabella": 0.0, fw.Region(face.landmarks["forehead_mid"], size=(80, 30)): 3.0}
+    assert amounts(amount, face)[nearest(face, "glabella", "forehead_mid")] == pytest.approx([0.0, 3.0], abs=0.05)
+
+
+@pytest.mark.parametrize("region", REGIONS)
+def test_a_region_lies_around_its_landmarks(face, region):
+    found = amounts({region: 3.0}, face)
+    assert found[nearest(face, *REGIONS[region])] == pytest.approx(3.0, abs=0.2)
+    away = [np.linalg.norm(face.points - face.landmarks[name], axis=1) for name in REGIONS[region]]
+    assert (found[np.min(away, axis=0) > 0.4 * face.frame.pupil_distance] == 1.0).all()
+    assert found.max() <= 3.0 + 1e-12, "where landmarks are near each other, too"
+
+
+def test_sides_blend_in_the_middle_and_both_make_one_factor(face):
+    x = face.points[:, 0]
+    one, both = amounts({"left": 3.0}, face), amounts({"left": 0.5, "right": 0.5}, face)
+    assert (one[x > 15.0] == 3.0).all()
+    assert (one[x < -15.0] == 1.0).all()
+    assert one[np.abs(x).argmin()] == pytest.approx(2.0, abs=0.05)
+    assert (both == 0.5).all()
+    together = amounts({"left": 3.0, "right": 0.0, "chin": 2.0}, face)
+    np.testing.assert_allclose(together, amounts({"left": 3.0, "right": 0.0}, face) * amounts({"chin": 2.0}, face))
+
+
+def test_an_unknown_place_is_refused(face):
+    with pytest.raises(UnknownNameError, match="unknown landmark or region of folds 'chinn'. Did you mean 'chin'"):
+        amounts({"chinn": 2.0}, face)
