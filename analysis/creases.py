@@ -19,8 +19,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import Crease
-from facewrinkle.geometry.closest_point import closest
-from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.interpolation import closest, interpolated
 
 from .motion import run_on_captured, summed
 from .report import COLORS, Plot, Report, Table, plot

@@ -18,8 +18,7 @@ from .anatomy import Face, Mixture, fit_face, surface
 from .anatomy.attachments import combined_mesh
 from .anatomy.fitting import unit_by_size
 from .errors import ParameterError, check_range, check_whole, warn
-from .geometry.closest_point import closest_point
-from .geometry.topology import components
+from .geometry import closest_point, components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import Compression

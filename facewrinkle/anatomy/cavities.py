@@ -14,8 +14,7 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray
-from ..geometry import connected, side_lengths, smoothstep, vertex_normals
-from ..geometry.depth_buffer import sampled_depth_buffer
+from ..geometry import connected, sampled_depth_buffer, side_lengths, smoothstep, vertex_normals
 from .landmarks import FaceFrame
 
 # --- The depth map of the face from the front ---------------------------------------------------------------

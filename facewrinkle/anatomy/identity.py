@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry.closest_point import closest_point
-from ..geometry.interpolation import smoothstep
+from ..geometry.interpolation import closest_point, smoothstep
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 

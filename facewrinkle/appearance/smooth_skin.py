@@ -9,8 +9,7 @@ import pyvista as pv
 
 from ..anatomy import Face, per_face
 from ..array_types import Array, IntArray
-from ..geometry import barycentric, interpolated, normalize, vertex_normals
-from ..geometry.depth_buffer import openness
+from ..geometry import barycentric, interpolated, normalize, openness, vertex_normals
 from ..geometry.smooth_split import SmoothSplit, lifted, smooth_split
 from ..mesh.arrays import CORNERS, closest_places, is_frame, rest_of, to_polydata, use_texture
 

@@ -11,8 +11,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, IntArray
-from ..geometry import compiled, interpolated
-from ..geometry.depth_buffer import rasterize
+from ..geometry import compiled, interpolated, rasterize
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from scipy.sparse import coo_array, diags_array
 
 from ..array_types import Array, IntArray
-from .closest_point import ClosestPoint
 from .compilation import compiled
+from .interpolation import ClosestPoint
 from .laplacian import symmetric_factors
 from .normals import double_areas
 from .topology import incident_triangles, unique_edges
@@ -46,7 +46,7 @@ def geodesic_chart(points: Array, triangles: IntArray, centre: ClosestPoint, up:
     --------
     >>> p = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
     >>> t = np.array([[0, 1, 2], [1, 3, 2]], np.int32)
-    >>> from facewrinkle.geometry.closest_point import closest_point
+    >>> from facewrinkle.geometry.interpolation import closest_point
     >>> geodesic_chart(p, t, closest_point(p, t, [0.25, 0.25, 0.0]), [0, 1, 0], 9.0)[3].round(12)
     array([0.75, 0.75])
     """

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray
 from ..errors import check_range, check_whole
-from ..geometry import closest_point as closest
-from ..geometry import interpolated
+from ..geometry import closest, interpolated
 from .base import Displacement, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
@@ -147,7 +146,7 @@ class Gathered:
             crease, inside = muscles[k], triangles[zones[k]]
             assert isinstance(crease, Crease)
             places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            found = [closest.closest(points, inside, place) for place in places]
+            found = [closest(points, inside, place) for place in places]
             at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
             normal, rest = (interpolated(values, at, share) for values in (face.normals, metric))

@@ -13,8 +13,7 @@ from ..anatomy import Crease, Face, Muscle
 from ..anatomy.eyelids import SHELL
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_flag, check_range
-from ..geometry import Change, compiled, interpolated
-from ..geometry.equations import anisotropy, deepest
+from ..geometry import Change, anisotropy, compiled, deepest, interpolated
 from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import Activation, StrainField, per_length, tangents_of
 from .entries import BLUNT, LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex

@@ -10,8 +10,7 @@ import numpy as np
 
 from ..anatomy import Face
 from ..array_types import Array
-from ..geometry import Change, vertex_rings
-from ..geometry.equations import EdgeWeights, anisotropy
+from ..geometry import Change, EdgeWeights, anisotropy, vertex_rings
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField
 from .muscle_wrinkles import Folds

@@ -25,8 +25,7 @@ from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.smooth_skin import hosts
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
-from ..geometry import barycentric, interpolated, split_vertices, vertex_normals
-from ..geometry.closest_point import closest
+from ..geometry import barycentric, closest, interpolated, split_vertices, vertex_normals
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..plotting.lighting import reached_at_rest
 from ..plotting.scene import PLAIN_COLOR

@@ -20,8 +20,8 @@ from ..anatomy import EyelidOpening, Face
 from ..anatomy.eyelids import CORNER
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry.closest_point import closest as closest_triangle
-from ..geometry.normals import triangle_normals, vertex_normals
+from ..geometry import closest as closest_triangle
+from ..geometry import triangle_normals, vertex_normals
 from .constraints import from_lips
 from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 

@@ -11,8 +11,7 @@ from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
 from ..appearance.smooth_skin import open_to
 from ..array_types import Array
-from ..geometry import smoothstep
-from ..geometry.depth_buffer import Lamp
+from ..geometry import Lamp, smoothstep
 
 STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""

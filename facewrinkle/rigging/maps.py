@@ -20,8 +20,7 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, skin_model
 from ..files import written
-from ..geometry import barycentric, smoothstep, vertex_areas
-from ..geometry.depth_buffer import rasterize
+from ..geometry import barycentric, rasterize, smoothstep, vertex_areas
 from ..layers.base import Layer
 from ..mesh.arrays import corner_texture, rest_of
 from ..simulation import Refinement, Simulation

@@ -11,7 +11,7 @@ import numpy as np
 from ..anatomy.face import Face
 from ..array_types import Array, IntArray
 from ..errors import ParameterError
-from ..geometry.closest_point import closest
+from ..geometry.interpolation import closest
 from ..schemas import Limits, Share, kinds_of
 
 LONGEST = 600.0

@@ -11,8 +11,7 @@ import numpy as np
 from ..anatomy import Face
 from ..array_types import Array, BoolArray
 from ..errors import ParameterError, check_range, check_whole
-from ..geometry import RedGreenForest, compiled, side_lengths
-from ..geometry.equations import split_criterion
+from ..geometry import RedGreenForest, compiled, side_lengths, split_criterion
 from ..layers.base import FINEST, Displacement, SurfacePoints
 
 BENT = 0.03

@@ -15,8 +15,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray
 from ..checks import vectors
 from ..errors import ParameterError
-from ..geometry import incident_triangles
-from ..geometry.closest_point import closest
+from ..geometry import closest, incident_triangles
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 

@@ -11,8 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
-from ..geometry import balls_around, barycentric, compiled, interpolated, overlapping, pairs_of
-from ..geometry.closest_point import closest_in_triangle
+from ..geometry import balls_around, barycentric, closest_in_triangle, compiled, interpolated, overlapping, pairs_of
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
 

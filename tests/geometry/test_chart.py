@@ -21,8 +21,7 @@ from facewrinkle.geometry.chart import (
     smoothly_interpolated,
     tangents,
 )
-from facewrinkle.geometry.closest_point import closest_point
-from facewrinkle.geometry.interpolation import interpolated
+from facewrinkle.geometry.interpolation import closest_point, interpolated
 from facewrinkle.geometry.refinement import RedGreenForest
 
 

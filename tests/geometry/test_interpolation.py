@@ -7,6 +7,12 @@ nearest_values     the value of the heaviest corner, one by one
 height_above       each triangle against each line, one by one
 split_vertices      every corner keeps its vertex and its value; no two copies of a vertex have one value
 refined_values      values that are linear in the plane on each side of a seam: their closed form
+
+Closest points.
+
+what                 checked against
+closest_point        brute force over a fine sampling of the triangles
+degenerate triangle  the segment or point that it is
 """
 
 from __future__ import annotations
@@ -20,6 +26,7 @@ from squares import square
 
 from facewrinkle.geometry.interpolation import (
     barycentric,
+    closest_point,
     height_above,
     interpolated,
     nearest_values,
@@ -179,3 +186,36 @@ def test_without_a_seam_nothing_is_split_at_any_depth(seed):
     assert forest.level.max() == 6
     values = refined_values(uv[TRIANGLES], TRIANGLES, forest)
     assert len(split_vertices(forest.triangles, values, forest.n_points).origin) == forest.n_points
+
+
+def test_no_sampled_point_is_closer():
+    plane = pv.Plane(i_size=10.0, j_size=10.0, i_resolution=6, j_resolution=6).triangulate()
+    points, triangles = np.array(plane.points, dtype=float), np.asarray(plane.regular_faces, np.int32)
+    points[:, 2] = np.sin(points[:, 0])
+    rng = np.random.default_rng(1)
+    weights = rng.dirichlet(np.ones(3), (len(triangles), 400))
+    cloud = np.einsum("msc,mcx->msx", weights, points[triangles]).reshape(-1, 3)
+    for query in rng.uniform(-7, 7, (40, 3)):
+        found = closest_point(points, triangles, query)
+        sampled = np.linalg.norm(cloud - query, axis=1).min()
+        assert found.distance <= sampled + 1e-12
+        assert found.distance > sampled - 0.15
+        assert np.linalg.norm(found.point - query) == pytest.approx(found.distance, abs=1e-12)
+        assert found.barycentric.min() >= 0.0
+        np.testing.assert_allclose(found.barycentric @ points[triangles[found.triangle]], found.point, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("corners", "expected"),
+    [
+        ([[0.0, 0, 0], [4, 0, 0], [4, 0, 0]], [1.0, 0, 0]),
+        ([[0.0, 0, 0], [0, 0, 0], [4, 0, 0]], [1.0, 0, 0]),
+        ([[0.0, 0, 0], [4, 0, 0], [2, 0, 0]], [1.0, 0, 0]),
+        ([[3.0, 0, 0], [3, 0, 0], [3, 0, 0]], [3.0, 0, 0]),
+    ],
+)
+def test_degenerate_triangles_are_segments_or_points(corners, expected):
+    found = closest_point(np.array(corners), np.array([[0, 1, 2]], np.int32), [1.0, 2.0, 0.0])
+    np.testing.assert_allclose(found.point, expected, atol=1e-12)
+    assert found.distance == pytest.approx(np.linalg.norm(np.array(expected) - [1.0, 2.0, 0.0]))
+    assert not found.normal.any()

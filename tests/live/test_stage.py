@@ -15,7 +15,7 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleError, ParameterError
-from facewrinkle.geometry.closest_point import closest
+from facewrinkle.geometry.interpolation import closest
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
 from facewrinkle.live.stage import Stage

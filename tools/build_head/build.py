@@ -229,7 +229,7 @@ def molding(half: HalfCage, mesh: ChartMesh, keep: IntArray, twins: NDArray[np.i
 def closest_point(query: Array, corners: Array) -> Array:
     """Return the point (3,) nearest to `query` on triangles (m, 3, 3).
 
-    :func:`facewrinkle.geometry.closest_point.closest_point` rounds differently: the stored head would not come out bit
+    :func:`facewrinkle.geometry.interpolation.closest_point` rounds differently: the stored head would not come out bit
     for bit.
     """
     a, b, c = np.moveaxis(corners, 1, 0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from facewrinkle.geometry.closest_point import closest_in_triangle
+from facewrinkle.geometry.interpolation import closest_in_triangle
 
 UPRIGHT = np.cos(np.deg2rad(45.0))
 """Triangles whose normals turn less than this, amid hardly changed edges, are not turned over."""

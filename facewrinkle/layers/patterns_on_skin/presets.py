@@ -12,7 +12,7 @@ import numpy as np
 from ...anatomy import MEAN_PUPIL_DISTANCE, MIDLINE, Face, of_side
 from ...array_types import Array
 from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
-from ...geometry.closest_point import closest_point
+from ...geometry.interpolation import closest_point
 from .region import Compression, check_size
 
 MIDDLE_BEHIND, FACING = 0.8, 0.2

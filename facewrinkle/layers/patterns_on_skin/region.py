@@ -15,10 +15,18 @@ from ...anatomy import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import finite, vector
 from ...errors import MeshError, ParameterError, check_range, check_whole, unknown_name
-from ...geometry import interpolated, smoothstep, vertex_areas, vertex_normals, vertex_rings
+from ...geometry import (
+    ClosestPoint,
+    attenuation,
+    band,
+    closest_point,
+    interpolated,
+    smoothstep,
+    vertex_areas,
+    vertex_normals,
+    vertex_rings,
+)
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
-from ...geometry.closest_point import ClosestPoint, closest_point
-from ...geometry.equations import attenuation, band
 from ...geometry.orders import morton_order
 from ..base import SurfacePoints
 from ..compression import StrainField, compression_along, principal_compression

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...geometry import compiled
-from ...geometry.equations import fall, fall_integral
+from ...geometry import compiled, fall, fall_integral
 from ..entries import BLUNT, LEAST, TAUT
 
 fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="always")(fall_integral)
