@@ -194,6 +194,8 @@ class Minimizer:
             new = self._evaluated(objective, candidate, there)
             if new <= value + 1e-4 * length * slope + ROUNDING * abs(value):
                 return candidate, new, length
+            if -length * slope <= ROUNDING * abs(value):
+                break  # what shorter steps promise cannot be told
             length *= 0.5
         return None
 
