@@ -108,7 +108,7 @@ def walk(film: Film) -> None:
     film.click("#undo")
     film.click("#muscles")
     film.pull("Happiness", 1.0)
-    film.pull("Left side", 0.6)
+    film.pull("Folds: Left side", 0.6)
     x, y = film.on_face("eye_l_outer")
     film.move(x + 32, y + 6)
     page.mouse.click(*film.pointer)
