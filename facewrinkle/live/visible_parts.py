@@ -16,18 +16,17 @@ import numpy.typing as npt
 import pyvista as pv
 from PIL import Image
 
-from ..anatomy.face import Face, per_face
+from ..anatomy.face import Face
 from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibers import Fibers
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
-from ..appearance.smooth_skin import hosts
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
-from ..geometry import barycentric, closest, interpolated, split_vertices, vertex_normals
+from ..geometry import closest, split_vertices, vertex_normals
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
-from ..plotting.lighting import reached_at_rest
+from ..plotting.lighting import light_at_rest
 from ..plotting.scene import PLAIN_COLOR
 from .protocol import FIBERS, LARGEST, Box, Part, small_normals
 
@@ -136,19 +135,11 @@ class VisibleParts:
         open_ones = np.vstack([self._visible.across(frame, triangles), np.asarray(drawn)[~lined]])
         kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
         return {
-            "reached": in_bytes(self._reached(frame)[self.origin]),
+            "reached": in_bytes(light_at_rest(self.face, frame)[self.origin]),
             "index": open_ones.astype(kind),
             "lined": np.asarray(drawn)[lined].astype(kind),
             "color" if texture is None else "texture": own,
         }
-
-    def _reached(self, frame: pv.PolyData) -> Array:
-        """What light reaches the vertices (n, 4) of a frame as if the face were at rest, without shadows."""
-        face = self.face
-        base = per_face(face, "light at rest", None, lambda: reached_at_rest(face))
-        host, places = hosts(face, frame)
-        corners = face.triangles[host]
-        return np.concatenate([base, interpolated(base, corners, barycentric(places, face.points[corners]))])
 
     def _eyes(self, points: Array, state: FrameState) -> list[Part]:
         parts = []

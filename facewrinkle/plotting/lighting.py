@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
-from ..appearance.smooth_skin import open_to
+from ..appearance.smooth_skin import hosts, open_to
 from ..array_types import Array
-from ..geometry import Lamp, smoothstep
+from ..geometry import Lamp, barycentric, interpolated, smoothstep
 
 STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
@@ -67,8 +67,17 @@ class KeyLight:
         return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=-0.4)
 
 
-def reached_at_rest(face: Face) -> Array:
-    """What the shader needs of each vertex (n0, 4) of a face at rest without shadows; see :meth:`KeyLight.on_skin`."""
+def light_at_rest(face: Face, skin: pv.PolyData) -> Array:
+    """What the shader needs of each vertex (n, 4) of a frame, or of a mesh at rest whose first vertices are the face's,
+    as if the face were at rest, without shadows; see :meth:`KeyLight.on_skin`.
+    """
+    base = per_face(face, "light at rest", None, lambda: _light_at_rest(face))
+    host, places = hosts(face, skin)
+    corners = face.triangles[host]
+    return np.concatenate([base, interpolated(base, corners, barycentric(places, face.points[corners]))])
+
+
+def _light_at_rest(face: Face) -> Array:
     bare, far = _bust(face)
     return np.column_stack([open_to(face, face.points), np.ones(len(far)), bare, smoothstep(far)])
 

@@ -22,6 +22,8 @@ from ..export.model import Model
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
 from ..files import output_file, written
+from ..mesh.arrays import in_bytes
+from ..plotting.lighting import light_at_rest
 from ..plotting.web import bundled, cameras_of, web_files
 from .linear_rig import Rig
 from .wrinkle_layers import WrinkleLayers, facts_of, tiled
@@ -139,7 +141,7 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
     path = output_file(path, (".html",))
     data = web_files(files(__package__) / "data")
     content: dict[str, Any] = {"model": _text(gzip.compress(rig_bytes(rig, binary=True), mtime=0))}
-    content["camera"] = cameras_of(rig.face)
+    content |= {"camera": cameras_of(rig.face), "light": _text(in_bytes(light_at_rest(rig.face, rig.mesh)).tobytes())}
     if layers is not None:
         images = [tiled(list(layers.masks.values())), *layers.normals]
         content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(_png(image)) for image in images]}

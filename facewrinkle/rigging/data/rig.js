@@ -79,12 +79,14 @@ function mixed({ points, normals, targets }, weights) {
   return { position, normal };
 }
 
-const sent = (arrays) => Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data, width: key === "texture" ? 2 : key === "normal" ? 4 : 3 }]));
+const COMPONENTS = { texture: 2, normal: 4, reached: 4 };
+const sent = (arrays) => Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data, width: COMPONENTS[key] ?? 3 }]));
 
-export default async function ({ model, camera, maps }) {
+export default async function ({ model, camera, light, maps }) {
   const stream = new Blob([bytesOf(model)]).stream().pipeThrough(new DecompressionStream("gzip"));
   const gltf = new Gltf(new Uint8Array(await new Response(stream).arrayBuffer()));
   const parts = gltf.file.nodes.map((node) => gltf.part(node));
+  parts.find(({ kind }) => kind === "skin").arrays.reached = bytesOf(light);
   const { targetNames: names, drivers: products = {} } = gltf.file.meshes.find((mesh) => mesh.extras).extras;
   // Targets whose weight is the product of the weights of others: wrinkles (of a weight with itself), correctives.
   const drivers = Object.entries(products).map(([name, others]) => [name, ...others].map((each) => names.indexOf(each)));
