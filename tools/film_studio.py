@@ -145,6 +145,7 @@ def smile(page: Any, studio: Studio) -> None:
     warm = {"AU6": 1.0, "AU12": 0.8}
     studio.change(mixture=warm, mixtures={"Warm smile": warm}, folds={"left": 1.8})
     page.set_viewport_size({"width": 1280, "height": 800})
+    page.locator("#tab-folds").click()
     page.evaluate("""() => {
       app.view.take("front");
       app.view.camera.turn(-0.65, 0.03);
