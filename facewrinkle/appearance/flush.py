@@ -16,8 +16,8 @@ ABSORBANCE = np.array([0.015, 0.28, 0.21])
 SPREAD = 7.0
 """Distance over which blood gets from gathered to stretched skin, mm on a face of average size."""
 
-MOST = 0.4
-"""Skin holds at most by this share more or less blood than at rest."""
+LEAST, MOST = -0.15, 0.4
+"""How much less and more blood than at rest, by its share, skin holds at most."""
 
 
 def flush(face: Face, points: Array) -> Array:
@@ -28,18 +28,18 @@ def flush(face: Face, points: Array) -> Array:
 
     Examples
     --------
-    Skin that shrinks by a fifth of its area is redder; skin that grows by so much is paler:
+    Skin that shrinks by a fifth of its area is redder; skin that grows is paler:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> for area in (0.8, 1.2):
+    >>> for area in (0.8, 1.15):
     ...     print(np.median(flush(face, np.sqrt(area) * face.points), axis=0).round(2))
     [1.   0.93 0.95]
-    [0.96 1.   0.99]
+    [0.97 1.   0.99]
     """
     rest, still, spread = per_face(face, "flush", None, lambda: _at_rest(face))
     change = (vertex_areas(points, face.triangles) - rest) * ~still
-    gathered = np.clip(1.0 / np.maximum(1.0 + spread.solve(change), 0.1) - 1.0, -MOST, MOST)
+    gathered = np.clip(1.0 / np.maximum(1.0 + spread.solve(change), 0.1) - 1.0, LEAST, MOST)
     factors = np.exp(-gathered[:, None] * ABSORBANCE)
     return np.asarray(factors / np.maximum(factors.max(axis=1, keepdims=True), 1.0))
 
