@@ -41,7 +41,7 @@ class Played:
 def played(sim, expression):
     sim.reset()
     sim.express(expression)
-    return Played(sim, sim.run(FRAMES))
+    return Played(sim, sim.run(FRAMES + RAMP, ramp=RAMP / (FRAMES + RAMP)))
 
 
 @pytest.mark.parametrize("expression", EXPRESSIONS)
@@ -59,11 +59,11 @@ def test_ramp(versus, sim, draw, notes, expression):
 
 
 def test_steady(versus, sim, draw, notes):
-    """The expression held; the mesh no longer changes."""
+    """The expression held, its skin at rest."""
     warm_up = played(sim, "paper_surprise")
-    for _ in range(FRAMES):
+    for _ in range(FRAMES + RAMP):
         warm_up.next()
     show = Played(sim, iter(sim.step, None))
-    versus("surprise, held: frame, drawing", show.next, lambda: draw(show.frame), 2.0, 60)
+    versus("surprise, held: frame, drawing", show.next, lambda: draw(show.frame), 20.0, 60)
     assert show.triangles[0] == show.triangles[-1]
     notes["surprise, held"] = str(show)
