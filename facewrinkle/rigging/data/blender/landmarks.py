@@ -11,11 +11,11 @@ ENTRY = "facewrinkle"
 """Custom property of an empty: what the package wrote about the landmark, as JSON, and where it was put."""
 
 NEEDED = {
-    "eye_{}_inner": (0.1, 0.64), "eye_{}_outer": (0.25, 0.64), "brow_{}_mid": (0.21, 0.73), "mouth_{}": (0.14, 0.42),
+    "eye_{}_inner": (0.11, 0.64), "eye_{}_outer": (0.27, 0.64), "brow_{}_mid": (0.22, 0.73), "mouth_{}": (0.15, 0.42),
     "nose_tip": (0.0, 0.54), "upper_lip_mid": (0.0, 0.45), "lower_lip_mid": (0.0, 0.39),
 }  # fmt: skip
 """Landmarks that others are estimated from: about where they are, from the middle to a side and from below upwards, in
-shares of the width and height of a head.
+shares of the width of a head without its shoulders, and of its height.
 """
 
 
@@ -27,13 +27,16 @@ def empties(obj):
 def guessed(obj):
     """Return landmarks about where they are on a head that looks along -Y, with Z up, to be dragged into place."""
     points = rest(obj) @ turn(obj).T
-    low, high = points.min(axis=0), points.max(axis=0)
-    seen = (points - low) / np.maximum(high - low, 1e-12)
+    behind, above = (points[:, k] - points[:, k].min() for k in (1, 2))
+    height = max(above.max(), 1e-12)
+    upper = points[above >= 0.5 * above.max(), 0]
+    x = (points[:, 0] - 0.5 * (upper.min() + upper.max())) / max(np.ptp(upper), 1e-12)
+    y, z = behind / height, above / height
     marks = {}
     for name, (aside, up) in NEEDED.items():
         for side, sign in {"l": 1.0, "r": -1.0}.items():
-            off = np.hypot(seen[:, 0] - 0.5 - sign * aside, seen[:, 2] - up)
-            marks[name.format(side)] = {"xyz": points[np.argmin(10.0 * off + seen[:, 1])].tolist()}
+            off = np.hypot(x - sign * aside, z - up)
+            marks[name.format(side)] = {"xyz": points[np.argmin(10.0 * off + y)].tolist()}
     return marks
 
 
