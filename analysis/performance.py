@@ -205,7 +205,7 @@ def _grown(face: fw.Face, size: int) -> RedGreenForest:
 
 
 def _stages(sim: fw.Simulation, rates: dict[str, float], repeats: int) -> tuple[dict[str, float], pv.PolyData]:
-    """Smallest time of each stage in ms of a face that still moves a little, nothing left to refine, and its last frame."""
+    """Smallest time in ms of each stage of a face that moves a little, nothing left to refine, and its last frame."""
     sim.contract(rates)
     for _ in range(4):
         frame = sim.step()
