@@ -10,13 +10,13 @@ from ..anatomy import Face, JawMuscle, per_face
 from ..array_types import Array, BoolArray
 from ..geometry import cotangent_laplacian, symmetric_factors, vertex_areas
 
-ABSORBANCE = np.array([0.015, 0.28, 0.21])
+ABSORBANCE = np.array([0.012, 0.22, 0.165])
 """Of the blood in skin at rest, for red, green and blue light: hemoglobin takes most of the green."""
 
-SPREAD = 7.0
+SPREAD = 9.0
 """Distance over which blood gets from gathered to stretched skin, mm on a face of average size."""
 
-LEAST, MOST = -0.15, 0.4
+LEAST, MOST = -0.06, 0.35
 """How much less and more blood than at rest, by its share, skin holds at most."""
 
 
@@ -32,10 +32,10 @@ def flush(face: Face, points: Array) -> Array:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> for area in (0.8, 1.15):
+    >>> for area in (0.8, 1.05):
     ...     print(np.median(flush(face, np.sqrt(area) * face.points), axis=0).round(2))
-    [1.   0.93 0.95]
-    [0.97 1.   0.99]
+    [1.   0.95 0.96]
+    [0.99 1.   1.  ]
     """
     rest, still, spread = per_face(face, "flush", None, lambda: _at_rest(face))
     change = (vertex_areas(points, face.triangles) - rest) * ~still

@@ -16,7 +16,7 @@ def redness(face, points, name):
     return red / green
 
 
-@pytest.mark.parametrize("area", [0.8, 1.15])
+@pytest.mark.parametrize("area", [0.8, 1.05])
 def test_blood_absorbs_by_the_law_of_beer_and_lambert(face, area):
     """All skin alike: nothing spreads, and far from the lids the closed form holds."""
     factors = flush(face, np.sqrt(area) * face.points)
@@ -34,9 +34,9 @@ def test_laughter_reddens_the_cheeks_and_surprise_the_forehead_while_the_chin_pa
     laughing, surprised, shut = (
         np.asarray(held(name).points)[: len(face.points)] for name in ("happiness", "surprise", "AU45")
     )
-    assert redness(face, laughing, "malar_l") > 1.05
-    assert redness(face, laughing, "pogonion") < 0.99
-    assert redness(face, surprised, "forehead_mid") > 1.03
+    assert redness(face, laughing, "malar_l") > 1.03
+    assert redness(face, laughing, "pogonion") < 0.995
+    assert redness(face, surprised, "forehead_mid") > 1.02
     lid = face.eyelid_openings["l"].upper
     assert np.abs(flush(face, shut)[lid] - 1.0).max() < 0.05  # it unrolls
 
@@ -48,4 +48,4 @@ def test_pictures_show_it_and_clay_does_not(face):
             picture(frame, face, style)[130:150, 90:120].mean(axis=(0, 1)) for frame in (held("happiness"), face.mesh)
         ]
         laughing, resting = (red / green for red, green, _ in cheek)
-        assert (laughing > 1.02 * resting) != clay
+        assert (laughing > 1.01 * resting) != clay
