@@ -82,6 +82,12 @@ class Document:
         """Take the last step back; return False if there is none."""
         return self._move(-1)
 
+    def refuse(self) -> bool:
+        """Take the last step back for good, as no face can follow it; return False if there is none."""
+        undone = self.undo()
+        del self._states[self._at + 1 :]
+        return undone
+
     def redo(self) -> bool:
         """Do the last step that was undone again; return False if there is none."""
         return self._move(1)

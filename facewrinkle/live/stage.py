@@ -279,7 +279,7 @@ class Stage(threading.Thread):
                 raise
             self.complain(str(error))
             with self.condition:
-                if self.document.version == version and not self.document.undo():
+                if self.document.version == version and not self.document.refuse():
                     raise
             return False
         self._seen, self._applied = version, session

@@ -65,6 +65,7 @@ def test_of_a_change_that_is_refused_nothing_is_left(face):
         assert (stage.face, len(told)) == (before, 1)
         assert told[0].startswith("start must lie on the surface")
         assert document.session.tears == {}
+        assert document.history == (1, 0), "it cannot be done again"
 
 
 def test_a_drag_that_ends_in_a_refusal_is_taken_back_whole(face):
