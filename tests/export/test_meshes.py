@@ -207,7 +207,7 @@ def test_eyes_and_teeth_in_meshes_of_their_own(face, tmp_path):
         ahead = (ball.vertices - eye.centre) @ frame.field_data[f"gaze_{eye.side}"][0]
         light = ball.visual.vertex_attributes["color"][:, :3] / 65535.0
         assert light[np.argmax(ahead)].max() < 0.01  # the pupil looks ahead
-        assert light[np.argmin(ahead)].min() > 0.05
+        assert light[np.argmin(ahead)].min() > 0.03
     low, high = (scene.geometry[f"{jaw}_teeth"].vertices[:, 1].mean() for jaw in ("lower", "upper"))
     assert low < face.landmarks["upper_lip_mid"][1] - 15.0 < high - 5.0  # these stay with the skull
     # At rest the lips hide the teeth; and what goes with a head that moves is where the head is.
