@@ -21,7 +21,7 @@ from facewrinkle.tears import path as paths
 from facewrinkle.tears.shape import thickness
 from facewrinkle.tears.support_surface import support_surface
 
-FACET = 0.02
+FACET = 0.025
 """A third of the film of a tear, mm."""
 
 
