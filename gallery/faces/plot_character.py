@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.plotting import Style, figure, picture, side_by_side
@@ -23,7 +24,14 @@ names = ("browInnerUp", "mouthSmileLeft", "mouthSmileRight", "jawOpen", "eyeBlin
 rig = fw.rig(face, "+".join(names), level=1)
 fw.write_rig(rig, folder / "head.glb")
 fw.rigging.write_page(rig, folder / "head.html")
-figure(fw.rigging.sheet(rig, columns=4, size=190))
+plotter = pv.Plotter(shape=(1, 4), window_size=(1200, 400), border=False)
+for column, name in enumerate(("browInnerUp", "mouthSmileLeft", "noseSneerRight", "mouthPucker")):
+    plotter.subplot(0, column)
+    plotter.add_mesh(rig.at({name: 1.0}), color="#d8a78c", smooth_shading=True)
+    plotter.add_text(name, font_size=9)
+    plotter.view_xy()
+    plotter.camera.zoom(1.4)
+plotter.show()
 
 # %%
 # A take as *Live Link Face* writes it, here made up: a smile comes and goes, the jaw opens, the brows rise.
