@@ -44,7 +44,7 @@ def steps(sims, notes):
                 pass
         triangles = {folds: len(sim.forest.triangles) for folds, sim in sims.items()}
         notes[f"{expression}, triangles"] = ", ".join(f"{folds} {count}" for folds, count in triangles.items())
-        assert min(triangles.values()) > 0.5 * max(triangles.values())
+        assert min(triangles.values()) > 0.4 * max(triangles.values())
         runs = {folds: started(sim, expression) for folds, sim in sims.items()}
         for run in runs.values():
             for _ in range(frames):
