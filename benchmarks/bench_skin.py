@@ -1,6 +1,6 @@
 """One step of the skin against one linearly implicit step in plain numpy and scipy.
 
-The reference linearises springs, tethers and the tissue that keeps its volume at rest, and calls spsolve once a step
+The reference linearizes springs, tethers and the tissue that keeps its volume at rest, and calls spsolve once a step
 with one matrix for the three coordinates (no less stiff than any of them, which is stable), so that the matrix is
 factored in every step. The skin factors a closer matrix per coordinate when it is made; its springs are biphasic, it
 keeps triangles from folding, stays off bone and eyes, and iterates.

@@ -36,7 +36,7 @@ BIASES = """\
 - Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
   specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
 - What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
-  in front of faces, noise and blur (domain randomisation), or with photographs beside them.
+  in front of faces, noise and blur (domain randomization), or with photographs beside them.
 - Wrinkles follow a model of compressed skin. They are plausible, not measured on these people.
 - A U-Net that learnt from 4,500 such pictures, much varied, was tried on five photographs: in whole pictures its
   average precision was 0.27 (0.03 for the best ridge filter), on skin outlined by hand 0.33 (0.38 for the filter).

@@ -88,7 +88,7 @@ class Creases(MuscleWrinkles):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
         found = super().displacement(state)
-        self._relief = relief = self._relief.levelled(state.areas)
+        self._relief = relief = self._relief.leveled(state.areas)
         return replace(found, height=relief.height, shading_offset=relief.shown - relief.height)
 
     def _compressed(self, state: SurfaceState) -> Array:

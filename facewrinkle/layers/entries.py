@@ -147,7 +147,7 @@ class Relief(NamedTuple):
         flat, across = np.zeros((2, n)), np.zeros((n, 3))
         return cls(flat[0], flat[1], np.full(n, np.inf), across, np.zeros(n, bool), np.ones(n))
 
-    def levelled(self, areas: Array) -> Self:
+    def leveled(self, areas: Array) -> Self:
         """Return the relief with heights that hold no net volume over areas (n,)."""
         shares = level_shares(self.height, areas)
         return self._replace(height=shares * self.height, shown=shares * self.shown)

@@ -224,7 +224,7 @@ class Box:
     Examples
     --------
     >>> box = Box(np.zeros(3), 10.0)
-    >>> box.quantised(np.array([[0.0, 5.0, 10.0]])).tolist()
+    >>> box.quantized(np.array([[0.0, 5.0, 10.0]])).tolist()
     [[0, 32768, 65535]]
     """
 
@@ -243,7 +243,7 @@ class Box:
         """Return True if all points (n, 3) lie in the box."""
         return bool((points.min(axis=0) >= self.low).all() and (points.max(axis=0) <= self.low + self.size).all())
 
-    def quantised(self, points: Array) -> npt.NDArray[np.uint16]:
+    def quantized(self, points: Array) -> npt.NDArray[np.uint16]:
         """Return points (n, 3) as whole numbers; those outside are moved to the border."""
         numbers = np.rint((points - self.low) * (LARGEST / self.size))
         return np.clip(numbers, 0, LARGEST, out=numbers).astype(np.uint16)

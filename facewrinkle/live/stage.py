@@ -360,7 +360,7 @@ class Stage(threading.Thread):
     def _tear_part(self, name: str, tear: pv.PolyData) -> Part:
         arrays: dict[str, np.ndarray] = {
             "index": np.ascontiguousarray(tear.regular_faces, np.uint32).ravel(),
-            "position": self.parts.box.quantised(np.asarray(tear.points, np.float64)),
+            "position": self.parts.box.quantized(np.asarray(tear.points, np.float64)),
             "normal": small_normals(np.asarray(tear.point_data["Normals"])),
             "under": small_normals(np.asarray(tear.point_data["under"])),
             "thickness": np.asarray(tear.point_data["thickness"], np.float32),

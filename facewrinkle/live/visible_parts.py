@@ -114,7 +114,7 @@ class VisibleParts:
             shade = 1.0 - cavity_shading(frame, self.face.unit)[:, 1] / 255.0 if exact and dark.any() else dark
             shade = shade[self.origin]
         moving = {
-            "position": self._same("skin", "position", self.box.quantised(points[self.origin])),
+            "position": self._same("skin", "position", self.box.quantized(points[self.origin])),
             "normal": self._same("skin", "normal", small_normals(normals[self.origin], shade)),
         }
         info = {"base": self.face.mesh.n_points, "version": self.version}
@@ -181,7 +181,7 @@ class VisibleParts:
         arrays = {
             "half": self._same(name, "half", row.half.astype(np.float32)),
             "tint": self._same(name, "tint", np.rint(row.tint).astype(np.uint8)),
-            "root": self._same(name, "root", self.box.quantised(lines[:, 0])),
+            "root": self._same(name, "root", self.box.quantized(lines[:, 0])),
             "away": self._same(name, "away", np.rint(away / scale).astype(np.int8).reshape(-1, 3)),
         }
         return Part(name, "lashes", arrays, {"knots": lines.shape[1], "scale": scale})
@@ -196,7 +196,7 @@ class VisibleParts:
     def _mesh(self, name: str, mesh: pv.PolyData, kind: str, textured: bool = False) -> Part:
         """A part whose points move freely and whose triangles stay."""
         points, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
-        arrays = {"position": self._same(name, "position", self.box.quantised(points))}
+        arrays = {"position": self._same(name, "position", self.box.quantized(points))}
         if kind != "plain":
             arrays["normal"] = self._same(name, "normal", small_normals(_normals(mesh)))
         places = mesh.active_texture_coordinates if textured else None
@@ -213,7 +213,7 @@ class VisibleParts:
         arrays: dict[str, np.ndarray] = {
             "half": self._same(FIBERS, "half", fibers.half.astype(np.float32)),
             "muscle": self._same(FIBERS, "muscle", fibers.muscle.astype(np.uint8)),
-            "position": self._same(FIBERS, "position", self.box.quantised(fibers.at(frame).reshape(-1, 3))),
+            "position": self._same(FIBERS, "position", self.box.quantized(fibers.at(frame).reshape(-1, 3))),
             "rate": np.array([round(255.0 * rates.get(name, 0.0)) for name in fibers.names], np.uint8),
         }
         return Part(FIBERS, FIBERS, arrays, {"names": fibers.names, "knots": fibers.half.shape[1]})

@@ -340,7 +340,7 @@ def test_marks_of_nodes_lead_to_the_same_triangles_from_any_others(mesh, steps, 
     np.testing.assert_array_equal(forest.barycentric, fresh.barycentric)
 
 
-# --- restoring, relabelling, repeating ------------------------------------------------------------
+# --- restoring, relabeling, repeating ------------------------------------------------------------
 
 
 def take_back_all(forest):

@@ -9,7 +9,7 @@ without the bound               the paper's sum
 zeros                           exact: at rest, where epsilon <= 0, outside the regions, after release
 dominant muscle, lambda, gamma  the largest |H At| over all muscles; its coordinates
 muscles with the same folds     each evaluated by itself
-levelled heights                as much above as below where that can be had; the greatest shares where it cannot; the
+leveled heights                as much above as below where that can be had; the greatest shares where it cannot; the
                                 same heights where both sides hold as much
 linings                         exactly 0 there, on a head with a mouth's bag and sockets
 """
@@ -205,7 +205,7 @@ def test_what_is_no_number_of_use_is_refused(value):
 
 
 @given(st.floats(0.2, 5.0), st.integers(0, 99))
-def test_heights_are_levelled_as_far_as_the_bounds_allow(ratio, seed):
+def test_heights_are_leveled_as_far_as_the_bounds_allow(ratio, seed):
     rng = np.random.default_rng(seed)
     areas = rng.uniform(0.5, 2.0, 40)
     height = np.append(rng.uniform(0.1, 0.4, 20), -rng.uniform(0.2, 1.0, 20))

@@ -1,6 +1,6 @@
 """All that is known at a vertex.
 
-numbers of formulas | put in again, they add up to the heights of the layers, before these are levelled
+numbers of formulas | put in again, they add up to the heights of the layers, before these are leveled
 who made it         | the muscle whose own W is the deepest there; the pattern that was placed
 """
 
@@ -17,9 +17,9 @@ from facewrinkle.mesh import values_at
 
 @pytest.fixture(scope="module")
 def happy(face):
-    """A simulation of a smile with a dimple whose heights are not levelled, and its frame."""
+    """A simulation of a smile with a dimple whose heights are not leveled, and its frame."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Relief, "levelled", lambda relief, areas: relief)
+        patch.setattr(Relief, "leveled", lambda relief, areas: relief)
         dimple = fw.PatternLayer("dimple", [38.8, -30.8, 95.0], name="mine", size=12.0, depth=2.0)
         layers = [fw.Creases(), fw.WaveFolds(), dimple]
         sim = fw.Simulation(face, layers=layers)

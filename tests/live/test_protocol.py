@@ -120,7 +120,7 @@ def test_arrays_survive_and_the_same_ones_are_not_sent_again(values, data):
 def test_positions_are_exact_to_half_a_step(points):
     box = Box.around(points, points + 1.0)
     assert box.holds(points)
-    again = restored(box.quantised(points), [*box.low, box.size])
+    again = restored(box.quantized(points), [*box.low, box.size])
     assert np.abs(again - points).max() <= 0.5 * box.size / 65535 * (1 + 1e-6)
 
 
@@ -128,7 +128,7 @@ def test_what_is_outside_the_box_comes_to_its_border():
     box = Box(np.zeros(3), 1.0)
     outside = np.array([[-5.0, 0.5, 7.0]])
     assert not box.holds(outside)
-    assert box.quantised(outside).tolist() == [[0, 32768, 65535]]
+    assert box.quantized(outside).tolist() == [[0, 32768, 65535]]
 
 
 def test_normals_keep_their_direction():

@@ -1,6 +1,6 @@
 """The server of the studio, over real sockets.
 
-frames that a page was sent                 | the frame of the simulation, to the step of the quantisation
+frames that a page was sent                 | the frame of the simulation, to the step of the quantization
 colors of a person                         | of the eyes, the brows and the photo of the skin
 who may connect: key, origin, host          | refused with the right code, and nobody else notices
 messages: oversized, malformed              | an answer without a traceback, or the end of that page

@@ -68,7 +68,7 @@ def test_a_frame_is_that_of_a_settled_simulation(studio, face):
 @pytest.mark.slow
 def test_folds_of_one_side_can_be_changed(studio, face):
     """With none on the left, the left has the anatomical creases alone; the right is as it was, but for the fifth, at
-    most, by which heights are levelled.
+    most, by which heights are leveled.
     """
     studio.rates = {"AU6": 1.0, "AU12": 1.0}
     n, left = face.mesh.n_points, face.points[:, 0] > 10.0
@@ -78,8 +78,8 @@ def test_folds_of_one_side_can_be_changed(studio, face):
     creases = settled(fw.Simulation(face, layers=[fw.Creases()]), {"AU6": 1.0, "AU12": 1.0})["W"][:n]
     right = face.points[:, 0] < -10.0
     assert np.abs(bare - creases)[left].max() < 0.02
-    levelled = np.abs(even - creases) + np.abs(creases)  # each by itself, and they may cancel
-    assert (np.abs(bare - even) <= 0.2 * levelled + 1e-3)[right].all()
+    leveled = np.abs(even - creases) + np.abs(creases)  # each by itself, and they may cancel
+    assert (np.abs(bare - even) <= 0.2 * leveled + 1e-3)[right].all()
     assert np.abs(bare - even)[left].max() > 0.1
     feet = np.linalg.norm(face.points - face.landmarks["eye_l_outer"], axis=1)
     studio.change(folds={**document(studio)["folds"], "left": 1.0}, regions={"crow's feet": 0.0})

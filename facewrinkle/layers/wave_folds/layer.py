@@ -186,7 +186,7 @@ class WaveFolds(Layer):
             (waves.starts, *waves.columns), state.strain_at_vertices, self._person * self._depth / beyond,
             tuple(self._now), tuple(relief), self._leading,
         )  # fmt: skip
-        relief = relief.levelled(state.areas)
+        relief = relief.leveled(state.areas)
         height, offset = beyond * relief.height, beyond * (relief.shown - relief.height)
         # A fold that is twice as deep needs vertices closer by the root of 2.
         spacing = relief.spacing / (self._face.unit * np.sqrt(beyond))
@@ -209,7 +209,7 @@ class WaveFolds(Layer):
         the compression that is left to the family, S: its strength, P: the person's, :func:`strength_of`, times the
         depth that was asked for), and ``W = D (b - |s| (1 + s^2)^alpha) / 2^alpha`` high at the phase theta = pi s,
         where b keeps the volume. `share` is what the length of the skin leaves to all families together. Without the
-        lines of old skin, and before heights are levelled. Lengths are in mm, "family" is a number.
+        lines of old skin, and before heights are leveled. Lengths are in mm, "family" is a number.
         """
         waves, now, beyond, share = self._waves, self._now, self._beyond, float(self._relief.share[vertex])
         here = slice(int(waves.starts[vertex]), int(waves.starts[vertex + 1]))

@@ -62,7 +62,7 @@ def test_nodes_place_their_meshes(tmp_path):
     np.testing.assert_array_equal(mesh.regular_faces[4:], TRIANGLES[:, ::-1] + 5)  # mirrored: turned round
 
 
-def test_sparse_and_quantised_numbers_are_read(tmp_path):
+def test_sparse_and_quantized_numbers_are_read(tmp_path):
     made, file = document()
     values = made.array(np.array([[7.0, 8.0, 9.0]], np.float32), "f4")
     where = made.array(np.array([4], np.uint16), "u2")
@@ -137,8 +137,8 @@ def test_what_one_sees_through_does_not_hide_what_is_behind(tmp_path, material):
 
 def test_textures_lie_by_their_own_coordinates_and_transforms(tmp_path):
     made, file = document()
-    quantised = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
-    texture = made.array(quantised, "u2")
+    quantized = np.rint(POINTS[:, :2] * 4095).astype(np.uint16)  # as packers write them, with a scale in the material
+    texture = made.array(quantized, "u2")
     primitive = file["meshes"][0]["primitives"][0]
     primitive["attributes"] |= {"TEXCOORD_0": 0, "TEXCOORD_1": texture}
     primitive["material"] = 0
