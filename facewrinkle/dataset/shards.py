@@ -193,12 +193,11 @@ def write_table(rows: list[dict[str, Any]], path: Path) -> None:
 
 def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
     """Return columns of the tables of all shards of a set, in order of the samples."""
-    pyarrow, parquet = arrow()
+    pyarrow, _ = arrow()
     found: dict[str, list[Any]] = {name: [] for name in columns}
     for path in sorted((folder / "index").glob("shard-*.parquet")):
         try:
-            with opened(path, kept=False) as file:
-                table = parquet.read_table(file)
+            table = _table(path)
         except (OSError, pyarrow.ArrowException):
             raise OutputError(
                 f"{path.name} is damaged. Remove it, and run again: the shard {path.stem} will be made again."
@@ -206,6 +205,15 @@ def read_table(folder: Path, columns: tuple[str, ...]) -> dict[str, list[Any]]:
         for name, values in found.items() if len(table) else ():
             values += table[name].to_pylist()
     return found
+
+
+def _table(path: Path) -> Any:
+    """Return the table in a file.
+
+    By name: what Python opened is let go in a thread of pyarrow's, which aborts a process that is ending.
+    """
+    with opened(path, kept=False), arrow()[1].ParquetFile(path) as file:
+        return file.read()
 
 
 def arrow() -> tuple[Any, Any]:
@@ -303,13 +311,11 @@ def _problems(shard: Shard, folder: Path, digest: str) -> list[str]:
 
 def _differences(spec: Spec, folder: Path, shards: list[Shard], remade: int) -> list[str]:
     """Return which of some samples in whole shards, made again, are not as they are stored."""
-    _, parquet = arrow()
     made: list[tuple[int, Shard]] = []
     problems = []
     for shard in shards:
         try:
-            with opened(folder / shard.files()[1], kept=False) as file:
-                rows = parquet.read_table(file).to_pylist()  # of none, it has no columns
+            rows = _table(folder / shard.files()[1]).to_pylist()  # of none, it has no columns
             made += [(index, shard) for index in sorted({row["index"] for row in rows})]
         except Exception:  # its sums say that it is whole: it was damaged before they were made
             problems.append(f"{shard.files()[1]} is damaged")
