@@ -16,7 +16,7 @@ from ..array_types import Array
 from .atlas import Atlas
 from .face import FOLDS, Face, per_face
 
-VERSION = 5
+VERSION = 6
 """Another number where skin rests at other places, or lines are found otherwise: what was stored is then found anew."""
 
 OF_HEAD = Path(__file__).parent / "data" / "folds.npz"

@@ -27,6 +27,7 @@ from ..layers.wave_folds.layer import Motions
 from ..layers.wave_folds.stripes import Style
 from ..motion.base import Motion
 from ..motion.skin import Skin
+from ..motion.skin_mesh import SkinMesh
 from .refinement import BENT, PRINTED, Refinement
 
 Folds = Literal["wave", "paper", "printed"]
@@ -218,9 +219,13 @@ def find_folds(face: Face) -> KnownFolds:
 def in_families(
     face: Face, shapes: Mapping[str, Array], lines: Mapping[str, npt.NDArray[Any]] | None = None
 ) -> FoldShapes:
-    """Return shapes by action unit in their groups, with the lines that were found from them."""
-    families = {name: [shapes[unit] for unit in units] for name, units in unit_groups(face).items()}
-    return FoldShapes(families, face, lines)
+    """Return shapes by action unit in their groups, with the lines that were found from them.
+
+    They are those of the vertices that the skin is simulated at: shapes know nothing of what is between these.
+    """
+    simulated = SkinMesh.of(face)
+    families = {name: [shapes[unit][simulated.vertices] for unit in units] for name, units in unit_groups(face).items()}
+    return FoldShapes(families, face, lines, None if simulated.face is face else simulated.face)
 
 
 def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:

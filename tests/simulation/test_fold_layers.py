@@ -27,6 +27,7 @@ from facewrinkle.anatomy.known_folds import known_folds
 from facewrinkle.anatomy.muscles import SheetMuscle
 from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
+from facewrinkle.geometry import unique_edges
 from facewrinkle.layers.printed_wrinkles import PrintedWrinkles
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
@@ -220,6 +221,31 @@ def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
     )
     np.testing.assert_array_equal(ours, shapes.lines["phase 0"])
     assert not any(np.allclose(other[:5], ours[:5], atol=0.1) for other in others)
+
+
+def test_lines_of_a_fine_mesh_are_those_of_its_simulated_skin_and_run_on_over_its_edges(face):
+    """Phases at the ends of an edge differ by what the wave there turns along it, and spacing is that of the head."""
+    mesh = face.mesh.subdivide(1, "loop")
+    fine = fw.fit_face(mesh, face.landmarks, units=face.unit)
+    shapes = shapes_of(fine)
+    assert shapes.coarse.n_points < 0.6 * fine.n_points == 0.6 * mesh.n_points
+    own, usual = (lines_of(f, s, 1.0, Style())["forehead"] for f, s in ((fine, shapes), (face, shapes_of(face))))
+    ground = own.ground
+    i, j = unique_edges(ground.triangles)[0].T
+    strong = np.minimum(own.share[i], own.share[j]) > 0.6
+    i, j = i[strong], j[strong]
+    sign = np.where((own.wave[i] * own.wave[j]).sum(axis=1) < 0.0, -1.0, 1.0)
+    turn = 0.5 * (own.wave[i] + sign[:, None] * own.wave[j])
+    turned = ((ground.points[j] - ground.points[i]) * turn).sum(axis=1)
+    off = np.angle(np.exp(1j * (sign * own.phase[j] - own.phase[i] - turned)))
+    assert len(off) > 300
+    assert np.quantile(np.abs(off), 0.9) < 0.4
+    lengths = [np.median(2.0 * np.pi / np.linalg.norm(lines.wave[lines.share > 0.6], axis=1)) for lines in (own, usual)]
+    assert lengths[0] == pytest.approx(lengths[1], rel=0.05)
+
+
+def shapes_of(face):
+    return fold_shapes(face, fw.Skin(face))
 
 
 @pytest.fixture(scope="module")

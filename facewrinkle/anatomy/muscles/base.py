@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
-from ...geometry import equations, smoothstep
+from ...geometry import equations, smoothstep, unique_edges
 
 Fronts = Literal["straight", "round"]
 
@@ -349,18 +349,15 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     >>> zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32)).tolist()
     [[True, False]]
     """
-    corners = points[triangles]
-    centres = corners.mean(axis=1)
-    sizes = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1, initial=0.0))
-    between = 0.5 * (corners + np.roll(corners, 1, axis=1))
-    places = np.concatenate([corners, between, centres[:, None]], axis=1)
+    edges, sides = unique_edges(triangles)
+    middles, centres = points[edges].mean(axis=1), points[triangles].mean(axis=1)
+    places = np.concatenate([points, middles, centres])
+    numbers = np.column_stack([triangles, len(points) + sides, len(points) + len(edges) + np.arange(len(triangles))])
     out = np.zeros((0, len(triangles)), bool)
     for muscle in muscles:
-        middle, reach = muscle.reach
-        away = ((centres - middle) ** 2).sum(axis=1)
-        near = np.flatnonzero(away <= (1.0 + 1e-9) * (reach + sizes) ** 2)
-        touched = muscle.wrinkling_region(places[near].reshape(-1, 3)).reshape(-1, 7).any(axis=1)
-        ring = np.zeros(len(points), bool)
-        ring[triangles[near[touched]]] = True
+        near = within(places, *muscle.reach)
+        touched, ring = np.zeros(len(places), bool), np.zeros(len(points), bool)
+        touched[near] = muscle.wrinkling_region(places[near])
+        ring[triangles[touched[numbers].any(axis=1)]] = True
         out = np.vstack([out, ring[triangles].any(axis=1)])
     return out

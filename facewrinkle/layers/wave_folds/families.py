@@ -59,6 +59,8 @@ class FoldShapes:
         its variations.
     lines : mapping of str to ndarray, optional
         Arrays of the lines that were found from the shapes at the default density and style.
+    coarse : Face, optional
+        A coarser mesh of that face, if the shapes are those of its vertices: lines are found on it, and carried over.
 
     Examples
     --------
@@ -74,6 +76,7 @@ class FoldShapes:
     families: Mapping[str, Sequence[Array]]
     face: Face | None = None
     lines: Mapping[str, npt.NDArray[Any]] | None = None
+    coarse: Face | None = None
 
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:

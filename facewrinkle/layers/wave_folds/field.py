@@ -16,7 +16,7 @@ from ..base import SurfacePoints
 from ..compression import StrainField, along, tangents_of
 from ..entries import Entries, sorted_by_vertex
 from .families import FoldShapes, tensors_of
-from .stripes import KEPT, Ground, Stripes, Style, found_stripes, zone_of
+from .stripes import KEPT, Ground, Stripes, Style, closest_points, found_stripes, zone_of
 from .tissue import anatomical, firmness, grain, old_depths, wavelengths
 
 ENOUGH, MOST = 0.2, 4
@@ -136,11 +136,16 @@ def _lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> d
 
 def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
     """Find the lines of a face; return the arrays that they are stored as, with seven digits."""
-    length, under = wavelengths(face) / density, (grain(face), anatomical(face))
-    tensors = tensors_of(face, shapes)
+    home = shapes.coarse or face
+    length, under = wavelengths(home) / density, (grain(home), anatomical(home))
+    tensors = tensors_of(home, shapes)
+    if home is not face:
+        own, near = wavelengths(face) / density, closest_points(home, face.points)
     arrays: dict[str, np.ndarray] = {"names": np.array(list(tensors), dtype=np.str_)}
     for k, (name, tensor) in enumerate(tensors.items()):
-        stripes = found_stripes(face, name, tensor, length, style, under)
+        stripes = found_stripes(home, name, tensor, length, style, under)
+        if home is not face:
+            stripes = stripes.on(face, own, near, home)
         arrays |= {f"{column} {k}": getattr(stripes, column).astype(kind) for column, kind in KEPT.items()}
         arrays[f"level {k}"] = np.array(stripes.ground.level)
     return arrays

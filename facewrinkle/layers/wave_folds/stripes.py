@@ -19,7 +19,8 @@ from scipy.sparse import csc_array, diags_array
 
 from ...anatomy import Face
 from ...array_types import Array, BoolArray
-from ...geometry import RedGreenForest, interpolated, side_lengths, smoothstep, symmetric_factors, unit
+from ...geometry import RedGreenForest, barycentric, interpolated, side_lengths, smoothstep, symmetric_factors, unit
+from ...mesh import closest_places
 from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
@@ -243,6 +244,38 @@ class Stripes:
             (ground.triangles, ground.points, self.wave, self.phase, self.share), (theta, strength, wave),
         )  # fmt: skip
         return theta, strength, wave
+
+    def on(self, face: Face, length: Array, near: SurfacePoints, home: Face) -> Stripes:
+        """Return these stripes of a coarser mesh of a face on the face itself: each point has the wave of the closest.
+
+        Parameters
+        ----------
+        face : Face
+        length : ndarray, shape (n0,)
+            Wavelength at its base vertices, mm.
+        near : SurfacePoints
+            The points of the coarser mesh, `home`, that are the closest to the base vertices.
+        home : Face
+        """
+        compression = interpolated(self.compression[:, None], near.corners, near.barycentric)[:, 0]
+        zone = zone_of(face, compression)
+        ground = Ground(face, zone, level_for(face, zone, length))
+        if ground.level:
+            near = closest_points(home, ground.points / face.unit)
+        else:
+            near = near.taken(np.unique(face.triangles[zone]))
+        inside = np.flatnonzero(self.zone[near.host])
+        n = len(near.points)
+        phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
+        phase[inside], share[inside], wave[inside] = self.at(near, inside)
+        return Stripes(ground, wave, phase, share, compression)
+
+
+def closest_points(face: Face, points: Array) -> SurfacePoints:
+    """Return the points of a face at rest that are the closest to points (n, 3)."""
+    host, places = closest_places(face.mesh, points)
+    corners = face.triangles[host]
+    return SurfacePoints(places, face.normals[corners[:, 0]], corners, barycentric(places, face.points[corners]), host)
 
 
 def zone_of(face: Face, compression: Array) -> BoolArray:
