@@ -391,11 +391,12 @@ def _facing_lid(face: Face, opening: EyelidOpening, edges: IntArray, area: Array
     kinds = [(half, np.zeros_like(far)) for half in HALVES] + [(min(HALVES), far)]
     pairs = [lids.met(vertices, ends, not upper, *kind) for kind in kinds]
     met = np.unique(np.concatenate(pairs), axis=0)
-    vertices, ends = met[:, 0], met[:, 1:]
-    triangles = np.column_stack([ends, np.full(len(ends), centre)])
-    places = np.vstack([face.points * face.unit, *(each.centre[None] * face.unit for each in face.eyes)])
-    middle = np.cross(places[ends[:, 1]] - places[ends[:, 0]], places[centre] - places[ends[:, 0]])
-    turned = (middle @ opening.axes[1] > 0.0) != upper
+    start, end = (face.points[met[:, k]] - opening.eye.centre for k in (1, 2))
+    longest = np.linalg.norm(start, axis=1) * np.linalg.norm(end - start, axis=1)
+    facing = np.cross(start, end) @ opening.axes[1] / longest
+    parting = np.abs(facing) > ALONG_LIDS  # planes of others turn with the least motion of their ends
+    (vertices, *ends), turned = met[parting].T, (facing[parting] > 0.0) != upper
+    triangles = np.column_stack([*ends, np.full(len(turned), centre)])
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
     return of_vertices(vertices, triangles, LID_DISTANCE, EYE_STIFFNESS * area)
 

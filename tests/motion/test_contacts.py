@@ -27,9 +27,10 @@ from skins import held
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
+from facewrinkle.geometry import unit
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
-from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, reached
+from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, reached
 from facewrinkle.motion.skin import Skin
 from facewrinkle.motion.solids import SLACK, met_solids, samples_of
 from tools.trials.oracle import DEEPEST, Oracle
@@ -317,6 +318,18 @@ def test_lids_meet_along_their_margins(face):
         margins = [v for v in (*opening.upper[2:-2], *opening.lower[2:-2]) if v in gaps]
         assert len(margins) > 10
         assert max(gaps[v] for v in margins) < 0.25  # mm
+
+
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow"], indirect=True)
+def test_planes_that_part_lids_stay_between_them(any_face):
+    """Where a rim runs towards the eye, in its corners, the plane through both turns with the least motion."""
+    face, n = any_face, len(any_face.points)
+    samples = facing_lids(face, np.ones(n))
+    places = np.vstack([face.points, *(eye.centre for eye in face.eyes)])
+    start, end, centre = places[samples.partners].transpose(1, 0, 2)
+    run, ray = unit(end - start), unit(centre - start)
+    ups = np.array([face.eyelid_openings[eye.side].axes[1] for eye in face.eyes])[samples.partners[:, 2] - n]
+    assert np.abs(np.einsum("nk,nk->n", np.cross(run, ray), ups)).min() > 0.4
 
 
 @pytest.mark.parametrize("kind, rates", [("lips", OPEN), *(("lids", rates) for rates in ({}, TIGHT, WIDE, OPEN))])
