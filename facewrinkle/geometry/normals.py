@@ -76,8 +76,10 @@ def details_normals(
     ([0.0, 0.0, 1.0], [-0.707, 0.0, 0.707])
     """
     before = vertex_normals(bare, triangles)
-    out = [vertex_normals(points, triangles) - before + smooth for points in displaced]
+    out = [vertex_normals(points, triangles) for points in displaced]
     for normals in out:
+        normals -= before
+        normals += smooth
         normalize(normals)
     return out
 

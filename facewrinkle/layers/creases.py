@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..anatomy import Crease, Face, Muscle, zones
-from ..array_types import Array, BoolArray
+from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_range, check_whole
-from ..geometry import closest, interpolated
-from .base import Displacement, SurfaceState
+from ..geometry import Change, closest, interpolated
+from .base import Displacement, SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
 
@@ -91,8 +91,13 @@ class Creases(MuscleWrinkles):
         self._relief = relief = self._relief.leveled(state.areas)
         return replace(found, height=relief.height, shading_offset=relief.shown - relief.height)
 
+    def follow(self, change: Change, created: SurfacePoints) -> None:
+        """See :class:`facewrinkle.Layer`."""
+        super().follow(change, created)
+        self._places = self._gathered.places(self._folds.muscle, self._folds.coordinates[:, 0])
+
     def _compressed(self, state: SurfaceState) -> Array:
-        return self._gathered.at(state.strain, self._folds.muscle, self._folds.coordinates[:, 0])
+        return self._gathered.at(state.strain, *self._places)
 
 
 PLACES = 17
@@ -166,10 +171,17 @@ class Gathered:
         found = shortening(np.einsum("pk,pk->p", here, self._products))
         return np.asarray(found.reshape(-1, PLACES, len(ACROSS)).mean(axis=2) @ self._even.T)
 
-    def at(self, strain: Array, muscle: npt.NDArray[np.integer], along: Array) -> Array:
-        """Return the compression (p,) at places on creases, each given by its muscle (p,) and its lambda (p,) there."""
-        values, row, (begin, end) = self.epsilon(strain), self._row[muscle], self._spans[muscle].T
+    def places(self, muscle: npt.NDArray[np.integer], along: Array) -> tuple[IntArray, Array]:
+        """Return the numbers (p,) of the last places before points on creases, each given by its muscle (p,) and its
+        lambda (p,) there, and the shares (p,) of the way to the next.
+        """
+        begin, end = self._spans[muscle].T
         step = np.clip((along - begin) / (end - begin), 0.0, 1.0) * (PLACES - 1)
         lower = np.minimum(step.astype(int), PLACES - 2)
-        low, high = values[row, lower], values[row, lower + 1]
-        return np.asarray(low + (step - lower) * (high - low))
+        return PLACES * self._row[muscle] + lower, step - lower
+
+    def at(self, strain: Array, places: IntArray, shares: Array) -> Array:
+        """Return the compression (p,) at :meth:`places` on creases."""
+        values = self.epsilon(strain).ravel()
+        low, high = values[places], values[places + 1]
+        return np.asarray(low + shares * (high - low))

@@ -59,7 +59,7 @@ class FrameMaker:
         self._kinds: dict[str, tuple[np.dtype[Any], tuple[int, ...]]] = {}
         kinds = EyeMuscle | JawMuscle | TongueMuscle
         self._turning = [k for k, m in enumerate(motion.names) if isinstance(face.muscles.get(m), kinds)]
-        self._shown_rates: list[float] | None = None
+        self._shown_rates: dict[str, float] = {}
 
     @property
     def field_data(self) -> pv.DataSetAttributes:
@@ -95,18 +95,20 @@ class FrameMaker:
         return frame
 
     def _update_joints(self) -> None:
-        """Write the turns of eyes, mandible and tongue by muscles to the common field data, if these have changed."""
-        names, rates = self._motion.names, self._motion.rates[self._turning].tolist()
-        if rates != self._shown_rates:
-            by_name = {names[k]: rate for k, rate in zip(self._turning, rates, strict=True)}
-            if (angle := self._face.jaw_angle(by_name)) is not None:
-                self._common.field_data[JAW] = [angle]
-            for name, rate in by_name.items():
-                if isinstance(self._face.muscles[name], TongueMuscle):
-                    self._common.field_data[TONGUE] = [rate]
-            for side, gaze in self._face.gazes(by_name).items():
+        """Write the turns of eyes, mandible and tongue by muscles to the common field data, those that have changed."""
+        names, muscles = self._motion.names, self._face.muscles
+        rates = {names[k]: float(self._motion.rates[k]) for k in self._turning}
+        changed = {name for name, rate in rates.items() if rate != self._shown_rates.get(name)}
+        kinds = {type(muscles[name]) for name in changed}
+        if JawMuscle in kinds:
+            self._common.field_data[JAW] = [self._face.jaw_angle(rates)]
+        for name in changed:
+            if isinstance(muscles[name], TongueMuscle):
+                self._common.field_data[TONGUE] = [rates[name]]
+        if EyeMuscle in kinds or not self._shown_rates:
+            for side, gaze in self._face.gazes(rates).items():
                 self._common.field_data[GAZE + side] = gaze[None]
-            self._shown_rates = rates
+        self._shown_rates = rates
 
     def _new_template(
         self, data: Mapping[str, np.ndarray], vertices: SurfacePoints, forest: RedGreenForest

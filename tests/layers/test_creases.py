@@ -138,7 +138,7 @@ def test_the_compression_is_that_across_the_crease(face, parts):
     names, muscles, gathered, field = parts
     index = names.index("corrugator_l")
     lam = np.linspace(0.2, 0.8, 5)
-    entries = np.full(5, index, np.int32), lam
+    entries = gathered.places(np.full(5, index, np.int32), lam)
     epsilon = gathered.at(field.strain(face.points * [0.9, 1.0, 1.0]), *entries)
     across = muscles[index].fold_direction(muscles[index].points_at(lam, 0.0 * lam))
     assert (epsilon > 0.06).all()
@@ -152,7 +152,8 @@ def test_between_places_the_compression_is_interpolated_linearly(face, parts):
     names, _, gathered, field = parts
     strain = field.strain(face.points * [0.9, 0.8, 1.1])
     lam = np.array([0.0, 0.5 / (PLACES - 1), 1.0 / (PLACES - 1), 1.0])
-    epsilon = gathered.at(strain, np.full(4, names.index("zygomaticus_major_r"), np.int32), lam)
+    places = gathered.places(np.full(4, names.index("zygomaticus_major_r"), np.int32), lam)
+    epsilon = gathered.at(strain, *places)
     row = gathered.epsilon(strain)
     assert [k for k in range(len(row)) if np.isclose(row[k, 0], epsilon[0]) and np.isclose(row[k, -1], epsilon[3])]
     assert epsilon[1] == pytest.approx(0.5 * (epsilon[0] + epsilon[2]))

@@ -1,5 +1,6 @@
 """Creases: folds along a curve through given points, steps of flesh that age wears to lines."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ import numpy.typing as npt
 from ...array_types import Array, BoolArray
 from ...checks import vector
 from ...errors import ParameterError, check_positive, check_range
-from ...geometry import smoothstep, unit
+from ...geometry import compiled, smoothstep, unit
 from .base import Muscle, checked_points, checked_size
 
 LINE, SHARPER = 0.6, 0.7
@@ -135,12 +136,10 @@ class Crease(Muscle):
 
     def _plane(self, points: npt.ArrayLike) -> tuple[Array, Array, Array, Array]:
         """x, q, the slope f' and the distance from the plane."""
-        length, *axes = self._axes
-        # Not by a matrix product, whose last digit depends on which other points are there.
-        x, y, away = np.einsum("nk,ak->an", checked_points(points) - self.path[0], axes)
-        slope = self._bow * (length - 2.0 * x)
-        q = (y - self._bow * x * (length - x)) / np.sqrt(1.0 + slope**2)
-        return x, q, slope, np.abs(away)
+        places = np.ascontiguousarray(checked_points(points))
+        x, q, slope, away = np.empty((4, len(places)))
+        _in_plane(places, self.path[0], *self._axes, self._bow, x, q, slope, away)
+        return x, q, slope, away
 
     @property
     def _furrow(self) -> float:
@@ -240,14 +239,31 @@ class Crease(Muscle):
         return np.full(len(checked_points(points)), self._furrow)
 
 
-def _averaged(q: Array, alpha: float, width: float) -> Array:
+@compiled
+def _in_plane(points, start, length, along, aside, normal, bow, x, q, slope, away):
+    """Write what `Crease._plane` returns. What it is for a point does not depend on which others there are."""
+    for i in range(len(points)):
+        a, b, c = points[i, 0] - start[0], points[i, 1] - start[1], points[i, 2] - start[2]
+        x[i] = a * along[0] + b * along[1] + c * along[2]
+        slope[i] = bow * (length - 2.0 * x[i])
+        y = a * aside[0] + b * aside[1] + c * aside[2]
+        q[i] = (y - bow * x[i] * (length - x[i])) / np.sqrt(1.0 + slope[i] * slope[i])
+        away[i] = abs(a * normal[0] + b * normal[1] + c * normal[2])
+
+
+@compiled
+def _averaged(q, alpha, width):
     """``(1 - |q|)^(1 + alpha)``, 0 beyond 1, averaged over a width to either side."""
-    if width > 0.0:
-        return (_dug(q + width, alpha) - _dug(q - width, alpha)) / (2.0 * width)
-    return np.asarray(np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (1.0 + alpha))
+    out = np.empty_like(q)
+    for i in range(len(q)):
+        if width > 0.0:
+            out[i] = (_dug(q[i] + width, alpha) - _dug(q[i] - width, alpha)) / (2.0 * width)
+        else:
+            out[i] = max(1.0 - abs(q[i]), 0.0) ** (1.0 + alpha)
+    return out
 
 
-def _dug(q: Array, alpha: float) -> Array:
+@compiled(inline="always")
+def _dug(q, alpha):
     """Integral from 0 to q of ``(1 - |q|)^(1 + alpha)``, which is 0 beyond 1."""
-    left = np.clip(1.0 - np.abs(q), 0.0, 1.0) ** (2.0 + alpha)
-    return np.asarray(np.sign(q) * (1.0 - left) / (2.0 + alpha))
+    return np.sign(q) * (1.0 - max(1.0 - abs(q), 0.0) ** (2.0 + alpha)) / (2.0 + alpha)
