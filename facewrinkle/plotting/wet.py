@@ -45,8 +45,8 @@ vec3 studio(vec3 r, vec3 around, float film, float bead)
   float strip = smoothstep(0.90, 0.97, dot(r, %(fill)s));
   vec3 room = mix(0.85 * around, vec3(0.62, 0.64, 0.67), 0.8 * smoothstep(-0.3, 0.9, r.y));
   vec3 lamps = clamp(vec3(dot(r, %(key)s), dot(r, %(fill)s), dot(r, %(rim)s)), 0.0, 1.0);
-  float glow = dot(pow(lamps, vec3(7.0)), vec3(1.0, 0.45, 0.6));
-  return room + 9.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
+  float glow = dot(pow(lamps, vec3(40.0)), vec3(1.0, 0.45, 0.6));
+  return room + 20.0 * film * glow + 24.0 * box * vec3(1.0, 0.97, 0.92) + 5.0 * strip * vec3(0.85, 0.92, 1.0);
 }
 """
 """Light of the studio from a direction `r`: a lamp with soft edges, a strip light, and a room colored by the skin."""

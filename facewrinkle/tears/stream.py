@@ -268,7 +268,7 @@ class SheddingTear:
         half = 0.5 * check_range("width", width, 1e-6, 1e6) / unit
         height = check_range("height", height, 1e-6, 1e6) / unit
         self._support.check_size(max(2.0 * half, height))
-        return Shape(half, height, half * trail, max(0.07 * height, 2.0 * EDGE / unit))
+        return Shape(half, height, half * trail, max(0.2 * height, 2.0 * EDGE / unit))
 
     def _path_finder(self, route: Route) -> PathFinder:
         """Return a finder of paths, after checking that the longest does not need too fine a mesh."""

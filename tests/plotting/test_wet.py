@@ -48,6 +48,16 @@ def test_darker_where_it_is_only_wet_skin(pictures):
     assert wet[film].mean() < dry[film].mean()
 
 
+def test_a_trail_has_glints_and_is_else_darker(pictures):
+    """Evenly brighter, it would read as a scar."""
+    dry, wet, _ = (picture.astype(float) for picture in pictures)
+    trail = difference(dry, wet) > 6
+    trail[100:] = False  # the head
+    gain = (wet - dry).mean(axis=2)[trail]
+    assert np.median(gain) < -3.0
+    assert np.percentile(gain, 95) > 25.0
+
+
 def test_a_drop_bends_what_is_behind_it(face):
     drop = fw.DrippingTear(face, "l", size=5.0)
     mesh = drop.surface(drop.begin + drop.hang)

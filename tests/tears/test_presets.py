@@ -12,7 +12,7 @@ from facewrinkle.tears import PRESETS, Fall, Film, Flow, preset, surfaces
 from facewrinkle.tears.presets import grouped
 
 IN_SKIN = 0.02
-"""How deep facets of a tear may be in the skin, mm, where they cut its creases: a third of the film."""
+"""How deep facets of a tear may be in the skin, mm, where they cut its creases: a ninth of the film."""
 
 
 def assert_tear(mesh, skin, unit=1.0):

@@ -22,7 +22,7 @@ from facewrinkle.tears.shape import thickness
 from facewrinkle.tears.support_surface import support_surface
 
 FACET = 0.025
-"""Two fifths of the film of a tear, mm."""
+"""A seventh of the film of a tear, mm."""
 
 
 def assert_outside(points, skin, unit=1.0):
