@@ -15,6 +15,7 @@ eyes, landmarks, rings, muscles    | dragged: the document
 fibers and sliders                 | each is seen while the other is pointed at, or has the focus
 probes, by pointer and by keyboard | their places in the document, and the numbers of the frame there
 a state that is kept               | left of the curtain the picture before, right of it that of now
+captures                           | side by side in one picture, as they were shown
 a double click on a slider         | its usual value, which has a tick
 the list of all controls           | finds sliders, buttons and expressions that were kept
 ranges of fields                   | the pixels; the number under the pointer is that of the frame
@@ -59,7 +60,7 @@ def shown(page, studio):
 
 
 def picture(page):
-    return np.asarray(Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("RGB"), float)
+    return np.asarray(Image.open(io.BytesIO(page.locator("#canvas").screenshot())).convert("RGB"), float)
 
 
 def find(page, text):
@@ -315,6 +316,7 @@ def test_the_page_shows_what_pictures_show(page, studio):
     which go over into light more slowly, are in pictures alone. The mean of several pictures, which a face at rest is
     drawn by without a graphics card, is nearer to it than a single one.
     """
+    page.emulate_media(color_scheme="dark")  # the ground of pictures
     studio.rates = {"happiness": 1.0}
     page.evaluate("app.view.camera.turn(-0.6, 0.2); app.view.request(true)")
     shown(page, studio)
@@ -672,6 +674,34 @@ def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
     until(lambda: np.abs(picture(page) - turned)[top, right].mean() < 0.3)
 
 
+def test_captures_come_side_by_side_in_a_sheet(page, studio):
+    page.get_by_role("button", name="Save …").click()
+    sheet, capture = page.get_by_role("button", name="Sheet (PNG)"), page.get_by_role("button", name="Capture", exact=True)
+    assert sheet.is_disabled()
+    seen = []
+    for mixture in ({}, {"AU26": 1.0}, {"AU4": 0.5}):
+        studio.rates = mixture
+        until(lambda mixture=mixture: page.evaluate("app.data.mixture") == mixture)
+        shown(page, studio)
+        seen.append(picture(page))
+        capture.click()
+    words = page.get_by_role("textbox", name="Words below capture")
+    assert [each.input_value() for each in words.all()] == ["At rest", "AU26 100", "AU4 50"]
+    page.get_by_role("button", name="Remove capture 3").click()
+    with page.expect_download() as download:
+        sheet.click()
+    image = Image.open(download.value.path()).convert("RGB")
+    height, width = seen[0].shape[:2]
+    gap, below = 16, 28
+    assert image.size == (2 * width + 3 * gap, height + below + 2 * gap)
+    pixels, alone = np.asarray(image, float), slice(60, height - 40)  # without buttons and words that lie over the view
+    for k, shot in enumerate(seen[:2]):
+        left = gap + k * (width + gap)
+        cell = pixels[gap:, left : left + width]
+        assert np.abs(cell[alone] - shot[alone]).mean() < 0.5
+        assert cell[height : height + below].min() < 100.0 < 250.0 < np.median(cell[height : height + below])  # words
+
+
 def test_a_double_click_resets_a_slider_to_its_tick(page, studio):
     depth = page.locator(SLIDER.format("Folds: Depth"))
     box = depth.bounding_box()
@@ -819,7 +849,7 @@ def test_the_tour_leads_through_the_page(page):
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_words_are_readable_in_the_colors_that_the_system_asks_for(opened, studio, scheme):
-    """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons."""
+    """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons; and the ground of the face goes along."""
     page = opened(studio.url, color_scheme=scheme)
     names = ("panel", "raised", "main", "text", "quiet", "accent", "error")
     read = "(names) => names.map((name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`))"
@@ -831,6 +861,8 @@ def test_words_are_readable_in_the_colors_that_the_system_asks_for(opened, studi
         return linear @ [0.2126, 0.7152, 0.0722]
 
     assert (luminance("panel") > 0.5) == (scheme == "light")
+    shown(page, studio)
+    assert (picture(page)[100:, :20].min() > 150.0) == (scheme == "light")
     for words, ground in (*((name, "panel") for name in names[3:]), ("text", "raised"), ("text", "main")):
         low, high = sorted((luminance(words), luminance(ground)))
         assert (high + 0.05) / (low + 0.05) > 4.5, (words, ground)

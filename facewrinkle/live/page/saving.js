@@ -1,9 +1,10 @@
 // The tab with what comes out of the studio.
 
+import { Sheet } from "./sheet.js";
 import { element } from "./sliders.js";
 
 const FILES = {
-  picture: ["Picture", "From this view, in the size below"], cutout: ["Cut-out (PNG)", "The picture with a transparent ground"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
+  picture: ["Picture", "From this view, on dark ground, in the size below"], cutout: ["Cut-out (PNG)", "The picture with a transparent ground"], movie: ["Movie", "The timeline as MP4; without keys, from rest to the current expression"],
   glb: ["Mesh (GLB)", "The face as shown, with eyes, brows, lashes, teeth and tears"], animation: ["Animation (GLB)", "The timeline as a mesh with morph targets"],
   rig: ["Rig (GLB)", "ARKit's 52 blend shapes on a fine mesh"],
   maps: ["Maps (ZIP)", "A coarse rig with wrinkle maps, a page and a three.js module that play them, and the Blender extension"], face: ["Face", "The fitted face, to open again later"],
@@ -43,7 +44,7 @@ export function saving({ folder, kinds }, app) {
       element("button", { text: FILES[what][0], onclick: save(what, slow) }), element("span", { text: FILES[what][1] }))),
     element("div", { class: "actions" }, element("span", { text: "Size" }), sides[0], "×", sides[1], "pixels"),
     element("div", { class: "actions" }, element("button", { text: "Copy as Python", onclick: copy })),
-    note, code,
+    note, code, ...new Sheet(app).content,
     element("p", { text: folder ? `Files are saved in ${folder}; the session is saved there automatically.` : "Files are downloaded. Start the studio with --save-to FOLDER to save them there." }),
   ];
 }

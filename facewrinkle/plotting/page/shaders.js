@@ -17,7 +17,13 @@ uniform vec3 low;
 uniform float size;
 `;
 
-const shaded = (material, color, inputs = "", share = "1.0") => `${START}
+const GROUND = `
+uniform vec3 bottom, top;
+uniform float rows;
+vec3 ground(float row) { return mix(bottom, top, row / rows); }
+`;
+
+const shaded = (material, color, inputs = "", result = "fragOutput0.rgb") => `${START}
 in vec3 place;
 in vec3 normal;
 ${inputs}
@@ -29,7 +35,7 @@ void main() {
   float opacity = 1.0;
   ${color}
   ${MATERIALS[material]}
-  result = vec4(fragOutput0.rgb, ${share});
+  result = vec4(${result}, 1.0);
 }`;
 
 const MESH_VERTEX = `${START}${CAMERA}
@@ -96,7 +102,7 @@ flat in float label;
 uniform sampler2D photo, colors;
 uniform bool textured, field, labels;
 uniform vec2 range; // of the colors, in shares of that of the values
-`;
+${GROUND}`;
 
 const WRINKLES = "/* wrinkle maps */"; // where a page that has some draws them
 
@@ -111,7 +117,7 @@ const SKIN_FRAGMENT = shaded("skin", `
     return;
   }
   vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));
-`, SKIN_INPUTS, "reached.w");
+`, SKIN_INPUTS, "mix(ground(gl_FragCoord.y), fragOutput0.rgb, reached.w)");
 
 const EYE_VERTEX = `${START}${CAMERA}
 uniform vec3 centre, corner, caruncle, tears, ahead_axis, up_axis, side_axis, lid_side, lid_up, lid_ahead;
@@ -179,18 +185,15 @@ out vec4 result;
 void main() { result = vec4(0.06, 0.04, 0.035, 0.55); }`;
 
 const GROUND_VERTEX = `${START}
-out float height;
 void main() {
   vec2 at = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
-  height = 0.5 + 0.5 * at.y;
   gl_Position = vec4(at, 1.0, 1.0);
 }`;
 
 const GROUND_FRAGMENT = `${START}
-in float height;
-uniform vec3 bottom, top;
+${GROUND}
 out vec4 result;
-void main() { result = vec4(mix(bottom, top, height), 1.0); }`;
+void main() { result = vec4(ground(gl_FragCoord.y), 1.0); }`;
 
 const COPY_FRAGMENT = `${START}
 uniform sampler2D picture;

@@ -13,6 +13,7 @@ const ATTRIBUTES = { // array of a part: attribute, components, normalized
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
   under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true],
 };
+const LIGHT_GROUND = ["#c9ced4", "#e6e9ec"]; // of pages in light colors
 const MOVING_TIME = 220; // ms after the last change for which software draws at half the resolution
 
 const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
@@ -36,6 +37,7 @@ export class View extends Picking {
     this.locked = null; // the range of the colors, where it does not follow the values
     this.busyUntil = 0;
     new ResizeObserver(() => this.request()).observe(canvas);
+    matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => this.request());
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.setUp(); this.onrestored?.(); });
   }
@@ -296,6 +298,17 @@ export class View extends Picking {
   /** Is all drawn that was asked for, as finely as it can be? */
   get finished() { return !this.asked && !this.coarse && (!this.mean || this.taken === SHIFTS.length); }
 
+  /** A copy of what is shown now, as fine as it can be, as a canvas. */
+  copy() {
+    const { canvas, mean } = this;
+    this.busyUntil = 0;
+    for (this.taken = 0; this.taken <= (mean ? SHIFTS.length : 0); this.taken++) this.draw();
+    const copy = Object.assign(document.createElement("canvas"), { width: canvas.width, height: canvas.height });
+    copy.getContext("2d").drawImage(canvas, 0, 0);
+    this.request();
+    return copy;
+  }
+
   resize() {
     this.coarse = this.software && performance.now() < this.busyUntil;
     const ratio = (this.software ? 1 : Math.min(devicePixelRatio, 2)) * (this.coarse ? 0.5 : 1);
@@ -335,11 +348,9 @@ export class View extends Picking {
     const { gl } = this;
     this.ground();
     gl.enable(gl.DEPTH_TEST);
-    gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
     for (const part of of("skin")) this.drawSkin(part);
-    gl.disable(gl.BLEND);
     for (const part of of("skin_part", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
     for (const part of of("eye")) this.drawEye(part);
     gl.enable(gl.BLEND);
@@ -361,15 +372,19 @@ export class View extends Picking {
     gl.uniformMatrix4fv(uniforms.projection, false, this.matrices.projection);
     if (uniforms.low) gl.uniform3fv(uniforms.low, low);
     if (uniforms.size) gl.uniform1f(uniforms.size, size);
+    if (uniforms.rows) {
+      const [bottom, top] = getComputedStyle(this.canvas).colorScheme === "light" ? LIGHT_GROUND : BACKGROUND;
+      gl.uniform3fv(uniforms.bottom, rgb(bottom));
+      gl.uniform3fv(uniforms.top, rgb(top));
+      gl.uniform1f(uniforms.rows, this.canvas.height);
+    }
     return uniforms;
   }
 
   ground() {
-    const { gl } = this, { made, uniforms } = this.programs.ground;
+    const { gl } = this;
     gl.disable(gl.DEPTH_TEST);
-    gl.useProgram(made);
-    gl.uniform3fv(uniforms.bottom, rgb(BACKGROUND[0]));
-    gl.uniform3fv(uniforms.top, rgb(BACKGROUND[1]));
+    this.use("ground");
     gl.bindVertexArray(this.empty);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
