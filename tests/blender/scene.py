@@ -218,6 +218,30 @@ def everything(path):
     return found
 
 
+def own_keys(path):
+    """A head with keys of its own for all shapes: its keys drive the wrinkle maps, and are there after Clear."""
+    obj, found = head(path), {}
+    for number, name in enumerate(json.loads((folder / "names.json").read_text())):
+        key = obj.shape_key_add(name=name)
+        key.points[number].co.x += 1.0
+        key.value = 0.0
+    bpy.context.scene.facewrinkle.size = "256"
+    before = state(obj)
+    found["add"] = told(bpy.ops.facewrinkle.add_wrinkles)
+    after = state(obj)
+    found["keys"], found["changed"] = len(before["keys"]), changed(after["keys"], before["keys"])
+    (group,) = bpy.data.node_groups
+    found["drivers"] = len(group.animation_data.drivers)
+    obj.data.shape_keys.key_blocks["browInnerUp"].value = 0.5
+    bpy.context.view_layer.update()
+    tree = group.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    found["driven"] = tree.nodes["browInnerUp"].outputs[0].default_value
+    obj.data.shape_keys.key_blocks["browInnerUp"].value = 0.0
+    found["clear"] = told(bpy.ops.facewrinkle.clear)
+    found["lost"] = changed(before, state(obj))
+    return found
+
+
 def prepared(path):
     """Keys that are ready: undo, foreign keys, a take; and all that is refused."""
     obj, found = head(path), {}

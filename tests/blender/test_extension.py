@@ -25,6 +25,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import REQUIRED
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.live.saving import environment
+from facewrinkle.rigging.shapes import SETS
 
 BLENDER = os.environ.get("FACEWRINKLE_BLENDER", "")
 in_blender = pytest.mark.skipif(not BLENDER, reason="FACEWRINKLE_BLENDER names no Python with bpy")
@@ -123,6 +124,19 @@ def test_an_artists_head_gets_keys_and_wrinkles_and_is_else_as_it_was(package, n
     away, nearest = cKDTree(own).query(given)
     assert away.max() * face.unit < 1e-3
     assert np.abs(keys["deltas"] - rig.deltas[:, nearest]).max() * face.unit < 0.05
+
+
+@in_blender
+@pytest.mark.slow
+def test_keys_of_her_own_drive_wrinkle_maps_and_stay(package):
+    own = [*SETS["arkit"], *SETS["visemes"]]
+    (package / "names.json").write_text(json.dumps(own))
+    found = played("own_keys", package, needed("makehuman_head_male.obj"))
+    assert [found[step] for step in ("add", "clear")] == ["", ""]
+    assert found["keys"] == len(own) + 2 == 69
+    assert found["drivers"] > 30
+    assert found["driven"] == pytest.approx(0.25)
+    assert not [*found["changed"], *found["lost"]]
 
 
 @in_blender

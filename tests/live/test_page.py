@@ -70,6 +70,17 @@ def find(page, text):
     page.keyboard.press("Enter")
 
 
+def names_of_muscles(page):
+    """Where they are shown, in one moment: they are made anew with each picture."""
+    boxes = "[...document.querySelectorAll('.handle-name')].map((e) => e.getBoundingClientRect().toJSON())"
+    return [box for box in page.evaluate(boxes) if box["width"]]
+
+
+def lies_in(box, whole):
+    for at, long in AXES:
+        assert whole[at] <= box[at] < box[at] + box[long] <= whole[at] + whole[long]
+
+
 def test_a_slider_by_keyboard_changes_the_face_and_undo_takes_it_back(page, studio):
     shown(page, studio)
     before = picture(page)
@@ -180,10 +191,24 @@ def test_nothing_is_cut_off_on_small_screens(opened, studio, size):
         assert page.locator("#help-button").is_visible()
         assert page.locator("#reset").is_visible()
         assert page.locator("header").bounding_box()["height"] < 80.0  # two rows at most
-        face = page.locator("canvas").bounding_box()
+        face = page.locator("#canvas").bounding_box()
         assert face["width"] * face["height"] > 0.2 * width * height
+    shown(page, studio)
+    page.mouse.click(face["x"] + 0.5 * face["width"], face["y"] + 0.5 * face["height"])
+    page.wait_for_selector("#probe:visible")
+    lies_in(page.locator("#probe").bounding_box(), face)
+    page.get_by_role("button", name="Save …").click()
+    page.get_by_role("button", name="Copy as Python").click()
+    page.wait_for_selector("pre:visible")
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.locator("#muscles").check()
+    until(lambda: page.evaluate("Boolean(app.fibers.part?.points)"))
+    page.evaluate("app.fibers.light(app.welcome.atlas.moves.disgust)")
+    until(lambda: page.locator(".handle-name:visible").count() == 6)
+    for name in names_of_muscles(page):
+        lies_in(name, page.locator("#canvas").bounding_box())
     if width <= 1080:
-        page.get_by_role("button", name="Sliders").click()
+        page.get_by_role("button", name="Details").click()
         assert page.locator("#search").is_hidden()
         find(page, "lip corner puller")
         assert page.evaluate("document.activeElement.ariaLabel") == "Lip corner puller"
@@ -526,10 +551,7 @@ def test_fibers_and_sliders_point_at_each_other(page, studio):
     until(lambda: sorted(tags.all_text_contents()) == both)
     page.locator("#sliders .row", has_text="Disgust").hover()
     until(lambda: tags.count() == 6)
-    boxes = page.evaluate(
-        "[...document.querySelectorAll('.handle-name')].map((e) => e.getBoundingClientRect().toJSON())"
-    )
-    for one, other in itertools.combinations([box for box in boxes if box["width"]], 2):  # none covers another
+    for one, other in itertools.combinations(names_of_muscles(page), 2):  # none covers another
         apart = [abs(one[a] + one[b] / 2 - other[a] - other[b] / 2) - (one[b] + other[b]) / 2 for a, b in AXES]
         assert max(apart) >= 0.0
     part = studio.stage.shown.fields["fibers"]
@@ -676,7 +698,7 @@ def test_a_state_is_kept_and_compared_by_a_curtain(page, studio):
 
 def test_captures_come_side_by_side_in_a_sheet(page, studio):
     page.get_by_role("button", name="Save …").click()
-    sheet, capture = page.get_by_role("button", name="Sheet (PNG)"), page.get_by_role("button", name="Capture", exact=True)
+    sheet = page.get_by_role("button", name="Sheet (PNG)")
     assert sheet.is_disabled()
     seen = []
     for mixture in ({}, {"AU26": 1.0}, {"AU4": 0.5}):
@@ -684,7 +706,7 @@ def test_captures_come_side_by_side_in_a_sheet(page, studio):
         until(lambda mixture=mixture: page.evaluate("app.data.mixture") == mixture)
         shown(page, studio)
         seen.append(picture(page))
-        capture.click()
+        page.get_by_role("button", name="Capture", exact=True).click()
     words = page.get_by_role("textbox", name="Words below capture")
     assert [each.input_value() for each in words.all()] == ["At rest", "AU26 100", "AU4 50"]
     page.get_by_role("button", name="Remove capture 3").click()
@@ -849,7 +871,7 @@ def test_the_tour_leads_through_the_page(page):
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_words_are_readable_in_the_colors_that_the_system_asks_for(opened, studio, scheme):
-    """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons; and the ground of the face goes along."""
+    """By the contrast of WCAG 2.2: 4.5 for all words, on panels and on buttons. The ground of the face goes along."""
     page = opened(studio.url, color_scheme=scheme)
     names = ("panel", "raised", "main", "text", "quiet", "accent", "error")
     read = "(names) => names.map((name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`))"

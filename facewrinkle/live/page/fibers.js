@@ -72,14 +72,14 @@ export class Fibers {
     const tags = lit.map(([name, m]) => {
       const { muscle, rate } = part.arrays, { knots } = part.info, middle = Math.floor((muscle.indexOf(m) + muscle.lastIndexOf(m)) / 2);
       const p = 3 * (knots * middle + Math.floor(knots / 2)), { x, y } = view.project(part.points.subarray(p, p + 3));
-      return { x, y, tag: element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` }) };
+      return { x, y: y - 26, tag: element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` }) };
     }).sort((a, b) => a.y - b.y);
     const middle = tags.reduce((sum, { x }) => sum + x, 0) / tags.length, below = [-Infinity, -Infinity];
+    if (tags.length || box.firstChild) box.replaceChildren(...tags.map(({ tag }) => tag));
     for (const { x, y, tag } of tags) {
-      const side = Number(x < middle), top = Math.max(y - 26, below[side]);
-      Object.assign(tag.style, { left: `${x + (side ? -10 : 10)}px`, top: `${top}px`, transform: side ? "translateX(-100%)" : "" });
+      const side = Number(x < middle), wide = tag.offsetWidth + 1, left = side ? x - 10 - wide : x + 10, top = Math.max(y, below[side]);
+      Object.assign(tag.style, { left: `${Math.max(0, Math.min(left, view.canvas.clientWidth - wide))}px`, top: `${top}px` });
       below[side] = top + 22;
     }
-    if (tags.length || box.firstChild) box.replaceChildren(...tags.map(({ tag }) => tag));
   }
 }
