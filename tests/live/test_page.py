@@ -25,6 +25,7 @@ a lost connection, a new server   | the page goes on, or says what to do
 
 from __future__ import annotations
 
+import base64
 import io
 import itertools
 import json
@@ -821,9 +822,19 @@ def test_landmarks_and_patterns_are_dragged(page, studio, face):
     until(lambda: document(studio)["patterns"]["d"]["center"][1] < -31.0)
 
 
-def test_a_mesh_that_is_opened_is_shown_and_undone(page, studio, tmp_path):
+def test_a_mesh_that_is_dropped_is_shown_and_undone(page, studio, tmp_path):
     files = [tmp_path / name for name in head_files(studio.face, tmp_path)]
-    page.locator("input[type=file]").set_input_files(files)
+    dropped = page.evaluate_handle(
+        """(all) => all.reduce((data, [name, text]) => {
+          data.items.add(new File([Uint8Array.from(atob(text), (letter) => letter.charCodeAt())], name));
+          return data;
+        }, new DataTransfer())""",
+        [[path.name, base64.b64encode(path.read_bytes()).decode()] for path in files],
+    )
+    page.dispatch_event("#canvas", "dragenter", {"dataTransfer": dropped})
+    assert page.locator("#veil").inner_text() == "Drop a mesh, an animation, a take or a session"
+    page.dispatch_event("#canvas", "drop", {"dataTransfer": dropped})
+    assert page.locator("#veil").is_hidden()
     page.wait_for_selector("#progress:visible")
     page.wait_for_selector("#progress", state="hidden")
     assert document(studio)["face"].startswith("head.ply")  # with a number if that is open
@@ -855,6 +866,9 @@ def test_a_take_that_is_opened_plays_and_is_scrubbed(page, studio, tmp_path):
     until(lambda: page.evaluate("app.view.parts.has('fibers')"))
     assert page.locator("#overlay circle").count() == 0
     page.locator("#muscles").uncheck()
+    page.get_by_role("button", name="Save …").click()
+    page.get_by_role("button", name="Copy as Python").click()
+    until(lambda: "fw.read_take" in page.inner_text("#panel-save"))
 
 
 def test_the_tour_leads_through_the_page(page):
