@@ -227,6 +227,9 @@ def own_keys(path):
         key.value = 0.0
     bpy.context.scene.facewrinkle.size = "256"
     before = state(obj)
+    obj.data.uv_layers.active.data[0].uv.x += 2.0
+    found["tiles"] = told(bpy.ops.facewrinkle.add_wrinkles)
+    obj.data.uv_layers.active.data[0].uv.x -= 2.0
     found["add"] = told(bpy.ops.facewrinkle.add_wrinkles)
     after = state(obj)
     found["keys"], found["changed"] = len(before["keys"]), changed(after["keys"], before["keys"])

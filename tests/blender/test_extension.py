@@ -132,6 +132,7 @@ def test_keys_of_her_own_drive_wrinkle_maps_and_stay(package):
     own = [*SETS["arkit"], *SETS["visemes"]]
     (package / "names.json").write_text(json.dumps(own))
     found = played("own_keys", package, needed("makehuman_head_male.obj"))
+    assert "Move the islands of all tiles into one" in found["tiles"]
     assert [found[step] for step in ("add", "clear")] == ["", ""]
     assert found["keys"] == len(own) + 2 == 69
     assert found["drivers"] > 30
