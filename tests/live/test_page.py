@@ -72,9 +72,13 @@ def find(page, text):
 
 
 def names_of_muscles(page):
-    """Where they are shown, in one moment: they are made anew with each picture."""
+    """Where they are shown, in one moment, as they are made anew with each picture. None covers another."""
     boxes = "[...document.querySelectorAll('.handle-name')].map((e) => e.getBoundingClientRect().toJSON())"
-    return [box for box in page.evaluate(boxes) if box["width"]]
+    found = [box for box in page.evaluate(boxes) if box["width"]]
+    for one, other in itertools.combinations(found, 2):
+        apart = [abs(one[a] + one[b] / 2 - other[a] - other[b] / 2) - (one[b] + other[b]) / 2 for a, b in AXES]
+        assert max(apart) >= 0.0
+    return found
 
 
 def lies_in(box, whole):
@@ -223,6 +227,14 @@ def test_a_session_that_cannot_be_resumed_yet_stays_on_offer(opened, face, tmp_p
         offer, compare = page.locator("#offer").bounding_box(), page.locator("#compare").bounding_box()
         assert compare["y"] + compare["height"] < offer["y"]  # neither covers the other
         assert 0.0 < offer["x"] < offer["x"] + offer["width"] < 390.0
+        find(page, "dimple")
+        hint = page.locator("#hint").bounding_box()  # lies over it as long as a place is chosen
+        seen = [
+            page.evaluate("([x, y]) => document.elementFromPoint(x, y).id", [hint["x"] + 20, hint["y"] + at])
+            for at in (9, hint["height"] - 9)
+        ]
+        assert seen == ["hint", "hint"]
+        page.keyboard.press("Escape")
         page.get_by_role("button", name="Resume").click()
         until(lambda: "other.ply' is not open" in page.inner_text("#message"))
         assert page.locator("#offer").is_visible()
@@ -552,9 +564,7 @@ def test_fibers_and_sliders_point_at_each_other(page, studio):
     until(lambda: sorted(tags.all_text_contents()) == both)
     page.locator("#sliders .row", has_text="Disgust").hover()
     until(lambda: tags.count() == 6)
-    for one, other in itertools.combinations(names_of_muscles(page), 2):  # none covers another
-        apart = [abs(one[a] + one[b] / 2 - other[a] - other[b] / 2) - (one[b] + other[b]) / 2 for a, b in AXES]
-        assert max(apart) >= 0.0
+    assert len(names_of_muscles(page)) == 6
     part = studio.stage.shown.fields["fibers"]
     muscle = part.info["names"].index("zygomaticus_major_l")
     fiber = int(np.flatnonzero(part.arrays["muscle"] == muscle)[1])

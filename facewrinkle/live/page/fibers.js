@@ -74,12 +74,13 @@ export class Fibers {
       const p = 3 * (knots * middle + Math.floor(knots / 2)), { x, y } = view.project(part.points.subarray(p, p + 3));
       return { x, y: y - 26, tag: element("div", { class: "handle-name", text: `${muscleTitle(name)}: ${Math.round(rate[m] / 2.55)}` }) };
     }).sort((a, b) => a.y - b.y);
-    const middle = tags.reduce((sum, { x }) => sum + x, 0) / tags.length, below = [-Infinity, -Infinity];
+    const middle = tags.reduce((sum, { x }) => sum + x, 0) / tags.length, placed = [];
     if (tags.length || box.firstChild) box.replaceChildren(...tags.map(({ tag }) => tag));
     for (const { x, y, tag } of tags) {
-      const side = Number(x < middle), wide = tag.offsetWidth + 1, left = side ? x - 10 - wide : x + 10, top = Math.max(y, below[side]);
-      Object.assign(tag.style, { left: `${Math.max(0, Math.min(left, view.canvas.clientWidth - wide))}px`, top: `${top}px` });
-      below[side] = top + 22;
+      const wide = tag.offsetWidth + 1, left = Math.max(0, Math.min(x < middle ? x - 10 - wide : x + 10, view.canvas.clientWidth - wide));
+      const top = Math.max(y, ...placed.filter((other) => left < other.right && other.left < left + wide).map((other) => other.top + 22));
+      Object.assign(tag.style, { left: `${left}px`, top: `${top}px` });
+      placed.push({ left, right: left + wide, top });
     }
   }
 }
