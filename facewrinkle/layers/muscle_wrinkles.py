@@ -153,8 +153,8 @@ class MuscleWrinkles(Layer):
         contracting = self.rates > 0.0
         if self._leading is None or (self._leading[0] != contracting).any():  # else all but epsilon is as it was
             places = self._located_by(np.flatnonzero(self._located & contracting))
-            found = over(places, self._folds.leading(self._epsilon, self.rates))
-            self._leading = contracting, found, self._folds.lead(self.rates)
+            leading = self._folds.lead(self.rates)
+            self._leading = contracting, over(places, self._folds.leading(*leading)), leading
         _, found, (where, lead) = self._leading
         return {**found, "epsilon": scattered(where, self._epsilon[lead], 0.0), "W": self._relief.height.copy()}
 
@@ -355,17 +355,15 @@ class Folds(Entries):
         coordinates, direction, squares = (np.empty((0, width)) for width in (2, 3, 6))
         return cls(np.zeros(n + 1, np.int32), i, coordinates, e, e, e, e, e, direction, squares)
 
-    def leading(self, epsilon: Array, rates: Array) -> dict[str, np.ndarray]:
-        """Return lambda, gamma and epsilon, of the entries (p,), of the dominant muscle at each vertex, and its index:
-        of the muscles that contract, by the rates (k,), the last entry, the one with the largest abs(H At).
+    def leading(self, where: BoolArray, lead: IntArray) -> dict[str, np.ndarray]:
+        """Return lambda and gamma of the dominant muscle at each vertex, and its index, given where one contracts and
+        its entries: of the muscles that contract, the last, the one with the largest abs(H At); see `lead`.
 
         They are 0, and the index -1, where none contracts.
         """
-        where, lead = self.lead(rates)
         columns = {
             "lambda": (self.coordinates[lead, 0], 0.0),
             "gamma": (self.coordinates[lead, 1], 0.0),
-            "epsilon": (epsilon[lead], 0.0),
             "muscle": (self.muscle[lead], -1),
         }
         return {name: scattered(where, *column) for name, column in columns.items()}

@@ -13,6 +13,7 @@ from ..array_types import Array
 from ..geometry import Change, EdgeWeights, anisotropy, vertex_rings
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField
+from .entries import scattered
 from .muscle_wrinkles import Folds
 
 
@@ -87,7 +88,9 @@ class PrintedWrinkles(Layer):
 
     def fields(self) -> dict[str, np.ndarray]:
         """Return lambda, gamma and epsilon of the dominant muscle at each vertex, its index, and W."""
-        return {**self._folds.leading(self._epsilon, self._rates), "W": self._height.copy()}
+        where, lead = self._folds.lead(self._rates)
+        epsilon = scattered(where, self._epsilon[lead], 0.0)
+        return {**self._folds.leading(where, lead), "epsilon": epsilon, "W": self._height.copy()}
 
     def fields_of(self, muscle: int) -> dict[str, np.ndarray]:
         """Return lambda, gamma, epsilon and W of one muscle in its wrinkling region ("region"), 0 elsewhere."""
