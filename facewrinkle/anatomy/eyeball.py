@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -141,3 +142,18 @@ def gaze_of(eye: Eyeball, yaw: float = 0.0, pitch: float = 0.0, at: npt.ArrayLik
     if np.linalg.norm(target - eye.centre) <= 1.2 * eye.radius:
         raise ParameterError(f"the eyes cannot look at {at!r}: the point lies in an eye.")
     return eye.turn_to(target - eye.centre)
+
+
+def eye_distance(points: Array, eyes: Iterable[Eyeball]) -> Array:
+    """Return the distance (n,) of points (n, 3) from the nearest middle of an eyeball, in its radii.
+
+    Examples
+    --------
+    >>> eye = Eyeball("l", np.zeros(3), 12.0, gaze=np.array([0.0, 0, 1]), up=np.array([0.0, 1, 0]))
+    >>> eye_distance(np.array([[0.0, 0.0, 18.0]]), [eye])
+    array([1.5])
+    """
+    away = np.full(len(points), np.inf)
+    for eye in eyes:
+        away = np.minimum(away, np.linalg.norm(points - eye.centre, axis=1) / eye.radius)
+    return away

@@ -14,18 +14,18 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, BoolArray
-from ..errors import LandmarkError, MeshError, unknown_name, warn
+from ..errors import LandmarkError, MeshError, check_range, unknown_name, warn
 from ..geometry import barycentric, boundary_loops, unique_edges, vertex_normals
 from ..mesh import FrameState, closest_places, is_frame, rest_of, to_polydata
 from .atlas import Atlas, Mixture, load_atlas
 from .attachments import Attachments, combined_mesh
 from .cavities import IN_MOUTH, Cavities, Lining
-from .eyeball import Eyeball
+from .eyeball import Eyeball, eye_distance
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyeballs, usual_corners
 from .eyelids import LidWeights, lid_share, lid_weights
-from .head import BrowHairs
-from .identity import fold_depth
-from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, frame_of, lips_middle
+from .head import BrowHairs, load_head
+from .identity import aged_flesh, fold_depth
+from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, fitted_map, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
 from .parts import Part
 from .skull import Mandible, Tissue, jaw_weights, tissue_of
@@ -589,18 +589,46 @@ class Face:
         changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
         landmarks = {**self.landmarks, **changed}
         check_on_surface(changed, self.mesh, frame_of(landmarks).pupil_distance)
-        kept = ("texture", "brows", "source_points", "report", "likeness", "age", "iris", "template")
-        face = self.from_landmarks(
-            self.mesh,
-            landmarks,
-            self.unit,
-            self.atlas,
-            tuple(name for name in self.estimated if name not in moved),
-            self.parts,
-            confidences={**self.confidences, **dict.fromkeys(moved, 1.0)},
-            **{name: getattr(self, name) for name in kept},
-        )
+        estimated = tuple(name for name in self.estimated if name not in moved)
+        confidences = {**self.confidences, **dict.fromkeys(moved, 1.0)}
+        face = self._rebuilt(self.mesh, landmarks, estimated=estimated, confidences=confidences)
         return face.with_lids()
+
+    def _rebuilt(self, mesh: pv.PolyData, landmarks: Mapping[str, Array], **changes: Any) -> Self:
+        """The face with its skull, eyes and muscles anew, on a mesh of the same triangles."""
+        kept = "estimated parts confidences texture brows source_points report likeness age iris template"
+        others = {name: getattr(self, name) for name in kept.split()} | changes
+        return self.from_landmarks(mesh, landmarks, self.unit, self.atlas, **others)
+
+    def aged(self, age: float) -> Self:
+        """Return the face at another age: its flesh sags and sinks, and folds leave lines at rest.
+
+        Brows, cheeks and jowls sag, temples and hollows sink, ears grow, as on the built-in head, from which landmarks
+        carry it. That head ages by its :class:`facewrinkle.Identity`, with lids and lips.
+
+        Parameters
+        ----------
+        age : float
+            From 0 to 1. A face that is fitted has the age 0, however old it looks.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> face = fw.default_face()
+        >>> old = face.aged(1.0)
+        >>> old.age, (old.landmarks["brow_l_outer"] - face.landmarks["brow_l_outer"]).round()[1].item()
+        (1.0, -2.0)
+        """
+        years = check_range("age", age, 0.0, 1.0) - self.age
+        marks = load_head().landmarks
+        base = frame_of(marks)
+        onto_head = fitted_map(self.landmarks, marks, self.frame, base)
+        turn = base.axes.T @ self.frame.axes * (years * self.frame.pupil_distance / base.pupil_distance)
+        mesh = self.mesh.copy()
+        places = np.vstack([self.points, *self.landmarks.values()])
+        places += aged_flesh(onto_head(places), eye_distance(places, self.eyes)) @ turn
+        mesh.points = places[: self.n_points]
+        return self._rebuilt(mesh, dict(zip(self.landmarks, places[self.n_points :], strict=True)), age=float(age))
 
     def with_lids(self) -> Self:
         """Return the face with usual corners of eyes, and a warning, where only between these the skin has an opening.

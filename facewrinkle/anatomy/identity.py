@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
 from ..geometry.interpolation import closest_point, smoothstep
+from .eyeball import eye_distance
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 
@@ -68,6 +69,9 @@ LONGEST = 0.5
 
 CHILDREN = 0.1
 """Share of random people that are children."""
+
+ON_EYE = (1.17, 1.76)
+"""Distances from the middle of an eyeball, in its radii, up to which aging skin stays, and from which it goes whole."""
 
 # --- The hairline around the scalp; mm on a face of average size ---
 
@@ -273,13 +277,14 @@ def head_of(identity: Identity) -> Head:
     mean = load_head()
     if identity == Identity():
         return mean
-    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLORS}
-    data = cage_data()
+    weights, data = _weights(identity), cage_data()
     cage = np.array(list(data["points"].values()))
     left = mean.eyes[0]
     shift, eye_shift = _shifts(weights, list(data["points"]), cage, left.centre)
     centre = left.centre + eye_shift
     points = mean.mold(cage + shift, centre, left.radius)
+    if identity.age > 0.0:
+        points += identity.age * aged_flesh(mean.points, eye_distance(mean.points, mean.eyes))
     landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
@@ -303,24 +308,24 @@ def head_of(identity: Identity) -> Head:
     return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(mean.brows, color=brows))
 
 
+def _weights(identity: Identity) -> dict[str, float]:
+    """Parameters of the shape of the head that are not 0, with what goes with others."""
+    weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLORS}
+    for name, weight in list(weights.items()):
+        for other, share in _typed()["parameters"][name].get("of", {}).items():
+            weights[other] = weights.get(other, 0.0) + weight * share
+    return weights
+
+
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
     """Displacements (c, 3) of the left half's cage points and (3,) of the left eyeball."""
-    typed: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
+    typed = _typed()
     places = np.vstack([cage, eye])
     shift = np.zeros_like(places)
-    weights = dict(weights)
-    for name, weight in list(weights.items()):
-        for other, share in typed["parameters"][name].get("of", {}).items():
-            weights[other] = weights.get(other, 0.0) + weight * share
     for name, weight in weights.items():
         move = typed["parameters"][name]
-        shift += weight * np.array(move["stretch"]) * (places - typed["origin"])
-        for handle, reach, offset in move["handles"]:
-            at = cage[names.index(handle)]
-            for side in (1.0, -1.0) if at[0] != 0.0 else (1.0,):
-                mirror = np.array([side, 1.0, 1.0])
-                near = np.exp(-((np.linalg.norm(places - at * mirror, axis=1) / reach) ** 2))
-                shift += weight * near[:, None] * (offset * mirror)
+        handled = _handled(move["handles"], dict(zip(names, cage, strict=True)), places)
+        shift += weight * (np.array(move["stretch"]) * (places - typed["origin"]) + handled)
     # The eyeball and what lies on it move in one piece, or the lids would not fit.
     inner, outer = typed["socket"]
     free = smoothstep((np.linalg.norm(places - eye, axis=1) - inner) / (outer - inner))[:, None]
@@ -330,6 +335,40 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
             shift[names.index(point)] += weight * np.array(offset)
     shift[:-1][cage[:, 0] == 0.0, 0] = 0.0
     return shift[:-1], shift[-1]
+
+
+def aged_flesh(places: Array, away: Array) -> Array:
+    """Return how far flesh goes with the years: displacements (n, 3) of places on the mean head from age 0 to 1, mm.
+
+    Brows, cheeks and jowls sag, temples and hollows sink, ears grow. `away` (n,) tells how far places are from the
+    nearest middle of an eyeball, in its radii: what lies on eyeballs stays.
+
+    Examples
+    --------
+    >>> brow = load_head().landmarks["brow_l_outer"]
+    >>> aged_flesh(np.array([brow, brow]), np.array([2.0, 1.0]))[:, 1].round()
+    array([-2., -0.])
+    """
+    cage = {name: np.array(place) for name, place in cage_data()["points"].items()}
+    free = smoothstep((away - ON_EYE[0]) / (ON_EYE[1] - ON_EYE[0]))
+    return free[:, None] * _handled(_typed()["flesh"], cage, places)
+
+
+def _typed() -> dict[str, Any]:
+    """How the parameters move the cage, as it was typed."""
+    typed: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
+    return typed
+
+
+def _handled(handles: Sequence[tuple[str, float, Array]], cage: Mapping[str, Array], places: Array) -> Array:
+    """Displacements (n, 3) of places by handles: the cage point of each, its reach, and how far it is moved."""
+    shift = np.zeros_like(places)
+    for handle, reach, offset in handles:
+        for side in (1.0, -1.0) if cage[handle][0] != 0.0 else (1.0,):
+            mirror = np.array([side, 1.0, 1.0])
+            near = np.exp(-((np.linalg.norm(places - cage[handle] * mirror, axis=1) / reach) ** 2))
+            shift += near[:, None] * (offset * mirror)
+    return shift
 
 
 def _moved_with(head: Head, place: Array, points: Array) -> Array:
@@ -377,7 +416,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     >>> small = {"width": 0.5, "length": -1.0, "nose_length": -1.0, "chin": -1.0, "jaw": -1.0, "age": -1.0}
     >>> faces = fw.default_face(), fw.default_face(small)
     >>> [round(childlike(face.landmarks, face.frame), 1) for face in faces]
-    [0.0, 1.0]
+    [0.0, 0.9]
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance

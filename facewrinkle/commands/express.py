@@ -35,7 +35,7 @@ SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
 SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
 """The folds that are drawn."""
-DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 2.0}
+DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 3.0}
 """How deep they are: the lines of the young, as captured people have them, are too faint for small pictures."""
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")

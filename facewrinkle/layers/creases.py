@@ -15,6 +15,7 @@ from ..geometry import Change, closest, interpolated
 from .base import Displacement, SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
+from .wave_folds.tissue import kept_at_rest
 
 KEPT, EARLY = 0.16, 0.75
 """Depth of creases at rest at age 1, relative to skin that is pushed together altogether, and the power of the age that
@@ -82,7 +83,9 @@ class Creases(MuscleWrinkles):
         super().attach(face)
         # Several muscles fold one crease; at rest it is there once.
         deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
-        self._kept[list(deepest.values())] = KEPT * self._worn_on(face)
+        rows = list(deepest.values())
+        middles = np.array([self._muscles[k].path[1] for k in rows]).reshape(-1, 3)
+        self._kept[rows] = KEPT * self._worn_on(face) * kept_at_rest(face, middles)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def displacement(self, state: SurfaceState) -> Displacement:

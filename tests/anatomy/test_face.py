@@ -26,7 +26,7 @@ from facewrinkle.anatomy.face import per_face
 from facewrinkle.anatomy.landmarks import MEAN_PUPIL_DISTANCE, lips_middle
 from facewrinkle.anatomy.skull import jaw_weights
 from facewrinkle.appearance.mouth import Mouth
-from facewrinkle.errors import LandmarkError, MeshError
+from facewrinkle.errors import LandmarkError, MeshError, ParameterError
 from facewrinkle.geometry.normals import vertex_normals
 from facewrinkle.mesh import to_polydata
 
@@ -279,3 +279,32 @@ def test_muscles_show_their_names_alone(face):
     assert shown.startswith("48 muscles: frontalis_inner_l, ")
     assert len(shown) < 1500
     assert repr(face.with_muscles({}).muscles) == repr(pickle.loads(pickle.dumps(face)).muscles) == shown
+
+
+@pytest.mark.parametrize("any_face", [None, "makehuman_head_male", "ict_face_narrow"], indirect=True)
+def test_flesh_sags_with_the_age_on_every_face_and_its_eyes_stay(any_face):
+    old, frame = any_face.aged(1.0), any_face.frame
+    assert old.age == 1.0
+    assert old.muscles.keys() == any_face.muscles.keys()
+    moved = (old.points - any_face.points) @ frame.axes.T * any_face.unit
+    assert 3.0 < np.linalg.norm(moved, axis=1).max() < 7.0
+    for name in ("brow_l_outer", "brow_r_outer", "nose_tip"):
+        sunk = (old.landmarks[name] - any_face.landmarks[name]) @ frame.axes[1] * any_face.unit
+        assert -4.0 < sunk < -1.5, name
+    for eye in any_face.eyes:
+        near = np.linalg.norm(any_face.points - eye.centre, axis=1) < 1.1 * eye.radius
+        assert np.abs(moved[near]).max(initial=0.0) == 0.0
+
+
+def test_a_face_does_not_change_at_its_own_age_and_half_the_years_do_half(face):
+    np.testing.assert_array_equal(face.aged(0.0).points, face.points)
+    half, whole = (face.aged(age).points - face.points for age in (0.5, 1.0))
+    np.testing.assert_allclose(2.0 * half, whole, atol=1e-9)
+    with pytest.raises(ParameterError, match=r"age must lie in \[0, 1\]"):
+        face.aged(60)
+
+
+def test_the_built_in_head_ages_as_other_faces_do_but_for_lids_and_lips(face):
+    away = np.linalg.norm(face.aged(1.0).points - fw.default_face({"age": 1.0}).points, axis=1)
+    assert np.quantile(away, 0.8) < 0.1
+    assert away.max() < 2.0

@@ -33,7 +33,7 @@ SIZE = 2048
 @pytest.fixture(scope="module")
 def raised(face):
     """Maps of raised brows, and the refined skin."""
-    lines = [fold_layers(face, "wave", depth=3.0) for _ in range(2)]
+    lines = [fold_layers(face, "wave", depth=4.2) for _ in range(2)]
     return fw.bake_maps(face, "AU1", size=SIZE, layers=lines[0]), settled(fw.Simulation(face, layers=lines[1]), "AU1")
 
 

@@ -38,6 +38,11 @@ forehead, as on captured ones, and 4.4 mm beside the eye.
 AGED = 1.2
 """Depth of lines at rest at age 1 in skin 1 mm thick, over the root of its compression in full motion, mm."""
 
+RELAXED, AROUND_GLABELLA = 0.5, 0.3
+"""Share of their depth at rest that lines at the glabella lack, and the distance over which this fades, in distances
+between the pupils: old people are not cross.
+"""
+
 NEAR = 0.02
 """Squared distance, in distances between the pupils, within which a landmark's own thickness rules."""
 
@@ -69,7 +74,7 @@ ROLLING, HANGING = 0.9, 0.75
 which hangs before the hollow of the orbit.
 """
 
-GAP, BELLIES_APART = 0.12, 19.0
+GAP, BELLIES_APART = 0.3, 19.0
 """Share of the lines that skin between the bellies of the frontalis lacks, and half the width of this gap, mm: captured
 foreheads are .7 times as wrinkled over the midline as over the brows.
 """
@@ -121,10 +126,26 @@ def old_depths(face: Face, age: float) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "eye_l_outer")]
     >>> [old_depths(face, age)[at].round(2).tolist() for age in (0.5, 1.0)]
-    [[0.35, 0.93], [0.98, 1.47]]
+    [[0.33, 0.93], [0.94, 1.47]]
     """
     thick = thickness(face)
-    return np.asarray(AGED * age ** (thick**2) / thick)
+    return np.asarray(AGED * age ** (thick**2) / thick * kept_at_rest(face, face.points))
+
+
+def kept_at_rest(face: Face, places: Array) -> Array:
+    """Return the share (n,) of the depth of their lines at rest that places (n, 3) keep: less between the brows.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> kept_at_rest(face, np.array([face.landmarks[name] for name in ("glabella", "mouth_l")])).round(2).tolist()
+    [0.5, 1.0]
+    """
+    if "glabella" not in face.landmarks:
+        return np.ones(len(places))
+    away = np.linalg.norm(places - face.landmarks["glabella"], axis=1) / face.frame.pupil_distance
+    return np.asarray(1.0 - RELAXED * np.exp(-((away / AROUND_GLABELLA) ** 2)))
 
 
 def scale_of(face: Face) -> float:
@@ -145,7 +166,7 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "mouth_l")]
     >>> firmness(face)[at].round(1).tolist()
-    [0.8, 0.0]
+    [0.6, 0.0]
     """
     depth = face.tissue.depth * face.unit / scale_of(face)
     firm = np.asarray(1.0 / (1.0 + (depth / deep) ** SUDDEN))
