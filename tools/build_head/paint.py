@@ -149,8 +149,8 @@ class HeadPainter:
         places, sky, rings, ear, lip = np.split(values, [3, 4, values.shape[1] - 2, values.shape[1] - 1], axis=1)
         sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
         skin = complexion(places, self.landmarks, frame)
-        tint, strength = paint["brow"]
-        skin += (strength * _brow_shade(np.array(self.data["brow"]["line"]), places))[:, None] * (tint - skin)
+        for (tint, strength), line in ((paint["brow"], self.data["brow"]["line"]), (paint["lid_fold"], paint["lid"])):
+            skin += (strength * _along(np.array(line), places))[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
             skin += rings[:, k, None] * (np.array(ring[2]) - skin)
         cover = hair_cover(places, self.landmarks, frame) - HAIRLESS * ear
@@ -247,8 +247,8 @@ def _bytes(colors: Array) -> NDArray[np.uint8]:
     return np.rint(np.clip(colors, 0, 255)).astype(np.uint8)
 
 
-def _brow_shade(line: Array, points: Array) -> Array:
-    """1 on the brow's centre line in the frontal view, falling to 0 within its width (n,)."""
+def _along(line: Array, points: Array) -> Array:
+    """1 on a line of places and widths in the frontal view, falling to 0 within its width (n,)."""
     stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
     x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
     away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
