@@ -160,7 +160,7 @@ class Smoothing:
             What brings the values of each corner, pairs of numbers (n, 2), to the middle of the triangle before they
             are compared.
         """
-        energy = np.einsum("m,mai,mij,mbj->mab", self._area, self._slopes, spread, self._slopes)
+        energy = self._area[:, None, None] * (self._slopes @ spread @ np.swapaxes(self._slopes, 1, 2))
         index, mass = self._triangles[:, :, None], self.mass
         blocks = energy[:, :, None, :, None]
         if turns is not None:
