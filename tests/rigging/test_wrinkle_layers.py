@@ -4,7 +4,7 @@ what        checked against
 normals     the map of one expression, blended as an engine does it
 layers      a naive count of the wrinkles that lie on each other
 files       Pillow
-played      a rig whose mesh has the wrinkles, in three.js and on a page
+played      a rig whose mesh has the wrinkles, in three.js, also with a head of others', and on a page
 """
 
 from __future__ import annotations
@@ -36,9 +36,10 @@ SHAPES = {
 
 
 @pytest.fixture(scope="module")
-def face():
-    """Somebody whose lines are seen on a page: those of the young are faint."""
-    return replace(fw.default_face(), age=0.4)
+def face(request, real_face):
+    """Somebody whose lines are seen on a page, as those of the young are faint: built in, or a real one by its name."""
+    stem = getattr(request, "param", None)
+    return replace(real_face(stem) if stem else fw.default_face(), age=0.4)
 
 
 @pytest.fixture(scope="module")
@@ -164,7 +165,15 @@ def on_pages(folder, smooth, layers, folded):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("played", "least"), [(in_three, 6.0), (on_pages, 1.5)])  # pages are lit more softly
+@pytest.mark.parametrize(
+    ("face", "played", "least"),
+    [
+        (None, in_three, 6.0),
+        ("makehuman_head_male", in_three, 6.0),
+        (None, on_pages, 1.5),  # these are lit more softly
+    ],
+    indirect=["face"],
+)
 def test_maps_play_as_wrinkles_of_the_mesh_do(played, least, smooth, layers, folded, tmp_path):
     bare, maps, truth = played(tmp_path, smooth, layers, folded)
     wrinkled = np.abs(truth - bare) > least
