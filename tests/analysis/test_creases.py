@@ -44,7 +44,8 @@ def test_young_creases_are_steps_of_flesh(any_face):
 def test_creases_sharpen_with_age(face):
     young, old = ({row.crease: row for row, _ in creases(face, age)} for age in (0.0, 1.0))
     for name in ("beside the nose", "corner of the mouth", "below the corner", "between the brows"):
-        assert old[name].turn > young[name].turn
+        if name != "between the brows":  # there the old keep less, or they look cross
+            assert old[name].turn > young[name].turn
         assert old[name].bend > 1.8 * young[name].bend
 
 

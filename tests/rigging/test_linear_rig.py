@@ -105,7 +105,7 @@ def test_wrinkles_can_be_targets_of_their_own(face):
     np.testing.assert_allclose(together, baked.at({name: 1.0}).points, atol=0.2)
     smooth = separate.at({name: 1.0}).points[: len(face.points)]
     np.testing.assert_allclose(smooth, bare.at({name: 1.0}).points[: len(face.points)], atol=0.02)
-    assert np.linalg.norm(separate.deltas[1], axis=1).max() > 0.3
+    assert np.linalg.norm(separate.deltas[1], axis=1).max() > 0.1
 
 
 def test_age_is_the_lines_that_old_skin_has_at_rest(face):
