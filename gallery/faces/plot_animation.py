@@ -82,4 +82,4 @@ n = len(face.points)
 flat = np.abs(frames[30]["W"][:n]) == 0.0
 assert np.allclose(frames[30].points[:n][flat], plain[30].points[:n][flat], atol=1e-9)
 print(f"{n - flat.sum()} of {n} points are in a wrinkle at 1.55 s; the others move as recorded")
-assert np.ptp(frames[30]["W"]) > 1.0
+assert np.ptp(frames[30]["W"]) > 0.5
