@@ -25,7 +25,13 @@ from zipfile import ZipFile
 REPOSITORY = Path(__file__).parents[1]
 PLACE = REPOSITORY / "output" / "outside"
 SCRIPTS = REPOSITORY / "tests" / "outside"
-PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.rst"))]
+MADE = {"generated", "gallery", "_build"}
+"""Folders of docs that are made anew meanwhile."""
+
+PAGES = [
+    REPOSITORY / "README.md",
+    *sorted(page for page in (REPOSITORY / "docs").rglob("*.rst") if MADE.isdisjoint(page.parts)),
+]
 TORCH = os.environ.get("FACEWRINKLE_TORCH", "")
 """A requirement such as torch==2.13.0: it is gigabytes in places, so that it is installed only when asked for."""
 
