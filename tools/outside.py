@@ -30,7 +30,9 @@ MADE = {"generated", "gallery", "_build"}
 
 PAGES = [
     REPOSITORY / "README.md",
-    *sorted(page for page in (REPOSITORY / "docs").rglob("*.rst") if MADE.isdisjoint(page.parts)),
+    *sorted(
+        page for page in (REPOSITORY / "docs").rglob("*.rst") if MADE.isdisjoint(page.relative_to(REPOSITORY).parts)
+    ),
 ]
 TORCH = os.environ.get("FACEWRINKLE_TORCH", "")
 """A requirement such as torch==2.13.0: it is gigabytes in places, so that it is installed only when asked for."""
