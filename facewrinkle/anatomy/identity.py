@@ -311,20 +311,21 @@ def head_of(identity: Identity) -> Head:
 def _weights(identity: Identity) -> dict[str, float]:
     """Parameters of the shape of the head that are not 0, with what goes with others."""
     weights = {name: value for name, value in dataclasses.asdict(identity).items() if value and name not in COLORS}
+    parameters = _typed()["parameters"]
     for name, weight in list(weights.items()):
-        for other, share in _typed()["parameters"][name].get("of", {}).items():
+        for other, share in parameters[name].get("of", {}).items():
             weights[other] = weights.get(other, 0.0) + weight * share
     return weights
 
 
 def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Array) -> tuple[Array, Array]:
     """Displacements (c, 3) of the left half's cage points and (3,) of the left eyeball."""
-    typed = _typed()
+    typed, named = _typed(), dict(zip(names, cage, strict=True))
     places = np.vstack([cage, eye])
     shift = np.zeros_like(places)
     for name, weight in weights.items():
         move = typed["parameters"][name]
-        handled = _handled(move["handles"], dict(zip(names, cage, strict=True)), places)
+        handled = _handled(move["handles"], named, places)
         shift += weight * (np.array(move["stretch"]) * (places - typed["origin"]) + handled)
     # The eyeball and what lies on it move in one piece, or the lids would not fit.
     inner, outer = typed["socket"]
