@@ -464,7 +464,9 @@ def test_an_eye_is_dragged(page, studio):
     wanted = np.degrees(np.arctan2([6 * pixel, 3 * pixel], eye.radius))
     until(lambda: np.allclose(document(studio)["gaze"], wanted, atol=0.1))
     before = document(studio)["gaze"]
-    page.locator(SLIDER.format("Look up")).focus()
+    up = page.locator(SLIDER.format("Look up"))
+    until(lambda: abs(float(up.input_value()) - wanted[1]) < 0.5)  # the page has it back
+    up.focus()
     page.keyboard.press("ArrowUp")
     page.keyboard.press("ArrowUp")
     until(lambda: document(studio)["gaze"][1] > wanted[1] + 0.5)
