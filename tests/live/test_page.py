@@ -111,7 +111,9 @@ def test_a_number_can_be_typed_and_sides_be_opened(page, studio):
     page.keyboard.press("Enter")
     until(lambda: studio.rates == {"AU12L": 0.4, "AU12R": 0.4})
     page.keyboard.press("m")
-    page.locator(SLIDER.format("Lip corner puller, right")).focus()
+    right = page.locator(SLIDER.format("Lip corner puller, right"))
+    until(lambda: right.input_value() == "0.4")  # the page has it back
+    right.focus()
     page.keyboard.press("Home")
     until(lambda: studio.rates == {"AU12L": 0.4})
     page.keyboard.press("r")
@@ -544,6 +546,7 @@ def test_a_muscle_is_pulled_along_its_fibers(page, studio):
     assert studio.rates == {}  # it was one step
     studio.redo()
     page.keyboard.press("m")
+    until(lambda: page.locator(handle).get_attribute("aria-valuenow") == str(round(100 * before)))
     page.locator(handle).focus()
     page.keyboard.press("ArrowUp")
     until(lambda: studio.rates["zygomaticus_major_l"] == pytest.approx(before + 0.05))
