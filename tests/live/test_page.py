@@ -762,7 +762,7 @@ def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio)
     page.keyboard.press("End")
     until(lambda: page.evaluate("app.data.mixture.AU26") == 1.0)
     page.keyboard.press("Control+k")
-    page.keyboard.type("keep")
+    page.keyboard.type("name expr")
     assert page.locator("#palette li").count() >= 1
     page.keyboard.press("Escape")
     page.locator("#own button").focus()

@@ -260,7 +260,7 @@ class App {
       element("table", {}, element("tbody", {}, ...rows.map(([name, value]) => element("tr", {}, element("td", { text: SYMBOLS[name] ?? name }),
         element("td", { text: Number(Number(value).toPrecision(4)) }))))));
     if (formula) box.append(element("div", { class: "formula", text: formula }));
-    box.append(element("button", { class: "small", text: "Keep as a probe", onclick: () => { this.add("probes", rest); box.hidden = true; } }));
+    box.append(element("button", { class: "small", text: "Place a probe here", onclick: () => { this.add("probes", rest); box.hidden = true; } }));
     box.hidden = false;
   }
 

@@ -12,7 +12,7 @@ const STEPS = [
   ["Place patterns and tears", "Choose one and click the face. Drag its dot to move it, and its ring to resize it.", "#tab-patterns"],
   ["Your own face", "Drop a mesh or an animation onto the page, or open it. Drag landmarks to correct them; the muscles follow.", "#tab-face", "#open"],
   ["Animate it", "“Add key” turns the current expression into an event that comes and goes. Press Space to play.", "#timeline"],
-  ["Save it", "Save pictures, movies, meshes, rigs and the session, or copy a Python program that makes what you see. “Keep …” on the left saves an expression under a name. Ctrl+Z undoes anything.", "#tab-save"],
+  ["Save it", "Save pictures, movies, meshes, rigs and the session, or copy a Python program that makes what you see. “Name expression …” on the left lists an expression of your own. Ctrl+Z undoes anything.", "#tab-save"],
 ];
 
 export class Tour {
