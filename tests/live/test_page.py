@@ -757,7 +757,7 @@ def test_a_double_click_resets_a_slider_to_its_tick(page, studio):
     assert usual[0] == usual[1] == 0.25
 
 
-def test_any_control_is_found_and_expressions_are_kept_by_keyboard(page, studio):
+def test_any_control_is_found_and_expressions_are_named_by_keyboard(page, studio):
     find(page, "jaw drop")
     page.keyboard.press("End")
     until(lambda: page.evaluate("app.data.mixture.AU26") == 1.0)

@@ -19,7 +19,7 @@ export class Mixtures {
   }
 
   ask() {
-    if (!Object.values(this.app.data.mixture).some((weight) => weight > 0)) return this.app.say("Move a slider first: an expression at rest needs no name.");
+    if (!Object.values(this.app.data.mixture).some((weight) => weight > 0)) return this.app.say("Move a slider first: there is no expression to name yet.");
     this.naming.hidden = true;
     this.input.hidden = false;
     this.input.value = "";
