@@ -53,25 +53,12 @@ class SmoothSkin:
 
     def __init__(self, face: Face, skin: pv.PolyData, pose: Array | None = None) -> None:
         self._face, self._skin, self._pose = face, skin, np.eye(4) if pose is None else pose
-        points = np.asarray(skin.points, np.float64)
-        triangles = np.asarray(skin.regular_faces)
-        host, places = hosts(face, skin)
-        key = len(points), triangles.tobytes(), host.tobytes()
-        self._on_base, self.split = per_face(face, "smooth skin", key, lambda: _split(face, triangles, host, places))
+        self._on_base = corners, shares = on_base(face, skin)
+        key = skin.n_points, skin.regular_faces.tobytes(), corners.tobytes()
+        self.split = per_face(face, "smooth skin", key, lambda: _split(face, skin, corners, shares))
         self.points, self.normals = self.split.places(
-            self._lifted(points), np.asarray(skin.point_data["Normals"], np.float64)
+            lifted_points(face, skin, corners, shares), np.asarray(skin.point_data["Normals"], np.float64)
         )
-
-    def _lifted(self, points: Array) -> Array:
-        """The points of the frame, those on flat triangles of the face lifted by its bare surface."""
-        corners, shares = self._on_base
-        if not len(corners):
-            return points
-        base, triangles = points[: len(self._face.points)], self._face.triangles
-        heights = np.asarray(self._skin.point_data.get("W", np.zeros(len(base))))[: len(base), None] / self._face.unit
-        bare = base - heights * vertex_normals(base, triangles)
-        upright = vertex_normals(bare, triangles)
-        return np.concatenate([base, lifted(points[len(base) :], bare[corners], upright[corners], shares)])
 
     @cached_property
     def mesh(self) -> pv.PolyData:
@@ -120,26 +107,40 @@ def open_to(face: Face, points: Array) -> Array:
     return openness(points, upright, skin, step=STEP * face.frame.scale)
 
 
-def hosts(face: Face, skin: pv.PolyData) -> tuple[IntArray, Array]:
-    """Triangles (n - n0,) of a face on which the new vertices of a frame lie, and their places (n - n0, 3) at rest."""
+def on_base(face: Face, skin: pv.PolyData) -> tuple[IntArray, Array]:
+    """Corners and shares (n - n0, 3) of the new vertices of a frame in the triangles of a face on which they lie."""
     places = rest_of(skin)[len(face.points) :]
     known = "host" in skin.point_data and is_frame(skin)
     host = np.asarray(skin.point_data["host"] if known else np.empty(0, np.int32))[len(face.points) :]
     if len(places) and (not known or host.max() >= len(face.triangles)):  # not a frame, or one of another mesh
         host = closest_places(face.mesh, places)[0]
-    return host, places
-
-
-def _split(
-    face: Face, triangles: IntArray, host: IntArray, places: Array
-) -> tuple[tuple[IntArray, Array], SmoothSplit]:
-    """Corners and shares (n - n0, 3) of new vertices, by their hosts and places at rest, and what is split."""
     corners = face.triangles[host]
-    shares = barycentric(places, face.points[corners])
-    upright = face.normals
-    points = np.concatenate([face.points, lifted(places, face.points[corners], upright[corners], shares)])
+    return corners, barycentric(places, face.points[corners])
+
+
+def lifted_points(face: Face, skin: pv.PolyData, corners: IntArray, shares: Array) -> Array:
+    """Return the points (n, 3) of a frame, those :func:`on_base` lifted by the bare smooth surface."""
+    points = np.asarray(skin.points, np.float64)
+    if not len(corners):
+        return points
+    base, triangles = points[: len(face.points)], face.triangles
+    heights = np.asarray(skin.point_data.get("W", np.zeros(len(base))))[: len(base), None] / face.unit
+    bare = base - heights * vertex_normals(base, triangles)
+    upright = vertex_normals(bare, triangles)
+    return np.concatenate([base, lifted(points[len(base) :], bare[corners], upright[corners], shares)])
+
+
+def _split(face: Face, skin: pv.PolyData, corners: IntArray, shares: Array) -> SmoothSplit:
+    """What is split of a frame, by the face at rest; see :func:`on_base`."""
+    upright, scale = face.normals, face.frame.scale
+    places = lifted(rest_of(skin)[len(face.points) :], face.points[corners], upright[corners], shares)
     normals = np.concatenate([upright, interpolated(upright, corners, shares)])
     normalize(normals)
-    scale = face.frame.scale
-    split = smooth_split(points, normals, triangles, longest=LONGEST * scale, bend=BEND, sagitta=SAGITTA * scale)
-    return (corners, shares), split
+    return smooth_split(
+        np.concatenate([face.points, places]),
+        normals,
+        np.asarray(skin.regular_faces),
+        longest=LONGEST * scale,
+        bend=BEND,
+        sagitta=SAGITTA * scale,
+    )

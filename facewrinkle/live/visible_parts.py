@@ -22,6 +22,7 @@ from ..appearance.fibers import Fibers
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
+from ..appearance.smooth_skin import lifted_points, on_base
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry import closest, split_vertices, vertex_normals
@@ -69,6 +70,7 @@ class VisibleParts:
         self.version, self.origin = 0, np.empty(0, np.int64)
         self._triangles: IntArray = np.empty((0, 3), np.int64)
         self._of_triangles: dict[str, np.ndarray] = {}
+        self._on_base: tuple[IntArray, Array]
         self._arrays: dict[tuple[str, str], np.ndarray] = {}
         self._balls = [b for b in self._appearance.balls if b.open and f"eye_{b.eye.side}" not in self._appearance.own]
         self._eyeballs = [_eye(ball) for ball in self._balls]
@@ -83,9 +85,6 @@ class VisibleParts:
         """
         state = self.face.state_of(frame)
         points = np.asarray(state.points)
-        skin = np.asarray(frame.points, np.float64)
-        if not self.box.holds(skin):
-            self.box = Box.around(skin, *([self.box.low[None], self.box.low[None] + self.box.size]))
         return [
             self._skin(frame, exact),
             *self._eyes(points, state),
@@ -106,8 +105,10 @@ class VisibleParts:
         triangles = np.asarray(frame.regular_faces)
         if not np.array_equal(triangles, self._triangles):
             self._triangles, self.version = triangles.copy(), next(VERSIONS)
-            self._of_triangles = self._drawn(frame, triangles)
-        points, normals = np.asarray(frame.points, np.float64), _normals(frame)
+            self._of_triangles, self._on_base = self._drawn(frame, triangles), on_base(self.face, frame)
+        points, normals = lifted_points(self.face, frame, *self._on_base), _normals(frame)
+        if not self.box.holds(points):
+            self.box = Box.around(points, *([self.box.low[None], self.box.low[None] + self.box.size]))
         shade: Any = 0.0
         if is_frame(frame):
             dark = furrow_shade(np.asarray(frame.point_data["W"]))

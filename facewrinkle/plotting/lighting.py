@@ -9,9 +9,9 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
-from ..appearance.smooth_skin import hosts, open_to
+from ..appearance.smooth_skin import on_base, open_to
 from ..array_types import Array
-from ..geometry import Lamp, barycentric, interpolated, smoothstep
+from ..geometry import Lamp, interpolated, smoothstep
 
 STEP, SOFT, RAYS = 1.0, 6.5, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
@@ -72,9 +72,7 @@ def light_at_rest(face: Face, skin: pv.PolyData) -> Array:
     as if the face were at rest, without shadows; see :meth:`KeyLight.on_skin`.
     """
     base = per_face(face, "light at rest", None, lambda: _light_at_rest(face))
-    host, places = hosts(face, skin)
-    corners = face.triangles[host]
-    return np.concatenate([base, interpolated(base, corners, barycentric(places, face.points[corners]))])
+    return np.concatenate([base, interpolated(base, *on_base(face, skin))])
 
 
 def _light_at_rest(face: Face) -> Array:

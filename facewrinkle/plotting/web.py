@@ -13,6 +13,8 @@ import numpy as np
 
 from ..anatomy import Face
 from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
+from ..appearance.smooth_skin import BEND
+from ..geometry.smooth_split import LARGEST, ROUNDS
 from .scene import BACKGROUND
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from .views import LIGHTS, VIEW_ANGLE, VIEWS
@@ -54,6 +56,7 @@ def _materials() -> str:
         },
         "LIGHTS": [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS],
         "FIBERS": {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH},
+        "SMOOTH": {"bend": BEND, "rounds": ROUNDS, "largest": LARGEST},
         "VIEW_ANGLE": VIEW_ANGLE,
         "BACKGROUND": BACKGROUND,
     }

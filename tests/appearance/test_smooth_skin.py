@@ -5,30 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from expressions import after
-from scipy.spatial import ConvexHull
+from outlines import turns
 
 import facewrinkle as fw
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
 from facewrinkle.mesh import with_normals
-from facewrinkle.plotting.views import VIEWS, placed
 from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def smooth(face, frame=None):
     return SmoothSkin(face, with_normals(face.mesh if frame is None else frame))
-
-
-def turns(face, points, view):
-    """Angles between the edges of the outline of the skull, degrees, as seen in a view."""
-    _, _, right, up = placed(VIEWS[view], face)
-    skull = points[face.frame.local_mm(points)[:, 1] > 40.0]
-    flat = np.column_stack([skull @ right, skull @ up])
-    outline = flat[ConvexHull(flat).vertices]
-    edges = np.roll(outline, -1, axis=0) - outline
-    edges /= np.linalg.norm(edges, axis=1, keepdims=True)
-    turn = np.degrees(np.arccos(np.clip((edges * np.roll(edges, 1, axis=0)).sum(axis=1), -1.0, 1.0)))
-    return turn[outline[:, 1] > flat[:, 1].min() + 20.0]
 
 
 @pytest.mark.parametrize("view", ["front", "left_three_quarter", "left_profile"])

@@ -8,6 +8,7 @@ small screens                     | nothing lies outside, and the face is seen b
 picks                             | VTK's ray through the same pixel
 patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
+the outline, and the skin          | that of pictures; its rims are those of the frame
 the picture                       | that of `Scene` with the same camera
 names of controls                 | every one has one
 colors, dark and light            | the contrast of WCAG
@@ -35,13 +36,16 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 import pyvista as pv
+from outlines import turns
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 from studio_pages import document, head_files, port, until
 
 from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
+from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
 from facewrinkle.live import Studio
+from facewrinkle.mesh import with_normals
 from facewrinkle.plotting import Scene, Style
 from facewrinkle.session import Look
 from facewrinkle.session.player import view_of
@@ -263,10 +267,59 @@ def test_each_parameter_of_a_person_has_a_slider(page, studio):
     assert page.locator("#panel-face output", has_text="0.50").count() == len(names)
 
 
+def drawn_skin(page):
+    """Points and triangles of the skin as the page draws it."""
+    skin = "app.view.parts.get('skin')"
+    points, triangles = page.evaluate(f"[[...{skin}.points], {skin}.smooth.lists.flatMap((list) => [...list])]")
+    return np.reshape(points, (-1, 3)), np.reshape(triangles, (-1, 3))
+
+
+def rims(triangles):
+    """Edges of only one triangle."""
+    edges, uses = np.unique(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0, return_counts=True)
+    return edges[uses == 1]
+
+
+def test_edges_of_the_outline_meet_at_less_than_six_degrees_and_at_ten_while_software_draws_a_moving_face(page, studio):
+    shown(page, studio)
+    points, triangles = drawn_skin(page)
+    page.evaluate("() => { app.view.busyUntil = performance.now() + 1e6; app.view.draw(); }")
+    fewer, coarse = drawn_skin(page)
+    page.evaluate("() => { app.view.busyUntil = 0; app.view.request(); }")
+    assert len(studio.face.triangles) < len(coarse) < 0.6 * len(triangles)
+    for view in ("front", "left_three_quarter", "left_profile"):
+        assert turns(studio.face, points, view).max() < 6.0
+        assert turns(studio.face, fewer, view).max() < 10.0
+
+
+@pytest.mark.parametrize("rates", [{}, {"AU1": 1.0, "AU12": 1.0, "AU6": 1.0}])
+def test_the_skin_is_that_of_pictures_without_cracks(page, studio, rates):
+    studio.rates = rates
+    frame = studio.frame()
+    shown(page, studio)
+    points, triangles = drawn_skin(page)
+    np.testing.assert_array_equal(rims(triangles), rims(frame.regular_faces))
+    surface = SmoothSkin(studio.face, with_normals(frame)).mesh
+    _, places = surface.find_closest_cell(points, return_closest_point=True)
+    assert np.linalg.norm(places - points, axis=1).max() < 0.1 + SAGITTA  # mm, what either may be flat
+
+
+def test_edges_at_a_seam_are_halved_alike_and_rims_stay(page):
+    points, normals = [0, 0, 0, 2, 0, 0, 1, 3, -1], [-0.6, 0, 0.8, 0, 0.6, 0, 0.8, 0, 0, 0, 1, 0]
+    split = """async ([list, points, normals]) => { const { Smooth } = await import("/smooth.js");
+        const smooth = new Smooth([list], points, normals, 0);
+        return [smooth.ends, [...smooth.lifted(points, normals).points]]; }"""
+    ends, lifted = page.evaluate(split, [[0, 1, 2, 4, 3, 5], [*points, 0, 0, 0, 2, 0, 0, 1, -3, -1], 2 * normals])
+    assert ends[:4] == [0, 1, 4, 3]
+    np.testing.assert_allclose(np.reshape(lifted, (-1, 3))[6:8], [[1.0, 0.0, 0.24]] * 2, atol=1e-6)
+    assert page.evaluate(split, [[0, 1, 2], points, normals])[0] == []
+
+
 def test_picks_are_those_of_vtk(page, studio):
     studio.rates = {"happiness": 1.0}
     shown(page, studio)
     frame, box = studio.frame(), page.locator("canvas").bounding_box()
+    frame.points = SmoothSkin(studio.face, with_normals(frame)).points[: frame.n_points]
     hits = 0
     for share in ((0.5, 0.4), (0.42, 0.5), (0.58, 0.62), (0.5, 0.2), (0.05, 0.05)):
         x, y = box["x"] + share[0] * box["width"], box["y"] + share[1] * box["height"]

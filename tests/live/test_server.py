@@ -26,6 +26,7 @@ from PIL import Image
 from studio_pages import document, page, pages, port, restored, root
 
 import facewrinkle as fw
+from facewrinkle.appearance.smooth_skin import SmoothSkin
 from facewrinkle.errors import ParameterError
 from facewrinkle.live import Studio
 from facewrinkle.live.document import Document
@@ -33,6 +34,7 @@ from facewrinkle.live.library import Library
 from facewrinkle.live.protocol import LARGEST_MESSAGE
 from facewrinkle.live.server import page_files
 from facewrinkle.live.stage import Stage
+from facewrinkle.mesh import with_normals
 from facewrinkle.session.player import eased
 
 
@@ -50,8 +52,8 @@ def test_a_frame_is_that_of_the_simulation(studio, seen):
     frame, skin, box = studio.frame(), seen.arrays["skin"], seen.head["box"]
     origin, triangles = studio.stage.parts.origin, np.vstack([skin[name] for name in ("index", "lined")])
     used = np.unique(triangles)
-    shown = restored(skin["position"], box)
-    assert np.abs(shown - np.asarray(frame.points)[origin])[used].max() <= 0.5001 * box[3] / 65535
+    shown, smooth = restored(skin["position"], box), SmoothSkin(studio.face, with_normals(frame))
+    assert np.abs(shown - smooth.points[origin])[used].max() <= 0.5001 * box[3] / 65535
     normals = skin["normal"][:, :3] / 127.0
     assert np.abs(normals - np.asarray(frame["Normals"])[origin])[used].max() <= 0.5001 / 127.0
     drawn = origin[triangles.astype(int)]

@@ -8,7 +8,7 @@ export class Picking {
     const skin = this.parts.get("skin");
     if (!skin) return null;
     const { start, direction } = this.rayAt(clientX, clientY);
-    const points = this.skinPoints();
+    const { points } = skin;
     let best = null, nearest = Infinity;
     const at = (v) => [points[3 * v], points[3 * v + 1], points[3 * v + 2]];
     for (const index of [skin.arrays.index, skin.arrays.lined]) for (let t = 0; t < index.length; t += 3) {
@@ -47,8 +47,7 @@ export class Picking {
 
   /** Where a vertex of the skin is. */
   pointOf(vertex) {
-    const { position } = this.parts.get("skin").arrays, scale = this.box[3] / 65535;
-    return [0, 1, 2].map((k) => this.box[k] + scale * position[3 * vertex + k]);
+    return [...this.parts.get("skin").points.subarray(3 * vertex, 3 * vertex + 3)];
   }
 
   /** Where a probe is now: the corners of its triangle, their shares, the nearest of them, and the place. */
@@ -75,8 +74,7 @@ export class Picking {
 
   /** Does the skin at a vertex face the camera? */
   faces(vertex, place) {
-    const { normal } = this.parts.get("skin").arrays, outwards = [0, 1, 2].map((k) => normal[4 * vertex + k] / 127);
-    return dot(outwards, add(this.camera.position, place, -1)) > 0;
+    return dot(this.parts.get("skin").normals.subarray(4 * vertex, 4 * vertex + 3), add(this.camera.position, place, -1)) > 0;
   }
 
   /** Start and direction of the ray through a pixel of the page. */

@@ -6,6 +6,7 @@ import { Ribbons, bound, drawFibers } from "./hair.js";
 import { Mean, SHIFTS } from "./mean.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
+import { Smooth, numbered } from "./smooth.js";
 
 const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 const ATTRIBUTES = { // array of a part: attribute, components, normalized
@@ -14,6 +15,7 @@ const ATTRIBUTES = { // array of a part: attribute, components, normalized
   under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true],
 };
 const LIGHT_GROUND = ["#c9ced4", "#e6e9ec"]; // of pages in light colors
+const RISE = [0.0016, 0.004]; // of an arc over an edge that is drawn straight, in distances between the pupils; and of one in software's fewer pixels
 const MOVING_TIME = 220; // ms after the last change for which software draws at half the resolution
 
 const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255);
@@ -36,6 +38,7 @@ export class View extends Picking {
     this.curtain = 0.5; // share of the width on which what was kept is drawn
     this.locked = null; // the range of the colors, where it does not follow the values
     this.busyUntil = 0;
+    this.coarse = this.software;
     new ResizeObserver(() => this.request()).observe(canvas);
     matchMedia("(prefers-color-scheme: light)").addEventListener("change", () => this.request());
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
@@ -150,28 +153,51 @@ export class View extends Picking {
     const part = this.parts.get(name);
     part.info = info;
     for (const key of Object.keys(part.arrays)) if (!(key in arrays)) this.forget(part, key);
-    if (arrays.index) { // other triangles: edges, and values of a field, are of those before
-      part.lines = null;
-      this.forget(part, "value");
-    }
+    if (arrays.index) this.forget(part, "value"); // those of a field are of other triangles
     if (arrays.half) part.ribbons = part.points = part.moved = null;
     for (const [key, sent] of Object.entries(arrays)) {
       if (!sent) continue;
       const { data, width } = sent;
       part.arrays[key] = data;
-      if (key === "index" || key === "lined") {
-        gl.bindVertexArray(part.vao);
-        const buffer = part.indices[key]?.buffer ?? gl.createBuffer();
-        gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
-        gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
-        part.indices[key] = { buffer, count: data.length };
-        part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
-        if (key === "index") part.count = data.length;
-      } else if (ATTRIBUTES[key] && !["brows", "lashes", "fibers"].includes(kind)) {
-        this.attribute(part, key, data, width);
-      }
+      if (kind === "skin") continue;
+      if (key === "index") this.triangles(part, key, data);
+      else if (ATTRIBUTES[key] && !["brows", "lashes", "fibers"].includes(kind)) this.attribute(part, key, data, width);
     }
     gl.bindVertexArray(null);
+    if (kind === "skin") this.updateSkin(part, arrays);
+  }
+
+  /** Hand over what has changed of the skin, as it is drawn: with vertices between its own. */
+  updateSkin(part, changed) {
+    const { index, lined = [], position, normal, ...others } = part.arrays, split = changed.index;
+    if (split || changed.position || changed.normal) {
+      const points = new Float32Array(position), normals = new Float32Array(normal);
+      if (position instanceof Uint16Array) for (let k = 0; k < points.length; k++) points[k] = this.box[k % 3] + (this.box[3] / 65535) * points[k];
+      if (normal instanceof Int8Array) for (let k = 0; k < normals.length; k++) normals[k] /= 127;
+      if (split) {
+        part.coarse = this.coarse;
+        part.lines = null;
+        part.smooth = new Smooth([index, lined], points, normals, this.camera.size * RISE[this.coarse ? 1 : 0]);
+        part.smooth.lists.forEach((list, which) => this.triangles(part, ["index", "lined"][which], list));
+      }
+      Object.assign(part, part.smooth.lifted(points, normals));
+      this.attribute(part, "position", part.points);
+      this.attribute(part, "normal", part.normals);
+    }
+    for (const key of Object.keys(others)) if (split || changed[key]) this.attribute(part, key, part.smooth.values(others[key]));
+    if (part.value && (split || changed.value)) this.attribute(part, "value", part.smooth.values(part.value, part.labels));
+    this.gl.bindVertexArray(null);
+  }
+
+  /** Hand over a list of the triangles of a part. */
+  triangles(part, key, data) {
+    const { gl } = this, buffer = part.indices[key]?.buffer ?? gl.createBuffer();
+    gl.bindVertexArray(part.vao);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+    part.indices[key] = { buffer, count: data.length };
+    part.type = data instanceof Uint32Array ? gl.UNSIGNED_INT : gl.UNSIGNED_SHORT;
+    if (key === "index") part.count = data.length;
   }
 
   /** Keep what is shown, to be drawn left of the curtain beside what comes; or let it go. */
@@ -184,7 +210,7 @@ export class View extends Picking {
     this.kept = on ? { parts: new Map(), box: this.box, photos } : null;
     if (on) this.within(this.kept, () => {
       for (const { name, kind, info, arrays } of parts.values()) {
-        this.update({ name, kind, info, arrays: Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data, width: Infinity }])) });
+        this.update({ name, kind, info, arrays: Object.fromEntries(Object.entries(arrays).map(([key, data]) => [key, { data }])) });
       }
       if (this.field && parts.get("skin").colored === this.field) this.updateField({ value: { data: this.numbers } }, this.fieldInfo);
     });
@@ -211,10 +237,10 @@ export class View extends Picking {
     gl.disableVertexAttribArray(PLACES[ATTRIBUTES[key][0]]);
     gl.deleteBuffer(known.buffer);
     delete part.buffers[key];
-    if (key === "value") part.colored = null;
+    if (key === "value") part.value = part.colored = null;
   }
 
-  attribute(part, key, data, width) {
+  attribute(part, key, data, width = Infinity) {
     const gl = this.gl, [attribute, components, normalized] = ATTRIBUTES[key];
     const type = data instanceof Uint16Array ? gl.UNSIGNED_SHORT : data instanceof Int8Array ? gl.BYTE
       : data instanceof Uint8Array ? gl.UNSIGNED_BYTE : gl.FLOAT;
@@ -235,9 +261,9 @@ export class View extends Picking {
     if (skin && arrays.value?.data.length * 3 === skin.arrays.position.length) {
       // 65534 is the largest value, and 65535 means nothing; the shader gets numbers above 1 for these
       this.numbers = arrays.value.data;
-      const values = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
-      this.attribute(skin, "value", values, 1);
-      this.gl.bindVertexArray(null);
+      skin.value = Float32Array.from(this.numbers, (v) => (v === 65535 ? 2 : v / 65534));
+      skin.labels = ["muscle", "family", "level"].includes(this.field);
+      this.updateSkin(skin, { value: true });
       skin.colored = this.field;
       skin.range = info.range;
     }
@@ -390,7 +416,8 @@ export class View extends Picking {
   }
 
   drawSkin(part) {
-    const { gl } = this, uniforms = this.use("skin");
+    if (part.coarse !== this.coarse) this.updateSkin(part, part.arrays);
+    const { gl } = this, uniforms = this.use("skin", [0, 0, 0], 1);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.photoOf("skin"));
     gl.activeTexture(gl.TEXTURE1);
@@ -406,7 +433,7 @@ export class View extends Picking {
       gl.uniform1iv(uniforms.wrinkleNormals, textures.slice(1).map((_, k) => 3 + k));
       gl.uniformMatrix4fv(uniforms.wrinkleWeights, false, weights);
     }
-    gl.uniform1i(uniforms.labels, ["muscle", "family", "level"].includes(this.field) ? 1 : 0);
+    gl.uniform1i(uniforms.labels, part.labels ? 1 : 0);
     const [low, high] = part.range ?? [0, 1], [from, to] = this.locked ?? this.fieldInfo?.range ?? [low, high];
     gl.uniform2f(uniforms.range, (from - low) / (high - low || 1), (to - from) / (high - low || 1) || 1);
     gl.uniform1i(uniforms.field, this.field && part.colored === this.field ? 1 : 0);
@@ -446,14 +473,6 @@ export class View extends Picking {
     gl.drawElements(gl.TRIANGLES, part.count, part.type, 0);
   }
 
-  /** Positions of the first vertices of the skin. */
-  skinPoints(count) {
-    const { position } = this.parts.get("skin").arrays, scale = this.box[3] / 65535, n = 3 * (count ?? position.length / 3);
-    if (!this.decoded || this.decoded.length < n) this.decoded = new Float32Array(position.length);
-    for (let k = 0; k < n; k++) this.decoded[k] = this.box[k % 3] + scale * position[k];
-    return this.decoded;
-  }
-
   drawHair(part) {
     const { gl } = this;
     if (!part.ribbons) {
@@ -463,7 +482,7 @@ export class View extends Picking {
       const skin = this.parts.get("skin");
       if (part.moved !== skin.arrays.position) {
         part.points ??= new Float32Array(part.arrays.corners.length);
-        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, this.skinPoints(skin.info.base), part.points));
+        part.ribbons.move(bound(part.arrays.corners, part.arrays.place, skin.points, part.points));
         part.moved = skin.arrays.position;
       }
     } else if (part.moved !== part.arrays.away) {
@@ -491,8 +510,10 @@ export class View extends Picking {
       const { index } = part.arrays, edges = new Set(), out = [];
       for (let t = 0; t < index.length; t += 3) {
         for (let k = 0; k < 3; k++) {
-          const a = index[t + k], b = index[t + ((k + 1) % 3)], key = a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a;
-          if (!edges.has(key)) { edges.add(key); out.push(a, b); }
+          const a = index[t + k], b = index[t + ((k + 1) % 3)], key = numbered(a, b);
+          if (edges.has(key)) continue;
+          edges.add(key);
+          part.smooth.along(a, b).forEach((vertex, step, { [step + 1]: next }) => next !== undefined && out.push(vertex, next));
         }
       }
       part.lines = gl.createVertexArray();
@@ -501,11 +522,11 @@ export class View extends Picking {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
       gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(out), gl.STATIC_DRAW);
     }
-    this.use("line");
+    this.use("line", [0, 0, 0], 1);
     gl.bindVertexArray(part.lines);
     gl.bindBuffer(gl.ARRAY_BUFFER, part.buffers.position.buffer);
     gl.enableVertexAttribArray(PLACES.position);
-    gl.vertexAttribPointer(PLACES.position, 3, gl.UNSIGNED_SHORT, true, 0, 0);
+    gl.vertexAttribPointer(PLACES.position, 3, gl.FLOAT, false, 0, 0);
     gl.drawElements(gl.LINES, part.lineCount, gl.UNSIGNED_INT, 0);
   }
 
