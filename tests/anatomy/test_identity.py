@@ -16,6 +16,7 @@ from facewrinkle.anatomy.head import MIRROR, Head, load_head
 from facewrinkle.anatomy.identity import CHILDS_FOLDS, TONES, YOUNG_FOLDS, Identity, childlike, fold_depth, head_of
 from facewrinkle.appearance.eye import IRIS, PaintedEye
 from facewrinkle.errors import FaceWrinkleError, ParameterError
+from facewrinkle.mesh import to_polydata
 from tools.self_intersections import self_intersections
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
@@ -365,10 +366,11 @@ def test_plausible_people_are_no_turnips_buttons_or_mushrooms() -> None:
 
 
 def test_a_child_s_neck_is_thin_for_its_head() -> None:
-    shares = []
+    shares, height = [], load_head().points[:, 1]
     for child in (0.0, 1.0):
-        x, height = head_of(Identity(child=child)).points[:, 0], load_head().points[:, 1]
-        neck = np.ptp(x[(height > -104.0) & (height < -92.0)])
+        head = head_of(Identity(child=child))
+        mesh, x = to_polydata(head.points, head.triangles), head.points[:, 0]
+        neck = np.ptp(mesh.contour([-92.0], scalars=height).points[:, 0])
         shares.append(neck / np.ptp(x[height > load_head().landmarks["brow_l_mid"][1]]))
     assert shares[1] < 0.85 * shares[0]
 
