@@ -6,6 +6,7 @@ mirrored; one triangle straddles the middle of the neck rim, which makes the cou
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -114,7 +115,8 @@ class BrowHairs:
     Parameters
     ----------
     triangles : ndarray of int, shape (k, p)
-        The skin triangle under each of the p points of k hairs.
+        The skin triangle under each of the p points of k hairs: those of one brow from its upper edge down, then those
+        of the other.
     weights : ndarray, shape (k, p, 3)
         Barycentric coordinates of the points in these triangles.
     heights : ndarray, shape (p,)
@@ -149,6 +151,21 @@ class BrowHairs:
         below = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
         return below + self.heights[:, None] * up, up
+
+    def thinned(self, share: float) -> BrowHairs:
+        """Return brows without a share of their hairs, the lowest ones all along.
+
+        Examples
+        --------
+        >>> import facewrinkle as fw
+        >>> brows = fw.default_face().brows
+        >>> len(brows.thinned(0.25).triangles) / len(brows.triangles)
+        0.75
+        """
+        of_one = len(self.triangles) // 2
+        highest = np.arange(round((1.0 - share) * of_one))
+        kept = np.concatenate([highest, of_one + highest])
+        return dataclasses.replace(self, triangles=self.triangles[kept], weights=self.weights[kept])
 
 
 @dataclass(frozen=True)

@@ -61,6 +61,9 @@ thirty-two labeled faces).
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
 
+THIN_BROWS = 0.45
+"""Share of the hairs of the mean head's brows that those of feminine heads and of children lack."""
+
 STOUTEST = 1.0
 """Heads and noses of plausible people are at most by this much wider than long."""
 
@@ -127,7 +130,7 @@ class Identity:
     age : float
         From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
     sex : float
-        From feminine to masculine.
+        From feminine, with thin brows, to masculine.
     child : float
         From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
     skin : float
@@ -272,7 +275,7 @@ def head_of(identity: Identity) -> Head:
     Distance of the angle of the jaw from the middle, mm, from a narrow to a square jaw:
 
     >>> [round(float(head_of(Identity(jaw=jaw)).landmarks["gonion_l"][0])) for jaw in (-1.0, 0.0, 1.0)]
-    [58, 63, 67]
+    [58, 62, 66]
     """
     mean = load_head()
     if identity == Identity():
@@ -288,7 +291,8 @@ def head_of(identity: Identity) -> Head:
     landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
-    head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes)
+    thin = THIN_BROWS * max(-identity.sex, identity.child, 0.0)
+    head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
     if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING:
         return head
     at, *channels = TONES.T
@@ -305,7 +309,7 @@ def head_of(identity: Identity) -> Head:
         dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border)
         for paint in mean.paint
     )
-    return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(mean.brows, color=brows))
+    return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(head.brows, color=brows))
 
 
 def _weights(identity: Identity) -> dict[str, float]:

@@ -272,7 +272,7 @@ def brow_hairs(brow: dict[str, Any], points: Array, triangles: IntArray) -> tupl
 
 
 def _combed(line: Array, brow: dict[str, Any]) -> Array:
-    """Hairs (k, p, 2) in the frontal view: upright at the inner end, then along the brow."""
+    """Hairs (k, p, 2) in the frontal view, from the upper edge down: upright at the inner end, then along the brow."""
     count, knots = brow["count"], len(brow["heights"])
     random = np.random.default_rng(1).random((4, count))
     stations = np.linspace(0.0, 1.0, len(line))
@@ -288,4 +288,4 @@ def _combed(line: Array, brow: dict[str, Any]) -> Array:
     heading = start[:, None] + bend[:, None] * (np.arange(1, knots) - 0.5) / (knots - 1)
     step = brow["length"] * (0.7 + 0.6 * random[3])[:, None] / (knots - 1)
     path = np.stack([np.cos(heading) * step, np.sin(heading) * step], axis=2).cumsum(axis=1)
-    return np.concatenate([root[:, None], root[:, None] + path], axis=1)
+    return np.concatenate([root[:, None], root[:, None] + path], axis=1)[np.argsort(-across)]
