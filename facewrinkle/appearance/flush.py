@@ -37,11 +37,15 @@ def flush(face: Face, points: Array) -> Array:
     [1.   0.95 0.96]
     [0.99 1.   1.  ]
     """
+    factors = np.exp(-blood(face, points)[:, None] * ABSORBANCE)
+    return np.asarray(factors / np.maximum(factors.max(axis=1, keepdims=True), 1.0))
+
+
+def blood(face: Face, points: Array) -> Array:
+    """Return how much more blood (n0,) than at rest skin holds, by its share; see :func:`flush`."""
     rest, still, spread = per_face(face, "flush", None, lambda: _at_rest(face))
     change = (vertex_areas(points, face.triangles) - rest) * ~still
-    gathered = np.clip(1.0 / np.maximum(1.0 + spread.solve(change), 0.1) - 1.0, LEAST, MOST)
-    factors = np.exp(-gathered[:, None] * ABSORBANCE)
-    return np.asarray(factors / np.maximum(factors.max(axis=1, keepdims=True), 1.0))
+    return np.clip(1.0 / np.maximum(1.0 + spread.solve(change), 0.1) - 1.0, LEAST, MOST)
 
 
 def _at_rest(face: Face) -> tuple[Array, BoolArray, SuperLU]:

@@ -19,13 +19,14 @@ from PIL import Image
 from ..anatomy.face import Face
 from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibers import Fibers
+from ..appearance.flush import MOST, blood
 from ..appearance.hair import Brows, Lashes
 from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.smooth_skin import lifted_points, on_base
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
-from ..geometry import closest, split_vertices, vertex_normals
+from ..geometry import closest, interpolated, split_vertices, vertex_normals
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..plotting.lighting import light_at_rest
 from ..plotting.scene import PLAIN_COLOR
@@ -117,9 +118,16 @@ class VisibleParts:
         moving = {
             "position": self._same("skin", "position", self.box.quantized(points[self.origin])),
             "normal": self._same("skin", "normal", small_normals(normals[self.origin], shade)),
+            "blood": self._same("skin", "blood", self._blood(frame)),
         }
         info = {"base": self.face.mesh.n_points, "version": self.version}
         return Part("skin", "skin", self._of_triangles | moving, info)
+
+    def _blood(self, frame: pv.PolyData) -> npt.NDArray[np.int8]:
+        """How much more blood than at rest the skin holds, by its share of the most."""
+        base = blood(self.face, np.asarray(frame.points, np.float64)[: len(self.face.points)])[:, None]
+        whole = np.concatenate([base, interpolated(base, *self._on_base)])
+        return np.rint(whole[self.origin, 0] * (127.0 / MOST)).astype(np.int8)
 
     def _drawn(self, frame: pv.PolyData, triangles: IntArray) -> dict[str, np.ndarray]:
         """The arrays of the skin that change only with its triangles."""

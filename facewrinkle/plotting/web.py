@@ -13,6 +13,7 @@ import numpy as np
 
 from ..anatomy import Face
 from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
+from ..appearance.flush import ABSORBANCE, MOST
 from ..appearance.smooth_skin import BEND
 from ..geometry.smooth_split import LARGEST, ROUNDS
 from .scene import BACKGROUND
@@ -57,6 +58,7 @@ def _materials() -> str:
         "LIGHTS": [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS],
         "FIBERS": {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH},
         "SMOOTH": {"bend": BEND, "rounds": ROUNDS, "largest": LARGEST},
+        "BLOOD": (MOST * ABSORBANCE).tolist(),
         "VIEW_ANGLE": VIEW_ANGLE,
         "BACKGROUND": BACKGROUND,
     }

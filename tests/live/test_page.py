@@ -428,7 +428,7 @@ def test_the_page_shows_what_pictures_show(page, studio):
     outline = slice(height // 8, -height // 8), slice(width // 4, -width // 4)
     assert (mean[outline] ** 2).mean() < 0.9 * (single[outline] ** 2).mean()
     hues = [each[face] / each[face].sum(axis=2, keepdims=True) for each in (mine, theirs)]
-    assert 255.0 * np.median(np.abs(hues[0] - hues[1])) < 2.0
+    assert 255.0 * np.median(np.abs(hues[0] - hues[1])) < 0.6  # 0.7 without the flush of cheeks
 
 
 def details(image):

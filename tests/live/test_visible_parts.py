@@ -4,6 +4,7 @@ eyes: turned and between lids as the page works it out | the painted eye of pict
 brows, bound to triangles                              | the brows of pictures at rest; carried by a rigid motion
 teeth and tongue with their matrix                     | those inside an open mouth
 shade of furrows, exact                                | cavity_shading
+blood, by its law of light                             | the flush of pictures
 fibers of muscles, as far as positions are whole       | those of pictures
 pins                                                   | places at rest, by the corners that they are told to have
 """
@@ -16,6 +17,7 @@ from expressions import after
 
 import facewrinkle as fw
 from facewrinkle.appearance.fibers import Fibers
+from facewrinkle.appearance.flush import ABSORBANCE, MOST
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.appearance.skin_paint import cavity_shading
 from facewrinkle.live.protocol import LARGEST
@@ -96,6 +98,19 @@ def test_furrows_are_shaded_as_in_pictures_once_the_face_rests(face, laughing):
     lost = 1.0 - cavity_shading(laughing)[:, 1] / 255.0
     assert np.abs(skin.arrays["normal"][:, 3] / 127.0 - lost[parts.origin]).max() <= 0.51 / 127
     assert lost.max() > 0.03
+
+
+def test_gathered_skin_reddens_as_in_pictures(face, laughing):
+    parts = VisibleParts(face)
+    blood = parts.at(laughing)[0].arrays["blood"][:, None] * (MOST / 127.0)
+    factors = np.exp(-blood * ABSORBANCE)
+    factors /= np.maximum(factors.max(axis=1, keepdims=True), 1.0)
+    theirs = Appearance.of(face).at(laughing).flush[parts.origin]
+    away, own = np.abs(factors - theirs), parts.origin < len(face.points)
+    assert away[own].max() < 0.5 / 255
+    assert away.max() < 1.5 / 255  # elsewhere, pictures mix the factors, and the page the blood
+    assert theirs.min() < 0.96
+    assert not parts.at(face.mesh)[0].arrays["blood"].any()
 
 
 def test_fibers_are_those_of_pictures(face, laughing):

@@ -1,6 +1,6 @@
 // Programs of the view. The shading of skin, eyes and teeth is that of the toolkit's pictures, handed over by the server.
 
-import { LIGHTS, MATERIALS } from "./materials.js";
+import { BLOOD, LIGHTS, MATERIALS } from "./materials.js";
 
 const vec = (v) => `vec3(${v.map((x) => x.toFixed(6)).join(", ")})`;
 const lights = LIGHTS.map(({ direction, color }, k) =>
@@ -74,19 +74,20 @@ in vec4 small_normal;
 in vec3 color;
 in vec2 texture_place;
 in vec4 reach; // shares of light: from all sides, of the key light, of gloss; and how much of the place is drawn
-in float value;
+in float value, blood;
+uniform bool textured;
 out vec3 place, normal, tint;
 out vec2 texture_at;
 out vec4 reached;
-out float dark, shown;
+out float shown;
 flat out float label;
 void main() {
   vec4 at = view * vec4(low + size * position, 1.0);
   place = at.xyz;
   normal = mat3(view) * small_normal.xyz;
-  tint = color;
+  vec3 flush = exp(-blood * ${vec(BLOOD)});
+  tint = (textured ? vec3(1.0) : color) * (1.0 - small_normal.w * vec3(0.75, 1.0, 1.0)) * flush / max(max(flush.r, flush.g), max(flush.b, 1.0));
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
-  dark = small_normal.w;
   reached = reach;
   shown = value;
   label = value;
@@ -97,7 +98,7 @@ const SKIN_INPUTS = `
 in vec3 tint;
 in vec2 texture_at;
 in vec4 reached;
-in float dark, shown;
+in float shown;
 flat in float label;
 uniform sampler2D photo, colors;
 uniform bool textured, field, labels;
@@ -116,7 +117,7 @@ const SKIN_FRAGMENT = shaded("skin", `
     result = vec4(shown_color * (0.3 + 0.58 * facing), 1.0);
     return;
   }
-  vec3 diffuseColor = (textured ? texture(photo, texture_at).rgb : tint) * (1.0 - dark * vec3(0.75, 1.0, 1.0));
+  vec3 diffuseColor = textured ? texture(photo, texture_at).rgb * tint : tint;
 `, SKIN_INPUTS, "mix(ground(gl_FragCoord.y), fragOutput0.rgb, reached.w)");
 
 const EYE_VERTEX = `${START}${CAMERA}
@@ -247,7 +248,7 @@ const SOURCES = {
 /** Places of attributes, the same in all programs. */
 export const PLACES = {
   position: 0, small_normal: 1, color: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
-  under: 10, thickness: 11, reach: 12,
+  under: 10, thickness: 11, reach: 12, blood: 13,
 };
 
 /** Compile a program, with its uniforms by name; code of `wrinkled(normal, place, texture_at)` draws wrinkle maps. */

@@ -8,12 +8,13 @@ export const numbered = (a, b) => (a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a);
 /** A number for the place of an edge, the same for both names that it has at a seam of a photo; 0 if it does not bend. */
 function place(points, normals, a, b, least) {
   let turn = 0, long = 0, place = 0;
+  for (let k = 0; k < 3; k++) turn += (normals[4 * b + k] - normals[4 * a + k]) ** 2;
+  if (turn < SMOOTH.bend ** 2) return 0;
   for (let k = 0; k < 3; k++) {
-    turn += (normals[4 * b + k] - normals[4 * a + k]) ** 2;
     long += (points[3 * b + k] - points[3 * a + k]) ** 2;
     place = Math.PI * place + points[3 * a + k] + points[3 * b + k];
   }
-  return turn > SMOOTH.bend ** 2 && long * turn > least ? place : 0;
+  return long * turn > least ? place : 0;
 }
 
 /** Set points (3 numbers each) and normals (4) of a vertex in the middle of the curve between two others. */
