@@ -44,7 +44,7 @@ def test_new_vertices_of_a_frame_lie_on_the_surface_of_the_face_at_rest(face):
     assert moved[: len(face.points)].max() == 0.0
     drawn = smooth(face).mesh
     _, places = drawn.find_closest_cell(surface.points, return_closest_point=True)
-    assert moved.max() > 0.2
+    assert moved.max() > 2.5 * SAGITTA
     assert np.linalg.norm(places - surface.points, axis=1).max() < 2.0 * SAGITTA  # what either may be flat
 
 
