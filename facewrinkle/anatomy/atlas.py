@@ -216,7 +216,7 @@ class Atlas:
         Examples
         --------
         >>> load_atlas().written("sneer"), load_atlas().written("frowning")
-        ({'AU9L': 0.8, 'AU10L': 0.6}, {'corrugator': 1.0})
+        ({'AU9L': 1.0, 'AU10L': 0.8}, {'corrugator': 1.0})
         """
         mixture, rates = self.mixtures.get(name, {}), self.expressions[name]
         with suppress(FaceWrinkleError):  # of what is no longer there
