@@ -111,7 +111,7 @@ def test_the_young_have_foreheads_as_captured_people_have(face):
     .7 of the relief over the midline.
     """
     deep, apart, alike, middle = [], [], [], []
-    for seed in range(8):
+    for seed in range(16):
         height = forehead(face, seed)
         found = [find_peaks(-column, prominence=0.05) for column in height.T]
         deep.append(np.quantile(np.concatenate([about["prominences"] for _, about in found]), 0.9))
