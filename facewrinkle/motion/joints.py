@@ -58,7 +58,7 @@ class Joints:
     >>> rates = np.array([name == "jaw" for name in face.muscles], dtype=float)
     >>> chin = face.mesh.find_closest_point(face.landmarks["menton"])
     >>> round(float(-joints.shift(rates)[chin, 1]))
-    24
+    25
     """
 
     def __init__(self, face: Face, names: Sequence[str], tethers: Array, plates: dict[str, Array]) -> None:

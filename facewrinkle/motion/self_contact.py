@@ -205,7 +205,7 @@ def behind_lips(face: Face, area: Array) -> Samples:
     >>> import facewrinkle as fw
     >>> flesh = behind_lips(fw.default_face(), np.ones(len(fw.default_face().points)))
     >>> round(float(flesh.allowed.max()), 1)
-    3.7
+    3.9
     """
     points, near = face.points * face.unit, around_mouth(face)
     normals, triangles = vertex_normals(points, face.triangles), face.triangles[near[face.triangles].any(axis=1)]

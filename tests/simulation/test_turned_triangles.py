@@ -47,8 +47,8 @@ def test_wrinkles_turn_no_triangle_over(face, seed):
 
 @pytest.fixture
 def deep(face):
-    """Wrinkles sixteen times as deep, in the hollows beside the nose."""
-    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(depth=16.0, inextensible=False)])
+    """Wrinkles thirty times as deep, in the hollows beside the nose."""
+    sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(depth=30.0, inextensible=False)])
     sim.contract({f"{name}_{side}": 1.0 for name in ("nasalis", "levator_labii_superioris") for side in "lr"})
     return sim
 
