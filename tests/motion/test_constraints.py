@@ -25,7 +25,7 @@ def at(face, name):
 def test_the_tip_of_the_nose_rises_with_its_base(face):
     tip, base = at(face, "nose_tip"), at(face, "subnasale")
     moved, without = settled(face, "AU9"), settled(face, "AU9", cartilage=0.0)
-    assert moved[base, 1] > 2.5, "two thirds of the captured 3.8 mm"
+    assert moved[base, 1] > 3.3, "captured 3.8 mm"
     assert moved[tip, 1] > 0.6 * moved[base, 1], "captured noses rise as a whole"
     shortened, soft = (rise[base, 1] - rise[tip, 1] for rise in (moved, without))
     assert shortened < 0.85 * soft
