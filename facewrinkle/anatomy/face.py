@@ -611,6 +611,11 @@ class Face:
         age : float
             From 0 to 1. A face that is fitted has the age 0, however old it looks.
 
+        Raises
+        ------
+        LandmarkError
+            If the surface has no landmarks.
+
         Examples
         --------
         >>> import facewrinkle as fw
@@ -620,6 +625,8 @@ class Face:
         (1.0, -2.0)
         """
         years = check_range("age", age, 0.0, 1.0) - self.age
+        if not self.landmarks:
+            raise LandmarkError("a surface without landmarks has no age: fit_face finds those of a face.")
         marks = load_head().landmarks
         base = frame_of(marks)
         onto_head = fitted_map(self.landmarks, marks, self.frame, base)

@@ -26,7 +26,7 @@ from ..errors import LandmarkError, ParameterError, UnknownNameError
 from ..layers.base import Layer
 from ..plotting.views import Style
 from ..progress import SHORTEST, bar_or_lines
-from ..session import Session
+from ..session import Session, Subject
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
 MOST_NAMES = 8
@@ -213,7 +213,7 @@ class FaceOptions:
         from the size of a mesh that is not a face.
     identity
         Another person's face on the built-in head: parameters from -1 to 1, such as jaw=0.5,age=1. See
-        facewrinkle.Identity.
+        facewrinkle.Identity. Any other face has one of them: age, from 0 (as it is) to 1.
     atlas
         TOML file with your own muscles, action units and expressions.
     texture
@@ -229,10 +229,11 @@ class FaceOptions:
 
     @property
     def label(self) -> str:
-        """Name of the face for folders; "" for the built-in head."""
-        if self.face is not None:
-            return self.face.stem
-        return "" if self.identity is None else re.sub(r"[^\w.=-]+", "_", self.identity)[:100]
+        """Name of the face and its identity for folders; "" for the built-in head."""
+        names = [] if self.face is None else [self.face.stem]
+        if self.identity is not None:
+            names.append(re.sub(r"[^\w.=-]+", "_", self.identity)[:100])
+        return "_".join(names)
 
     def of(self, face: Path | None) -> FaceOptions:
         """Return the same options for a face that a command may also name without --face."""
@@ -257,20 +258,21 @@ class FaceOptions:
         `report` shows the progress of the search; `otherwise` is what to do with a mesh that is no face.
         """
         of_mesh = {"landmarks": self.landmarks, "units": self.units, "texture": self.texture}
+        person = {} if self.identity is None else parse_weights(self.identity, usual=None)
         if self.face is None:
             refuse("belongs to a mesh: name it with --face.", **of_mesh)
-            identity = None if self.identity is None else parse_weights(self.identity, usual=None)
-            return default_face(identity, atlas=self._own_atlas)
-        if self.identity is not None:
-            raise ParameterError("--identity changes the built-in head: leave out --face, or --identity.")
+            return default_face(person, atlas=self._own_atlas)
+        if self.face.suffix.lower() == ".json":
+            refuse(
+                f"is not for {self.face.name}, a session with its own: leave it out.",
+                **of_mesh, atlas=self.atlas, identity=self.identity,
+            )  # fmt: skip
+            return Session.read(self.face).subject(None if report is None else report.progress).face
         if self.face.suffix == SUFFIX:
             refuse(f"is not for {self.face.name}, which has its own: leave it out.", **of_mesh)
-            return read_face(self.face, self._own_atlas)
-        if self.face.suffix.lower() == ".json":
-            refuse(f"is not for {self.face.name}, a session with its own: leave it out.", **of_mesh, atlas=self.atlas)
-            return Session.read(self.face).subject(None if report is None else report.progress).face
+            return Subject(read_face(self.face, self._own_atlas)).aged(person).face
         try:
-            return self.fitted(self.face, report)
+            return Subject(self.fitted(self.face, report)).aged(person).face
         except LandmarkError as problem:
             if otherwise is None or self.landmarks is not None:
                 raise

@@ -286,8 +286,6 @@ def simulation_of(spec: Spec, number: int) -> tuple[Person, Simulation]:
     person = person_of(spec, number)
     face = face_of(spec, person)
     options: dict[str, Any] = dict(person.folds)
-    if person.scan is not None:
-        options["age"] = max(person.identity["age"], 0.0)
     step = TIME_STEP if spec.clip.frames > 1 else HELD_STEP
     return person, Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
 
@@ -356,4 +354,5 @@ def face_of(spec: Spec, person: Person) -> Face:
     if person.scan is None:
         return default_face(Identity.of(person.identity))
     path = Path(spec.faces.scans[person.scan].path)
-    return read_face(path) if path.suffix == ".face" else fit_face(path)
+    face = read_face(path) if path.suffix == ".face" else fit_face(path)
+    return face.aged(max(person.identity["age"], 0.0))

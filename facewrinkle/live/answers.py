@@ -5,13 +5,14 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
 from ..anatomy import Atlas, Face, JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
+from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
@@ -137,12 +138,11 @@ class Answers:
 
     def face(self) -> dict[str, Any]:
         """All that a page is told of the face, and of those that are open."""
-        face, shown = self._stage.face, self._stage.shown_face
-        source = self._library.source
-        built_in = not shown and self._library[""].face.template is None and not source
+        face, shown, first = self._stage.face, self._stage.shown_face, self._library.source or "Built-in head"
+        named = [each.name for each in fields(Identity)] if self._library.built_in(shown) else ["age"]
         return {
-            "faces": {"names": list(self._library.names), "shown": shown, "first": source or "Built-in head"},
-            "identity": built_in and bool(face.landmarks),
+            "faces": {"names": list(self._library.names), "shown": shown, "first": first},
+            "identity": named if face.landmarks else [],
             "handles": self._handles(),
             "closed": {} if face.muscles else {"Folds": "This surface has no muscles, and therefore no folds."},
             **of_face(face, self._library[shown].clip),

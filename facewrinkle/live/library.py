@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from ..rigging.takes import SUFFIXES as TAKES
 from ..session import Place, Session, Subject
 from ..session.content import placed
 from ..session.parts import Point
-from ..session.subject import MESHES, moved, person_of, read_subject
+from ..session.subject import MESHES, moved, read_subject
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -79,10 +79,17 @@ class Library:
 
     def subject_of(self, session: Session) -> Subject:
         """Return whom a session shows: by name, with its identity and the landmarks that were moved."""
-        face, person = self[session.face].face, person_of(session)
-        if person:
-            face = default_face(person, atlas=face.atlas)
-        return moved(Subject(face, self[session.take or session.face].clip), session)
+        subject = replace(self[session.face], clip=self[session.take or session.face].clip)
+        if not self.built_in(session.face):
+            subject = subject.aged(session.identity)
+        elif any(session.identity.values()):
+            subject = replace(subject, face=default_face(session.identity, atlas=subject.face.atlas))
+        return moved(subject, session)
+
+    def built_in(self, name: str) -> bool:
+        """Return whether a face is the built-in head, which becomes other people."""
+        face = self[name].face
+        return not name and not self.source and face.template is None and face.n_points == len(load_head().points)
 
     def accepted(self, session: Session) -> Session:
         """Return a session with its places on triangles, of the face that it shows.
@@ -92,15 +99,13 @@ class Library:
         ParameterError
             If a face is not open, or a scan should become another person.
         """
-        face, person = self[session.face].face, person_of(session)
+        face, person = self[session.face].face, session.identity
         self[session.take or session.face]
-        if person and face.triangles.shape != load_head().triangles.shape:
-            raise ParameterError(
-                "only the built-in head becomes other people; the studio was opened with another face."
-            )
+        built_in = self.built_in(session.face)
+        shown = face if built_in else self[session.face].aged(person).face
 
         def attach(point: Point) -> Place:
-            points = head_of(Identity(**person)).points if person else face.points
+            points = head_of(Identity(**person)).points if built_in else shown.points
             return Place.of(point, points, face.triangles)
 
         return placed(session, attach, face.atlas)

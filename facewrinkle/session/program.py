@@ -19,7 +19,7 @@ from .player import (
     pattern_words,
     view_of,
 )
-from .subject import Subject, person_of
+from .subject import Subject
 
 
 def program_of(content: Content, subject: Subject) -> str:
@@ -53,7 +53,8 @@ def program_of(content: Content, subject: Subject) -> str:
 
 def _face(content: Content, subject: Subject) -> Iterator[str]:
     """Yield the lines of the face, and of what moves it."""
-    person, path, atlas = person_of(content), content.face, ""
+    path, atlas = content.face, ""
+    person = {name: value for name, value in content.identity.items() if value}
     if content.atlas:
         yield f"atlas = fw.read_atlas({content.atlas!r})"
         atlas = "atlas=atlas"
@@ -66,6 +67,8 @@ def _face(content: Content, subject: Subject) -> Iterator[str]:
         yield f"face = fw.fit_face({path!r}{', ' * bool(atlas)}{atlas})"
     else:
         yield f"face = fw.default_face({', '.join(each for each in (repr(person) if person else '', atlas) if each)})"
+    if path and person:
+        yield f"face = face.aged({person['age']!r})"
     if content.landmarks:
         moved = {name: point_of(place, subject.face) for name, place in content.landmarks.items()}
         yield f"face = face.with_landmarks({moved!r})"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from ..anatomy.atlas import read_atlas
 from ..anatomy.face_file import SUFFIX
 from ..animation.reading import read_animation
 from ..animation.recorded import Recorded
-from ..errors import FaceWrinkleError
+from ..errors import FaceWrinkleError, ParameterError
 from ..mesh.formats.reading import GLTF, USD
 from ..motion.base import Motion
 from ..progress import Progress
@@ -57,14 +58,33 @@ class Subject:
         """Return the motion of a simulation; None for the skin that muscles pull."""
         return Performer(self.clip, self.face) if isinstance(self.clip, Take) else self.clip
 
+    def aged(self, person: Mapping[str, float]) -> Subject:
+        """Return a subject that is not the built-in head at the age of a person.
+
+        Raises
+        ------
+        ParameterError
+            For other parameters of the identity, unless they are 0, and for a face that moves as recorded.
+        """
+        for name, value in person.items():
+            if value and name != "age":
+                raise ParameterError(
+                    f"only the built-in head becomes other people; this face has no {name!r}, only an age."
+                )
+        if not person.get("age"):
+            return self
+        if isinstance(self.clip, Recorded):
+            raise ParameterError("a recorded face is as old as it was recorded; its folds have an age.")
+        return replace(self, face=self.face.aged(person["age"]))
+
 
 def subject_of(content: Content, progress: Progress | None = None) -> Subject:
     """Return whom a session shows, by the files that it names."""
     atlas = read_atlas(content.atlas) if content.atlas else None
     if content.face:
-        subject = read_subject(Path(content.face), atlas, progress=progress)
+        subject = read_subject(Path(content.face), atlas, progress=progress).aged(content.identity)
     else:
-        subject = Subject(default_face(person_of(content), atlas=atlas))
+        subject = Subject(default_face(content.identity, atlas=atlas))
     if content.take:
         subject = replace(subject, clip=read_take(content.take))
     return moved(subject, content)
@@ -74,11 +94,6 @@ def moved(subject: Subject, content: Content) -> Subject:
     """Return a subject whose landmarks are where a session has them."""
     places = {name: point_of(place, subject.face) for name, place in content.landmarks.items()}
     return replace(subject, face=subject.face.with_landmarks(places)) if places else subject
-
-
-def person_of(content: Content) -> dict[str, float]:
-    """Return the parameters of the identity that are not 0; none of a face that comes from a file."""
-    return {} if content.face else {name: value for name, value in content.identity.items() if value}
 
 
 def read_subject(

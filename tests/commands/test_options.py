@@ -30,8 +30,16 @@ def test_a_face_of_somebody(tmp_path):
     expected = fw.default_face(fw.Identity(jaw=0.5, age=1.0))
     assert np.array_equal(face.points, expected.points)
     assert not np.array_equal(face.points, fw.default_face().points)
-    with pytest.raises(fw.FaceWrinkleError, match="built-in head"):
-        FaceOptions(identity="jaw=1", face=tmp_path / "mesh.obj").load()
+
+
+def test_a_face_of_a_file_has_an_age_alone(tmp_path):
+    face, path = fw.default_face(), tmp_path / "mine.face"
+    fw.write_face(face, path)
+    older = FaceOptions(identity="age=0.6", face=path).load()
+    assert older.age == 0.6
+    np.testing.assert_allclose(older.points, face.aged(0.6).points, atol=1e-9)
+    with pytest.raises(ParameterError, match="only the built-in head becomes other people; this face has no 'jaw'"):
+        FaceOptions(identity="jaw=1", face=path).load()
 
 
 def test_a_session_stands_for_its_face(tmp_path):
@@ -44,6 +52,8 @@ def test_a_session_stands_for_its_face(tmp_path):
     assert not np.array_equal(face.points, fw.default_face().points)
     with pytest.raises(ParameterError, match="--atlas is not for mine.json"):
         FaceOptions(face=path, atlas=DEFAULT_ATLAS).load()
+    with pytest.raises(ParameterError, match="--identity is not for mine.json"):
+        FaceOptions(face=path, identity="age=1").load()
 
 
 # --- words of the command line as values ----------------------------------------------------------

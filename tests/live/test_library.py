@@ -14,6 +14,7 @@ from studio_pages import head_files
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
+from facewrinkle.animation.recorded import Recorded
 from facewrinkle.errors import LandmarkError, MeshError, ParameterError, UnknownNameError
 from facewrinkle.export import write_series
 from facewrinkle.live.library import Library, Loaded, opened
@@ -91,6 +92,18 @@ def test_landmarks_of_a_document_refit_the_face(face):
         library.subject_of(Session(landmarks={"mouth_l": [0.0, 0.0, 400.0]}))
     with pytest.raises(UnknownNameError, match="chin_l"):
         library.subject_of(Session(landmarks={"chin_l": moved}))
+
+
+def test_a_scan_grows_older_and_nothing_else(face):
+    library = Library(face, "scan.obj")
+    older = library.subject_of(Session(identity={"age": 0.5})).face
+    np.testing.assert_array_equal(older.points, face.aged(0.5).points)
+    assert library.accepted(Session(identity={"age": 0.5})).identity == {"age": 0.5}
+    with pytest.raises(ParameterError, match="no 'jaw', only an age"):
+        library.accepted(Session(identity={"jaw": 0.5}))
+    recorded = Subject(face, Recorded.of_positions(np.stack([face.points, face.points]), fps=25.0))
+    with pytest.raises(ParameterError, match="as old as it was recorded"):
+        recorded.aged({"age": 0.5})
 
 
 def test_names_are_never_taken_twice(face):

@@ -123,7 +123,7 @@ def test_landmarks_that_were_moved_go_along_with_the_person(face):
 def test_a_scan_does_not_become_another_person(face):
     library = Library(fw.surface(pv.Sphere(radius=80.0)))
     document = Document(face.atlas, library.accepted)
-    with pytest.raises(ParameterError, match="only the built-in head becomes other people"):
+    with pytest.raises(ParameterError, match="only the built-in head becomes other people; this face has no 'width'"):
         document.change([(("identity",), {"width": 1.0})])
     assert document.session == START
 

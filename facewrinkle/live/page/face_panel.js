@@ -1,4 +1,4 @@
-// The tab of the face itself: which one it is, its landmarks, and the parameters of the built-in head.
+// The tab of the face itself: which one it is, its landmarks, and the parameters of its identity.
 
 import { element } from "./sliders.js";
 
@@ -30,12 +30,13 @@ export class FacePanel {
     this.rows = new Map();
     this.person = element("div");
     for (const [group, parameters] of Object.entries(PERSON)) {
-      this.person.append(element("h2", { text: group }));
+      const rows = element("div", {}, element("h2", { text: group }));
+      this.person.append(rows);
       for (const [name, [label, low, high]] of Object.entries(parameters)) {
         const made = panels.numberRow(label, ["identity", name], [-1, 1], 2, 0, `From ${low} to ${high}; 0 is the average head`);
         made.input.setAttribute("aria-label", `Face: ${label}`);
         this.rows.set(name, made);
-        this.person.append(made.line);
+        rows.append(made.line);
       }
     }
     this.content = [
@@ -61,7 +62,9 @@ export class FacePanel {
     ].filter(Boolean).join(" ");
     this.about.hidden = !this.about.textContent;
     this.report.replaceChildren(...report.map((text) => element("li", { text })));
-    this.person.hidden = !identity;
+    for (const [name, made] of this.rows) made.line.hidden = !identity.includes(name);
+    this.rows.get("age").input.min = identity.length > 1 ? -1 : 0; // a scan has the age 0, however old it looks
+    for (const group of this.person.children) group.hidden = [...group.children].slice(1).every((line) => line.hidden);
   }
 
   update(data) {
