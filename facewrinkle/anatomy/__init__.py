@@ -10,7 +10,7 @@ from .eyelid_opening import EyelidOpening
 from .face import Face, per_face
 from .face_file import read_face, write_face
 from .fitting import default_face, fit_face, millimeters, surface
-from .head import BrowHairs, load_head
+from .head import BoundHairs, load_head
 from .identity import Identity, hair_cover
 from .landmarks import MEAN_PUPIL_DISTANCE, MIDLINE, NAMES, FaceFrame, frame_of, lips_middle, mirrored_name, of_side
 from .muscles import (
@@ -36,7 +36,7 @@ __all__ = [
     "MIDLINE",
     "NAMES",
     "Atlas",
-    "BrowHairs",
+    "BoundHairs",
     "Cavities",
     "Crease",
     "EyeMuscle",

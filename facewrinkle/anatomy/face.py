@@ -23,7 +23,7 @@ from .cavities import IN_MOUTH, Cavities, Lining
 from .eyeball import Eyeball, eye_distance
 from .eyelid_opening import EyelidOpening, eyelid_opening, lid_rim, place_eyeballs, usual_corners
 from .eyelids import LidWeights, lid_share, lid_weights
-from .head import BrowHairs, load_head
+from .head import BoundHairs, load_head
 from .identity import aged_flesh, fold_depth
 from .landmarks import NAMES, NOT_ON_SKIN, FaceFrame, check_on_surface, fitted_map, frame_of, lips_middle
 from .muscles import TURNS, EyeMuscle, JawMuscle, JointWeights, LidMuscle, Muscle, zones
@@ -92,8 +92,10 @@ class Face:
         Landmarks that were not given but mirrored or estimated.
     texture : ndarray of uint8, shape (h, w, 3), optional
         Color over the mesh's texture coordinates, first row at the top.
-    brows : BrowHairs, optional
+    brows : BoundHairs, optional
         Eyebrows, bound to the triangles of the mesh.
+    cropped_hair : BoundHairs, optional
+        Hair of the head, bound in the same way.
     confidences : dict of str to float
         Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional
@@ -132,7 +134,8 @@ class Face:
     atlas: Atlas
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
-    brows: BrowHairs | None = None
+    brows: BoundHairs | None = None
+    cropped_hair: BoundHairs | None = None
     confidences: dict[str, float] = field(default_factory=dict)
     source_points: npt.NDArray[np.int64] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
@@ -596,7 +599,7 @@ class Face:
 
     def _rebuilt(self, mesh: pv.PolyData, landmarks: Mapping[str, Array], **changes: Any) -> Self:
         """The face with its skull, eyes and muscles anew, on a mesh of the same triangles."""
-        kept = "estimated parts confidences texture brows source_points report likeness age iris template"
+        kept = "estimated parts confidences texture brows cropped_hair source_points report likeness age iris template"
         others = {name: getattr(self, name) for name in kept.split()} | changes
         return self.from_landmarks(mesh, landmarks, self.unit, self.atlas, **others)
 

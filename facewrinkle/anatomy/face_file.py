@@ -19,7 +19,7 @@ from ..mesh.arrays import use_texture
 from .atlas import Atlas
 from .face import Face
 from .fitting import mean_face
-from .head import BrowHairs, load_head
+from .head import BoundHairs, load_head
 from .known_folds import restore, to_store
 from .parts import Follows, Part
 
@@ -28,7 +28,7 @@ SUFFIX = ".face"
 _DATA = "point_data/"
 _CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
-_BROWS = "brows/"
+_BROWS, _CROPPED = "brows/", "cropped_hair/"
 _FOLDS = "folds/"
 
 Form = tuple[str, tuple[str | int | tuple[int, ...], ...], float, float | str]
@@ -50,6 +50,10 @@ FORMS: dict[str, Form] = {
     _BROWS + "weights": ("f", ("hairs", "k", 3), -2.0, 2.0),
     _BROWS + "heights": (_REAL, ("k",), -LARGEST, LARGEST),
     _BROWS + "color": (_REAL, (3,), 0.0, 255.0),
+    _CROPPED + "triangles": (_WHOLE, ("cropped hairs", "points"), 0, "m"),
+    _CROPPED + "weights": ("f", ("cropped hairs", "points", 3), -1e4, 1e4),
+    _CROPPED + "heights": (_REAL, ("cropped hairs", "points"), -LARGEST, LARGEST),
+    _CROPPED + "color": (_REAL, (3,), 0.0, 255.0),
 }
 """What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
 greatest that is the name of a size is not reached."""
@@ -107,8 +111,8 @@ def write_face(face: Face, path: str | Path) -> Path:
     }
     if face.likeness is not None:
         arrays["likeness"] = face.likeness
-    if face.brows is not None:
-        arrays |= {_BROWS + name: values for name, values in vars(face.brows).items()}
+    for key, hairs in ((_BROWS, face.brows), (_CROPPED, face.cropped_hair)):
+        arrays |= {} if hairs is None else {key + name: values for name, values in vars(hairs).items()}
     arrays |= {_FOLDS + name: values for name, values in to_store(face).items()}
     arrays |= _stored("", face.mesh, face.texture, face.source_points)
     for name, part in face.parts.items():
@@ -285,14 +289,15 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     of_parts = _within(data, f"{_PARTS}/")
-    brows = _within(data, _BROWS)
+    brows, cropped = (_within(data, key) for key in (_BROWS, _CROPPED))
     others: dict[str, Any] = {
         "estimated": tuple(data["estimated"].tolist()),
         "parts": {name: _part(_within(of_parts, f"{name}/")) for name in parts},
         "confidences": known,
         "texture": data.get("texture"),
         "source_points": data.get("source_points"),
-        "brows": BrowHairs(**brows) if brows else None,
+        "brows": BoundHairs(**brows) if brows else None,
+        "cropped_hair": BoundHairs(**cropped) if cropped else None,
         "report": tuple(data["report"].tolist()),
         "likeness": float(data["likeness"]) if "likeness" in data else None,
         "age": float(data["age"]),

@@ -27,6 +27,7 @@ from ..mesh import (
     to_polydata,
 )
 from .atlas import Atlas
+from .cropped_hair import cropped_hair
 from .face import Face
 from .head import load_head
 from .identity import Identity, head_of
@@ -116,6 +117,8 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     seen: dict[str, Any] = {"texture": head.texture, "brows": head.brows, "age": person.age, "iris": person.iris}
     if person.hair_length > 0.0:
         seen["parts"] = {"hair": long_hair(head, person.hair_length)}
+    else:
+        seen["cropped_hair"] = cropped_hair(head, person.hair_length)
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))

@@ -109,17 +109,17 @@ class Mold:
 
 
 @dataclass(frozen=True)
-class BrowHairs:
-    """Eyebrow hairs that go with the skin.
+class BoundHairs:
+    """Hairs of brows, or cropped hair, that go with the skin.
 
     Parameters
     ----------
     triangles : ndarray of int, shape (k, p)
-        The skin triangle under each of the p points of k hairs: those of one brow from its upper edge down, then those
-        of the other.
+        The skin triangle of each of the p points of k hairs: those of one brow from its upper edge down, then those of
+        the other.
     weights : ndarray, shape (k, p, 3)
-        Barycentric coordinates of the points in these triangles.
-    heights : ndarray, shape (p,)
+        Barycentric coordinates of the points in these triangles, or beside them.
+    heights : ndarray, shape (p,) or (k, p)
         Heights of a hair's points above the skin, in the unit of the mesh.
     color : ndarray, shape (3,)
         Mean of the hairs' red, green and blue, from 0 to 255.
@@ -150,9 +150,9 @@ class BrowHairs:
         corners = triangles[self.triangles]
         below = np.einsum("kpc,kpci->kpi", self.weights, points[corners])
         up = np.einsum("kpc,kpci->kpi", self.weights, normals[corners])
-        return below + self.heights[:, None] * up, up
+        return below + self.heights[..., None] * up, up
 
-    def thinned(self, share: float) -> BrowHairs:
+    def thinned(self, share: float) -> BoundHairs:
         """Return brows without a share of their hairs, the lowest ones all along.
 
         Examples
@@ -193,13 +193,17 @@ class Paint:
     density: float = 0.0
     border: float = 0.0
 
+    def cover(self) -> Array:
+        """Return how much of the skin (...) the hair covers, 0 to 1."""
+        share = np.maximum(self.share / 255.0 - self.border, 0.0) / (1.0 - self.border)
+        return np.asarray(1.0 - (1.0 - share) ** (1.0 + self.density))
+
     def colors(self) -> NDArray[np.uint8]:
         """Return the colors (..., 3), read-only."""
         out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
-        where = self.share > 255.0 * self.border
-        share = (self.share[where, None] / 255.0 - self.border) / (1.0 - self.border)
-        share = 1.0 - (1.0 - share) ** (1.0 + self.density)
-        out[where] += share * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
+        cover = self.cover()
+        where = cover > 0.0
+        out[where] += cover[where, None] * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
         shown = np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
         shown.setflags(write=False)
         return shown
@@ -220,7 +224,7 @@ class Head:
         On the surface; ``eye_l_centre`` and ``eye_r_centre`` are the eyeballs' centres.
     eyes : tuple of two Eyeball
         The left one and the right one.
-    brows : BrowHairs
+    brows : BoundHairs
     mold : Mold
     paint : tuple of two Paint
         What `color` and `texture` are made of.
@@ -247,7 +251,7 @@ class Head:
     uv: Array
     landmarks: dict[str, Array]
     eyes: tuple[Eyeball, Eyeball]
-    brows: BrowHairs
+    brows: BoundHairs
     mold: Mold
     paint: tuple[Paint, Paint]
 
@@ -288,7 +292,7 @@ def unpacked(data: dict[str, NDArray[Any]]) -> Head:
     for array in data.values():
         array.setflags(write=False)
     landmarks = dict(zip(data["landmark_names"].tolist(), data["landmarks"], strict=True))
-    hairs = BrowHairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
+    hairs = BoundHairs(data["brow_triangles"], data["brow_weights"], data["brow_heights"])
     shape = len(data["lid_share"]), int(data["mold_size"])
     columns = data["mold_cage_points"].astype(np.int32)
     weights = csr_array((data["mold_weights"], columns, data["mold_rows"]), shape=shape)

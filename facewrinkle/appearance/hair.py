@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyvista as pv
 
-from ..anatomy import BrowHairs, Eyeball, Face, frame_of, load_head
+from ..anatomy import BoundHairs, Eyeball, Face, frame_of, load_head
 from ..anatomy.landmarks import fitted_map
 from ..array_types import Array, IntArray
 from ..geometry import barycentric, height_above, ring_quads, smoothstep, unit
@@ -75,7 +75,7 @@ class HairCards:
         return reshaped(self._blank, places.reshape(-1, 3), normals.reshape(-1, 3))
 
 
-def fitted_brows(face: Face) -> BrowHairs:
+def fitted_brows(face: Face) -> BoundHairs:
     """Return the eyebrows of the built-in head on another face, by the landmarks of both.
 
     Examples
@@ -92,7 +92,7 @@ def fitted_brows(face: Face) -> BrowHairs:
     cells, on_skin = closest_places(face.mesh, onto_face(places.reshape(-1, 3)))
     weights = barycentric(on_skin, face.points[face.triangles[cells]])
     scale = face.frame.pupil_distance / base.pupil_distance
-    return BrowHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
+    return BoundHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 
 
 class Hairs:
@@ -124,7 +124,7 @@ class Brows(Hairs):
 
     Parameters
     ----------
-    hairs : BrowHairs
+    hairs : BoundHairs
     face : Face
 
     Examples
@@ -143,7 +143,7 @@ class Brows(Hairs):
     STIFF, FINE = 0.5, 0.05
     """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
 
-    def __init__(self, hairs: BrowHairs, face: Face) -> None:
+    def __init__(self, hairs: BoundHairs, face: Face) -> None:
         self.hairs = hairs
         self._rest = hairs.polylines(face.points, face.triangles, face.normals)
         left = (self._rest[:, 0] - face.frame.origin) @ face.frame.axes[0] > 0.0
@@ -181,6 +181,44 @@ class Brows(Hairs):
                 own = (self.STRANDS * brow.hairs[:, None] + np.arange(self.STRANDS)).ravel()
                 strands.lift(own, surface, self._deepest, self.hairs.heights)
         return strands
+
+
+class CroppedHair(Hairs):
+    """The cropped hair of a head.
+
+    Parameters
+    ----------
+    hairs : BoundHairs
+    face : Face
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> face = fw.default_face()
+    >>> crop = CroppedHair(face.cropped_hair, face)
+    >>> crop.lines(face.points, face.triangles, face.normals).points.shape == (*crop.half.shape, 3)
+    True
+    """
+
+    HALF = 0.0035
+    """Half the width of the longest at their roots, in distances between the pupils: each stands for some thin ones."""
+
+    def __init__(self, hairs: BoundHairs, face: Face) -> None:
+        self.hairs = hairs
+        shape, random = hairs.triangles.shape, np.random.default_rng(5)
+        along = np.linspace(0.0, 1.0, shape[1])
+        tall = hairs.heights.max(axis=1, keepdims=True)
+        thick = self.HALF * np.minimum(tall / np.median(tall), 1.0) * random.uniform(0.5, 1.2, (shape[0], 1))
+        self.half = face.frame.pupil_distance * thick * (1.0 - 0.85 * along**2)
+        self.tint = 1.15 * hairs.color * np.exp(0.25 * random.normal(size=(shape[0], 1)))
+        turn = random.normal(0.0, 0.6, (shape[0], 1, 1))
+        self._turned = np.cos(turn), np.sin(turn)
+
+    def lines(self, points: Array, triangles: IntArray, normals: Array) -> HairLines:
+        """Return the hairs on skin with vertices at `points` (n, 3), and its vertex normals."""
+        lines, up = self.hairs.on_skin(points, triangles, normals)
+        side = _across(lines, up)
+        return HairLines(lines, self._turned[0] * side + self._turned[1] * up, up)
 
 
 class _Stiffness:

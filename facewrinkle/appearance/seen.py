@@ -14,7 +14,7 @@ from ..array_types import Array, IntArray
 from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .flush import flush
-from .hair import Brows, HairLines, Lashes, fitted_brows
+from .hair import Brows, CroppedHair, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
 from .smooth_skin import SmoothSkin
@@ -106,6 +106,12 @@ class Appearance:
             hairs = fitted_brows(self.face)
         return None if hairs is None else Brows(hairs, self.face)
 
+    @cached_property
+    def cropped_hair(self) -> CroppedHair | None:
+        """Painted hair of the head."""
+        hairs = self.face.cropped_hair
+        return None if hairs is None else CroppedHair(hairs, self.face)
+
 
 class Seen:
     """The sight of a face in one frame; each thing is worked out when it is first asked for.
@@ -195,12 +201,20 @@ class Seen:
     @cached_property
     def brows(self) -> HairLines | None:
         """Brows, lifted out of the folds of the skin."""
-        brows, n = self._of.brows, len(self._state.points)
-        if brows is None:
-            return None
-        normals = np.asarray(self.skin.point_data["Normals"])[:n] @ self.pose[:3, :3]
-        normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-        return brows.lines(self._points, self._of.face.triangles, normals, self._surface)
+        brows, of_base = self._of.brows, (self._points, self._of.face.triangles, self._normals)
+        return None if brows is None else brows.lines(*of_base, self._surface)
+
+    @cached_property
+    def cropped_hair(self) -> HairLines | None:
+        """The hair of the head, where it is cropped."""
+        hair, of_base = self._of.cropped_hair, (self._points, self._of.face.triangles, self._normals)
+        return None if hair is None else hair.lines(*of_base)
+
+    @cached_property
+    def _normals(self) -> Array:
+        """Normals (n0, 3) of the skin's own vertices."""
+        normals = np.asarray(self.skin.point_data["Normals"])[: len(self._points)] @ self.pose[:3, :3]
+        return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
 
     @cached_property
     def own(self) -> dict[str, pv.PolyData]:

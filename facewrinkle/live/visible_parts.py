@@ -1,7 +1,7 @@
 """A face as parts for a page: much of it is worked out there, from a few numbers of each frame.
 
-Eyes turn and are shaded in the page, by the heights of their lids; teeth and tongue go with a matrix; brows are bound
-to triangles of the skin; lashes are lines.
+Eyes turn and are shaded in the page, by the heights of their lids; teeth and tongue go with a matrix; brows and cropped
+hair are bound to triangles of the skin; lashes are lines.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..anatomy.face import Face
 from ..appearance.eye import TINTS, PaintedEye
 from ..appearance.fibers import Fibers
 from ..appearance.flush import MOST, blood
-from ..appearance.hair import Brows, Lashes
+from ..appearance.hair import Brows, CroppedHair, Lashes
 from ..appearance.seen import Appearance, own_parts
 from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.smooth_skin import lifted_points, on_base
@@ -77,7 +77,9 @@ class VisibleParts:
         self._eyeballs = [_eye(ball) for ball in self._balls]
         inside = self._mouth.inside(face.points, 0.0) if len(self._mouth.loop) or self._mouth.bag else {}
         self._teeth = {name: _rigid(mesh) for name, mesh in inside.items() if name not in self._appearance.own}
-        self._brows = [] if self._appearance.brows is None else [_brows(self._appearance.brows, face)]
+        self._bound = [] if self._appearance.brows is None else [_bound("brows", self._appearance.brows, face)]
+        if self._appearance.cropped_hair is not None:
+            self._bound.append(_bound("cropped hair", self._appearance.cropped_hair, face))
 
     def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
         """Return the parts in a frame of a simulation, or in the mesh of the face.
@@ -181,7 +183,7 @@ class VisibleParts:
 
     def _hair(self, points: Array) -> list[Part]:
         rows = self._appearance.lashes
-        return [*(self._lashes(f"lashes_{row.eye.side}", row, points) for row in rows), *self._brows]
+        return [*(self._lashes(f"lashes_{row.eye.side}", row, points) for row in rows), *self._bound]
 
     def _lashes(self, name: str, row: Lashes, points: Array) -> Part:
         lines = row.lines(points).points
@@ -315,24 +317,23 @@ def _rigid(mesh: pv.PolyData) -> dict[str, np.ndarray]:
     }
 
 
-def _brows(brows: Brows, face: Face) -> Part:
+def _bound(name: str, hairs: Brows | CroppedHair, face: Face) -> Part:
     """Hairs bound to the triangles under them: coordinates along two edges, and the height above."""
     points, triangles = face.points, face.triangles
-    lines = brows.lines(points, triangles, vertex_normals(points, triangles)).points
-    under = np.repeat(brows.hairs.triangles, brows.STRANDS, axis=0)
-    corners = triangles[under]
+    lines = hairs.lines(points, triangles, vertex_normals(points, triangles)).points
+    corners = triangles[np.repeat(hairs.hairs.triangles, len(lines) // len(hairs.hairs.triangles), axis=0)]
     a, b, c = (points[corners[..., k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
     frame = np.stack([b - a, c - a, normal], axis=-1)
     place = np.linalg.solve(frame, (lines - a)[..., None])[..., 0]
     arrays: dict[str, np.ndarray] = {
-        "corners": corners.reshape(-1, 3).astype(np.uint32),
+        "corners": corners.reshape(-1, 3).astype(np.uint16 if len(points) <= LARGEST else np.uint32),
         "place": place.reshape(-1, 3).astype(np.float32),
-        "half": np.ascontiguousarray(brows.half, np.float32),
-        "tint": np.rint(np.clip(brows.tint, 0.0, 255.0)).astype(np.uint8),
+        "half": np.ascontiguousarray(hairs.half, np.float32),
+        "tint": np.rint(np.clip(hairs.tint, 0.0, 255.0)).astype(np.uint8),
     }
-    return Part("brows", "brows", arrays, {"knots": int(lines.shape[1])})
+    return Part(name, "bound", arrays, {"knots": int(lines.shape[1])})
 
 
 def _file(picture: np.ndarray) -> bytes:

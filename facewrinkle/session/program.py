@@ -67,7 +67,7 @@ def _face(content: Content, subject: Subject) -> Iterator[str]:
         yield f"face = fw.fit_face({path!r}{', ' * bool(atlas)}{atlas})"
     else:
         yield f"face = fw.default_face({', '.join(each for each in (repr(person) if person else '', atlas) if each)})"
-    if path and person:
+    if path and "age" in person:
         yield f"face = face.aged({person['age']!r})"
     if content.landmarks:
         moved = {name: point_of(place, subject.face) for name, place in content.landmarks.items()}

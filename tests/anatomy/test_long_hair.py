@@ -89,7 +89,7 @@ def test_the_same_person_has_the_same_hair():
 
 
 @pytest.mark.parametrize("length", [0.0, -1.0])
-def test_cropped_hair_is_only_painted(face, length):
+def test_cropped_hair_is_no_part(face, length):
     cropped = fw.default_face({"hair_length": length})
     assert not cropped.parts
     assert (cropped.points == face.points).all()

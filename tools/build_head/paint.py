@@ -51,6 +51,9 @@ FADE, FADED, TAPER = 17.0, 55.0, (58.0, 20.0)
 two heights over the eyes.
 """
 
+WHORL, MIDDLE = np.array([8.0, 115.0, -62.0]), np.array([0.0, 50.0, 0.0])
+"""Where hair grows away from, and the middle of the head, mm."""
+
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
 
@@ -135,7 +138,7 @@ class HeadPainter:
         halves = []
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
-            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.15 * noise(places, 0.42, 22)
+            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.15 * combed(places, 0.5, 4.0, 22)
             halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
         (right, right_hair), (left, left_hair) = halves
         shape = TEXELS, TEXELS // 2
@@ -190,9 +193,26 @@ def mottled(places: Array, lip: Array) -> Array:
 
 
 def strands(places: Array) -> Array:
-    """Return factors (n,) for the light and dark of cropped hair."""
-    fine = 0.7 * noise(places * [1.0, 0.5, 1.0], 0.38, 31) + 0.3 * noise(places, 0.9, 32)
-    return 1.0 + 0.30 * fine + 0.06 * noise(places, 12.0, 33)
+    """Return factors (n,) for the light and dark of cropped hair: of hairs, tufts, and waves."""
+    light = 0.16 * combed(places, 0.5, 6.0, 31) + 0.03 * combed(places, 1.6, 9.0, 32)
+    return 1.0 + light + 0.05 * noise(places, 12.0, 33)
+
+
+def combed(places: Array, size: float, length: float, seed: int) -> Array:
+    """Return noise (n,) of unit variance with grains that are drawn out to a length along the growth of hair.
+
+    Hair grows away from the whorl at the back of the crown, along the head.
+    """
+    way = places - WHORL
+    upright = places - MIDDLE
+    upright /= np.linalg.norm(upright, axis=1, keepdims=True)
+    way -= (way * upright).sum(axis=1, keepdims=True) * upright
+    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1.0)
+    turned = np.cross(upright, way)
+    angle = 0.35 * noise(places, 14.0, seed + 100)[:, None]
+    way = np.cos(angle) * way + np.sin(angle) * turned
+    total = sum(noise(places + step * way, size, seed) for step in np.arange(-0.5 * length, 0.5 * length, 0.8 * size))
+    return np.asarray(total / total.std())
 
 
 def noise(places: Array, size: float, seed: int) -> Array:

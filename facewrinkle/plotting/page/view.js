@@ -161,7 +161,7 @@ export class View extends Picking {
       part.arrays[key] = data;
       if (kind === "skin") continue;
       if (key === "index") this.triangles(part, key, data);
-      else if (ATTRIBUTES[key] && !["brows", "lashes", "fibers"].includes(kind)) this.attribute(part, key, data, width);
+      else if (ATTRIBUTES[key] && !["bound", "lashes", "fibers"].includes(kind)) this.attribute(part, key, data, width);
     }
     gl.bindVertexArray(null);
     if (kind === "skin") this.updateSkin(part, arrays);
@@ -383,7 +383,7 @@ export class View extends Picking {
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
     gl.depthMask(false);
     const colored = this.field && this.parts.get("skin")?.colored === this.field; // what was kept may not be
-    if (!colored) for (const part of of("brows", "lashes")) this.drawHair(part);
+    if (!colored) for (const part of of("bound", "lashes")) this.drawHair(part);
     for (const part of of("fibers")) drawFibers(this, part);
     gl.depthMask(true);
     gl.disable(gl.BLEND);
@@ -478,7 +478,7 @@ export class View extends Picking {
     if (!part.ribbons) {
       part.ribbons = new Ribbons(gl, part.arrays.half, part.arrays.tint, part.info.knots);
     }
-    if (part.kind === "brows") {
+    if (part.kind === "bound") {
       const skin = this.parts.get("skin");
       if (part.moved !== skin.arrays.position) {
         part.points ??= new Float32Array(part.arrays.corners.length);
@@ -491,7 +491,7 @@ export class View extends Picking {
         this.box[k % 3] + step * root[3 * Math.floor(k / (3 * knots)) + (k % 3)] + scale * v));
       part.moved = away;
     }
-    this.drawRibbons(part.ribbons, part.kind === "brows" ? 0.022 : 0.003);
+    this.drawRibbons(part.ribbons, part.kind === "bound" ? 0.022 : 0.003);
   }
 
   /** Draw lines, or some of them, so much nearer to the camera, in distances between the pupils. */
