@@ -13,7 +13,7 @@ from .head import BoundHairs, Head
 SEED = 3
 """All people have the same hairs, in their own colors."""
 
-HAIRS, KNOTS = 18000, 3
+HAIRS, KNOTS = 30000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
 WHORL = np.array([8.0, 115.0, -62.0])

@@ -200,8 +200,11 @@ class CroppedHair(Hairs):
     True
     """
 
-    HALF = 0.0035
+    HALF = 0.003
     """Half the width of the longest at their roots, in distances between the pupils: each stands for some thin ones."""
+
+    BRIGHTER = 1.4
+    """Color of hairs relative to that of the scalp, which light reaches from more sides."""
 
     def __init__(self, hairs: BoundHairs, face: Face) -> None:
         self.hairs = hairs
@@ -210,7 +213,7 @@ class CroppedHair(Hairs):
         tall = hairs.heights.max(axis=1, keepdims=True)
         thick = self.HALF * np.minimum(tall / np.median(tall), 1.0) * random.uniform(0.5, 1.2, (shape[0], 1))
         self.half = face.frame.pupil_distance * thick * (1.0 - 0.85 * along**2)
-        self.tint = 1.15 * hairs.color * np.exp(0.25 * random.normal(size=(shape[0], 1)))
+        self.tint = self.BRIGHTER * hairs.color * np.exp(0.25 * random.normal(size=(shape[0], 1)))
         turn = random.normal(0.0, 0.6, (shape[0], 1, 1))
         self._turned = np.cos(turn), np.sin(turn)
 

@@ -138,7 +138,7 @@ class HeadPainter:
         halves = []
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
-            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.15 * combed(places, 0.5, 4.0, 22)
+            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.06 * combed(places, 0.5, 4.0, 22)
             halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
         (right, right_hair), (left, left_hair) = halves
         shape = TEXELS, TEXELS // 2
