@@ -22,8 +22,8 @@ WHORL = np.array([8.0, 115.0, -62.0])
 ASTRAY = 0.35
 """Deviation of the direction of single hairs from that, radians."""
 
-LONGEST, SHORTEST = 15.0, 7.0
-"""Length of cropped hair where it is dense, at most and at least."""
+SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
+"""Length of cropped hair where it is dense, at least and at most, and by how much it may be longer on women."""
 
 FEWEST = 0.15
 """Share of hair in the color of the skin up to which none grows."""
@@ -34,8 +34,11 @@ THIN = 0.3
 SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
 
+ROUND = 90.0
+"""Radius of the scalp that hairs bend around."""
 
-def cropped_hair(head: Head, length: float) -> BoundHairs | None:
+
+def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | None:
     """Return cropped hair on the skin of a head; None for a shaved one.
 
     Parameters
@@ -43,6 +46,8 @@ def cropped_hair(head: Head, length: float) -> BoundHairs | None:
     head : Head
     length : float
         From the shortest (-1) to the longest (0).
+    sex : float
+        From feminine (-1), with longer hair, to masculine.
 
     Examples
     --------
@@ -72,10 +77,11 @@ def cropped_hair(head: Head, length: float) -> BoundHairs | None:
     turn = random.normal(0.0, ASTRAY, (count, 1))
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
     dense = smoothstep(np.einsum("kc,kc->k", weights, head.paint[0].cover()[corners]))
-    longest = LONGEST + (LONGEST - SHORTEST) * length
+    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) - SHORTEST) * (1.0 + length)
     reach = longest * (THIN + (1.0 - THIN) * dense[:, None]) * random.uniform(0.6, 1.1, (count, 1))
     slope = random.uniform(*SLOPE, (count, 1))
-    flat, heights = np.sqrt(1.0 - slope**2) * reach * along, slope * reach * (along - BENT * along**2)
+    flat = np.sqrt(1.0 - slope**2) * reach * along
+    heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * ROUND)
     # Hairs go straight ahead in the plane of the triangle in which they are rooted, also past its sides.
     edges = points[corners[:, 1:]] - points[corners[:, :1]]
     steps = np.einsum("kei,ki->ke", np.linalg.pinv(edges.swapaxes(1, 2)), way)

@@ -130,7 +130,7 @@ class Identity:
     age : float
         From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
     sex : float
-        From feminine, with thin brows, to masculine.
+        From feminine, with thin brows and longer cropped hair, to masculine.
     child : float
         From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
     skin : float
@@ -142,7 +142,8 @@ class Identity:
     iris : float
         From blue over gray to dark brown irises.
     hair_length : float
-        Up to 0 hair is cropped; above, it falls from a parting, over the ears, and at 1 down to the chin.
+        Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, and at 1 down to
+        the chin.
 
     Raises
     ------

@@ -51,10 +51,10 @@ def test_it_is_shorter_where_it_is_thin(face):
 
 
 def test_people_have_their_own_length_color_and_hairline(face):
-    short, fair, old = (
-        fw.default_face(who) for who in ({"hair_length": -1.0}, {"hair": -1.0}, {"age": 1.0, "sex": 1.0})
-    )
-    assert np.median(reach(hairs_of(short))) == pytest.approx(7.0 / 15.0 * np.median(reach(hairs_of(face))), rel=0.02)
+    others = {"hair_length": -1.0}, {"hair": -1.0}, {"age": 1.0, "sex": 1.0}, {"sex": -1.0}
+    short, fair, old, woman = map(fw.default_face, others)
+    assert np.median(reach(hairs_of(short))) == pytest.approx(7.0 / 16.0 * np.median(reach(hairs_of(face))), rel=0.02)
+    assert np.median(reach(hairs_of(woman))) > 1.8 * np.median(reach(hairs_of(face)))
     assert fair.cropped_hair.color.mean() > 1.5 * face.cropped_hair.color.mean()
     assert hairs_of(old)[:, 0, 2].max() < hairs_of(face)[:, 0, 2].max() - 3.0
     assert fw.default_face({"hair_density": -1.0}).cropped_hair is None

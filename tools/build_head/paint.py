@@ -211,7 +211,8 @@ def combed(places: Array, size: float, length: float, seed: int) -> Array:
     turned = np.cross(upright, way)
     angle = 0.35 * noise(places, 14.0, seed + 100)[:, None]
     way = np.cos(angle) * way + np.sin(angle) * turned
-    total = sum(noise(places + step * way, size, seed) for step in np.arange(-0.5 * length, 0.5 * length, 0.8 * size))
+    steps = np.arange(-0.5 * length, 0.5 * length, 0.8 * size)
+    total = np.sum([noise(places + step * way, size, seed) for step in steps], axis=0)
     return np.asarray(total / total.std())
 
 
