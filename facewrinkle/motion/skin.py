@@ -406,18 +406,18 @@ class Skin:
         self.advance()
         return self.points + self.displacement
 
-    def advance(self) -> None:
-        """Advance by one time step.
+    def advance(self) -> float:
+        """Advance by one time step, and return how far a simulated vertex went at most, along an axis, mm.
 
         Joints carry the skin along as their muscles contract. They turn in parts, each a step of its own, so that
         lips that are flung at each other meet, and the skin settles on the way. A step that left everything as it was
         is not made again.
         """
-        before, after = self._placed, self.rates
+        before, after, left = self._placed, self.rates, self._displacement
         if np.array_equal(before, after):
             state = self._displacement, self._minimizer.memory, self.contacts.looked_at, bool(self._velocity.any())
             if all(map(operator.is_, state, self._stepped_from)):
-                return
+                return 0.0
             self._stepped_from = state
             self._advance(self.time_step)
         else:
@@ -429,6 +429,7 @@ class Skin:
                 self._displacement = self.joints.carried(x, riding, self._placed) - self._rest_points
                 self._advance(self.time_step)
         self._come_to_rest()
+        return float(np.abs(self._displacement - left).max())
 
     def cleared(self, displacement: Array) -> Array:
         """Return a displacement (n, 3), mm, near a given one, in which the skin is out of eyes, teeth, lips and lids.

@@ -7,7 +7,7 @@ what is known of a vertex             that of the whole face
 lids, lips, loops                     those of the whole face
 motion on a fine face                 the skin simulated whole
 gaps of lids and lips                 those of the skin simulated whole
-rest, release                         rest
+rest, release, settling               rest
 cost of a fine face                   its vertices only follow: the simulated mesh does not grow
 """
 
@@ -200,3 +200,11 @@ def test_vertices_that_follow_go_along_with_the_lids_exactly(face):
     assert (away > 1e-9).mean() < 0.01
     assert (away <= LEAST * longest + 1e-9).all()
     np.testing.assert_allclose(skin.displacement, skin.mesh.untangled(wanted), rtol=0.0, atol=1e-9)
+
+
+def test_a_fine_face_that_has_settled_is_at_rest(fine):
+    sim = fw.Simulation(fine, layers=[])
+    sim.express("happiness")
+    frame = sim.settle()
+    moved = np.abs(sim.step().points[: fine.n_points] - frame.points[: fine.n_points]).max() * fine.unit
+    assert 0.0 < moved < 0.012
