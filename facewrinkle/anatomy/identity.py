@@ -44,7 +44,9 @@ GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn gray, and its color then."""
 
 GRAYEST, RECEDED = 0.85, 0.9
-"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head."""
+"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head, and always before
+hair that falls from a parting.
+"""
 
 BROWS_SHARE = 0.5
 """Brows differ from those of the mean head by this share of what hair does."""
@@ -294,13 +296,14 @@ def head_of(identity: Identity) -> Head:
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     thin = THIN_BROWS * max(-identity.sex, identity.child, 0.0)
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
-    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING:
+    falls = identity.hair_length > 0.0
+    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING and not falls:
         return head
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
     tint = HAIR_TINTS[int(identity.hair > 0.0)] ** abs(identity.hair)
     old = float(smoothstep((identity.age - GRAYING) / (1.0 - GRAYING)))
-    gray, border = GRAYEST * old, RECEDED * old * max(identity.sex, 0.0)
+    gray, border = GRAYEST * old, RECEDED * max(old * identity.sex, float(falls))
     own = np.minimum(tint**BROWS_SHARE * mean.brows.color, BROWS_ON_SKIN * skin * TONES[4, 1:])
     strands, brows = (
         (1.0 - share * gray) * color + share * gray * GRAY
