@@ -23,9 +23,9 @@ ASTRAY = 0.35
 """Deviation of the direction of single hairs from that, radians."""
 
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
-"""Length of cropped hair where it is dense, at least and at most, and by how much it may be longer on women."""
+"""Least and greatest length of cropped hair where it is dense, and what women and children may have beyond."""
 
-FEWEST = 0.15
+FEWEST = 0.25
 """Share of hair in the color of the skin up to which none grows."""
 
 THIN = 0.3
@@ -47,7 +47,7 @@ def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | No
     length : float
         From the shortest (-1) to the longest (0).
     sex : float
-        From feminine (-1), with longer hair, to masculine.
+        From feminine or childlike (-1), with longer hair, to masculine.
 
     Examples
     --------

@@ -118,7 +118,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     if person.hair_length > 0.0:
         seen["parts"] = {"hair": long_hair(head, person.hair_length)}
     else:
-        seen["cropped_hair"] = cropped_hair(head, person.hair_length, person.sex)
+        seen["cropped_hair"] = cropped_hair(head, person.hair_length, min(person.sex, -person.child))
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))

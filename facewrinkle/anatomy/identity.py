@@ -44,8 +44,8 @@ GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn gray, and its color then."""
 
 GRAYEST, RECEDED = 0.85, 0.9
-"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head, and always before
-hair that falls from a parting.
+"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head, and at any age
+before hair that falls from a parting.
 """
 
 BROWS_SHARE = 0.5
