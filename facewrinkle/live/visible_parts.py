@@ -288,7 +288,7 @@ def _indices(triangles: IntArray) -> npt.NDArray[Any]:
 def _eye(ball: PaintedEye) -> Part:
     eye = ball.eye
     quads = ball.quads
-    triangles = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)  # side by side: software works corners out only once
     arrays: dict[str, np.ndarray] = {
         "sphere": ball.sphere.astype(np.float32),
         "cornea": ball.cornea.astype(np.float32),
