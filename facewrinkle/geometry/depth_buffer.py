@@ -122,6 +122,10 @@ GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 DIRECTIONS = 28
 """Directions in which openness is looked for."""
 
+RAISED, FADE = 1.3, 2.0
+"""How far places are raised, along their normals and towards a lamp, before it is asked what hides them; depth of
+what hides a ray only in part. Both in widths of a ray."""
+
 
 class Lamp:
     """A lamp afar, and a mesh that hides it.
@@ -166,17 +170,28 @@ class Lamp:
         least : float
             Points count as hidden whose normals have no larger cosine with the direction.
         """
-        number, step = np.arange(rays), self._step
-        away = soft * np.sqrt((number + 0.5) / rays)[:, None] / step
-        around = away * np.stack([np.cos(GOLDEN * number), np.sin(GOLDEN * number)], axis=1)
+        step = self._step
         asked = normals @ self._axes[2] > least
-        place = (points[asked] + 1.3 * step * normals[asked]) @ self._axes.T
+        place = (points[asked] + RAISED * step * normals[asked]) @ self._axes.T
         place[:, :2] = (place[:, :2] - self._low) / step
-        place[:, 2] += 1.3 * step
+        place[:, 2] += RAISED * step
         out, found = np.ones(len(points)), np.empty(len(place))
-        _hidden(place, around, self._depth, 2.0 * step, found)
+        _hidden(place, soft / step * on_disk(rays), self._depth, FADE * step, found)
         out[asked] = found
         return out
+
+
+def on_disk(number: int) -> Array:
+    """Return points (number, 2) that lie evenly on a disk of radius 1.
+
+    Examples
+    --------
+    >>> np.linalg.norm(on_disk(2), axis=1)
+    array([0.5      , 0.8660254])
+    """
+    k = np.arange(number)
+    around = np.stack([np.cos(GOLDEN * k), np.sin(GOLDEN * k)], axis=1)
+    return np.asarray(np.sqrt((k + 0.5) / number)[:, None] * around)
 
 
 def openness(points: Array, normals: Array, mesh: tuple[Array, IntArray], *, step: float) -> Array:

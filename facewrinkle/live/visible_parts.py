@@ -161,7 +161,7 @@ class VisibleParts:
             arrays = {**eye.arrays, "lids": self._same(eye.name, "lids", lids)}
             parts.append(Part(eye.name, "eye", arrays, {**eye.info, "axes": axes}))
         for margin in self._appearance.lid_margins:
-            parts.append(self._mesh(f"rim_{margin.eye.side}", margin.at(points), "skin_part"))
+            parts.append(self._mesh(f"rim_{margin.eye.side}", margin.at(points), "rim"))
         return parts
 
     def _mouth_parts(self, points: Array, state: FrameState) -> list[Part]:

@@ -25,6 +25,9 @@ BELOW_CHIN, FADE = 25.0, 50.0
 IN_SHADE = 0.4
 """Share of its light that a part beside the skin keeps in the shadow of the skin."""
 
+LEAST = -0.4
+"""Cosine with the direction of the key light up to which a place counts as turned away from it."""
+
 
 class KeyLight:
     """The key light of a scene on a face in one frame.
@@ -64,7 +67,7 @@ class KeyLight:
         return shaded
 
     def _hidden(self, points: Array, normals: Array) -> Array:
-        return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=-0.4)
+        return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=LEAST)
 
 
 def light_at_rest(face: Face, skin: pv.PolyData) -> Array:

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ..anatomy import Face
+from ..anatomy import MEAN_PUPIL_DISTANCE, Face
 from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
 from ..appearance.flush import ABSORBANCE, MOST
 from ..appearance.smooth_skin import BEND
+from ..geometry.depth_buffer import FADE, RAISED, on_disk
 from ..geometry.smooth_split import LARGEST, ROUNDS
+from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP
 from .scene import BACKGROUND
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from .views import LIGHTS, VIEW_ANGLE, VIEWS
@@ -26,6 +28,10 @@ TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg":
 
 IMPORT = re.compile(r'from "\./([\w]+\.js)"')
 """The words by which a module names another that it uses."""
+
+
+TEXELS = 512
+"""Width of the picture that a page draws from the key lamp: texels on the built-in head are narrower than `STEP`."""
 
 
 def web_files(folder: Traversable) -> dict[str, tuple[str, bytes]]:
@@ -56,6 +62,16 @@ def _materials() -> str:
             "teeth": TEETH_MATERIAL.code(len(LIGHTS)),
         },
         "LIGHTS": [{"direction": where, "color": [strength * c for c in color]} for where, color, strength in LIGHTS],
+        "KEY": {
+            "step": STEP / MEAN_PUPIL_DISTANCE,
+            "soft": SOFT / MEAN_PUPIL_DISTANCE,
+            "rays": on_disk(RAYS).tolist(),
+            "raised": RAISED,
+            "fade": FADE,
+            "least": LEAST,
+            "in_shade": IN_SHADE,
+            "texels": TEXELS,
+        },
         "FIBERS": {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH},
         "SMOOTH": {"bend": BEND, "rounds": ROUNDS, "largest": LARGEST},
         "BLOOD": (MOST * ABSORBANCE).tolist(),

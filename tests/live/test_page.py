@@ -10,6 +10,7 @@ patterns and tears by a click     | the document
 pictures of parts beside the skin  | those of `Scene`
 the outline, and the skin          | that of pictures; its rims are those of the frame
 the picture                       | that of `Scene` with the same camera
+shares of the key light            | those of `Lamp`
 names of controls                 | every one has one
 colors, dark and light            | the contrast of WCAG
 eyes, landmarks, rings, muscles    | dragged: the document
@@ -44,9 +45,12 @@ from studio_pages import document, head_files, port, until
 from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
+from facewrinkle.geometry import Lamp
 from facewrinkle.live import Studio
 from facewrinkle.mesh import with_normals
 from facewrinkle.plotting import Scene, Style
+from facewrinkle.plotting.lighting import LEAST, RAYS, SOFT, STEP
+from facewrinkle.plotting.views import LIGHTS
 from facewrinkle.session import Look
 from facewrinkle.session.player import view_of
 
@@ -404,10 +408,40 @@ def test_a_movie_is_cancelled(page, studio):
     assert page.locator("#progress").is_hidden()
 
 
+LIT = """() => {
+  const { gl, camera, parts } = app.view, { points, normals, buffers } = parts.get("skin");
+  const lit = new Float32Array(points.length / 3);
+  gl.bindBuffer(gl.ARRAY_BUFFER, buffers.lit.buffer);
+  gl.getBufferSubData(gl.ARRAY_BUFFER, 0, lit);
+  const { right, up, towards } = camera.basis();
+  return [points, normals, lit, [...right, ...up, ...towards]].map((array) => [...array]);
+}"""
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0), (-0.7, 0.1), (1.5, 0.0), (0.3, -0.6), (3.0, 0.3)])
+def test_the_skin_gets_the_share_of_the_key_light_that_it_has_in_pictures(page, studio, turn):
+    """The share that the page's graphics card finds at each vertex, and that of the rays of `Lamp`."""
+    studio.rates = {"AU26": 0.8}
+    frame, face = studio.frame(), studio.face
+    page.evaluate("([x, y]) => { app.view.camera.turn(x, y); app.view.request(true); }", turn)
+    shown(page, studio)
+    points, normals, lit, basis = (np.array(values) for values in page.evaluate(LIT))
+    normals = normals.reshape(-1, 4)[:, :3]
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    head = np.asarray(frame.points, float)[: len(face.points)], face.triangles
+    lamp = Lamp(head, LIGHTS[0][0] @ basis.reshape(3, 3), STEP * face.frame.scale)
+    soft = SOFT * face.frame.scale
+    hidden = lamp.hidden(points.reshape(-1, 3), normals, soft=soft, rays=RAYS, least=LEAST)
+    assert 0.3 < hidden.mean() < 0.8
+    off = np.abs(1.0 - hidden - lit)
+    assert off.mean() < 0.03
+    assert np.percentile(off, 99) < 0.15  # three rays of 24, at the rims of what casts the shadow
+
+
 def test_the_page_shows_what_pictures_show(page, studio):
-    """The same camera and hues, from aside, and the same details; with brows that are not lifted out of folds. Shadows,
-    which go over into light more slowly, are in pictures alone. The mean of several pictures, which a face at rest is
-    drawn by without a graphics card, is nearer to it than a single one.
+    """The same camera and hues, from aside, the same light and shade, and the same details; with brows that are not
+    lifted out of folds. The mean of several pictures, which a face at rest is drawn by without a graphics card, is
+    nearer to it than a single one.
     """
     page.emulate_media(color_scheme="dark")  # the ground of pictures
     studio.rates = {"happiness": 1.0}
@@ -426,6 +460,9 @@ def test_the_page_shows_what_pictures_show(page, studio):
     assert np.median(mean[face]) < 4.0
     assert (mean[face] > 40).mean() < 0.001
     outline = slice(height // 8, -height // 8), slice(width // 4, -width // 4)
+    below = slice(height // 2, -height // 8), slice(width // 4, -width // 4)  # the hair, which pages do not shade
+    light = np.abs(gaussian_filter(mine - theirs, (4.0, 4.0, 0.0)))[below]
+    assert np.percentile(light, 99) < 4.0  # 35 without cast shadows
     assert (mean[outline] ** 2).mean() < 0.9 * (single[outline] ** 2).mean()
     hues = [each[face] / each[face].sum(axis=2, keepdims=True) for each in (mine, theirs)]
     assert 255.0 * np.median(np.abs(hues[0] - hues[1])) < 0.6  # 0.7 without the flush of cheeks

@@ -147,5 +147,6 @@ def test_the_page_shows_the_face_and_its_shapes(smooth_rig, tmp_path):
     opened = shot(path, tmp_path / "2.png", "#jawOpen=1&browInnerUp=1")
     np.testing.assert_array_equal(rest, again)
     assert rest.std() > 20.0  # a face before the background
+    assert rest[445:453, 260:272].mean() < 0.65 * rest[445:453, 180:192].mean()  # the throat, in the shadow of the chin
     changed = np.abs(rest - opened).max(axis=2) > 10.0
     assert 0.01 < changed.mean() < 0.5

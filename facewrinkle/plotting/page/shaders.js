@@ -1,6 +1,7 @@
 // Programs of the view. The shading of skin, eyes and teeth is that of the toolkit's pictures, handed over by the server.
 
-import { BLOOD, LIGHTS, MATERIALS } from "./materials.js";
+import { cross, unit } from "./camera.js";
+import { BLOOD, KEY, LIGHTS, MATERIALS } from "./materials.js";
 
 const vec = (v) => `vec3(${v.map((x) => x.toFixed(6)).join(", ")})`;
 const lights = LIGHTS.map(({ direction, color }, k) =>
@@ -15,6 +16,36 @@ const CAMERA = `
 uniform mat4 view, projection;
 uniform vec3 low;
 uniform float size;
+`;
+
+const ahead = unit(LIGHTS[0].direction), across = unit(cross([0, 1, 0], ahead));
+
+const LAMP = `
+const mat3 lamp = mat3(${[across, cross(ahead, across), ahead].map(vec)}); // its axes, the last towards it
+uniform vec4 ball; // around the skin, before the camera: middle and radius
+vec3 before_lamp(vec3 place) { return (place - ball.xyz) * lamp / ball.w; }
+`;
+
+const KEY_LIGHT = `${LAMP}
+uniform highp sampler2D depths;
+uniform float ray, border; // widths
+float hidden(vec2 spot, float far) {
+  float behind = far - texelFetch(depths, clamp(ivec2(spot), 0, ${KEY.texels - 1}), 0).r;
+  return smoothstep(0.0, float(${KEY.fade / 2}) * ray / ball.w, behind);
+}
+float key_light(vec3 place, vec3 normal) {
+  vec3 out_of = normalize(normal);
+  if (dot(out_of, lamp[2]) <= float(${KEY.least})) return 0.0;
+  vec3 at = before_lamp(place + float(${KEY.raised}) * ray * (out_of + lamp[2]));
+  vec2 spot = float(${KEY.texels / 2}) * (1.0 + at.xy);
+  float far = 0.5 - 0.5 * at.z, wide = float(${KEY.texels / 2}) * border / ball.w;
+  float sum = ${KEY.rays.map(([x, y]) => `hidden(spot + wide * vec2(${x}, ${y}), far)`).join(" + ")};
+  return 1.0 - sum / ${KEY.rays.length}.0;
+}
+`;
+
+const IN_SHADE = `${KEY_LIGHT}
+vec3 in_shade(vec3 paint) { return paint * sqrt(mix(float(${KEY.in_shade}), 1.0, key_light(place, normal))); }
 `;
 
 const GROUND = `
@@ -62,8 +93,8 @@ uniform sampler2D photo;
 uniform bool textured;
 `;
 
-const OWN_COLOR = `
-  vec4 painted = textured ? texture(photo, texture_at) : vec4(tint, 1.0);
+const ownColor = (tint) => `
+  vec4 painted = textured ? texture(photo, texture_at) : vec4(${tint}, 1.0);
   if (painted.a < 0.5) discard;
   vec3 diffuseColor = painted.rgb;
 `;
@@ -74,7 +105,7 @@ in vec4 small_normal;
 in vec3 color;
 in vec2 texture_place;
 in vec4 reach; // shares of light: from all sides, of the key light, of gloss; and how much of the place is drawn
-in float value, blood;
+in float value, blood, lit;
 uniform bool textured;
 out vec3 place, normal, tint;
 out vec2 texture_at;
@@ -88,7 +119,7 @@ void main() {
   vec3 flush = exp(-blood * ${vec(BLOOD)});
   tint = (textured ? vec3(1.0) : color) * (1.0 - small_normal.w * vec3(0.75, 1.0, 1.0)) * flush / max(max(flush.r, flush.g), max(flush.b, 1.0));
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
-  reached = reach;
+  reached = reach * vec4(1.0, lit, 1.0, 1.0);
   shown = value;
   label = value;
   gl_Position = projection * at;
@@ -185,6 +216,23 @@ const LINE_FRAGMENT = `${START}
 out vec4 result;
 void main() { result = vec4(0.06, 0.04, 0.035, 0.55); }`;
 
+const SHADOW_VERTEX = `${START}
+uniform mat4 view;
+in vec3 position;
+${LAMP}
+void main() { gl_Position = vec4(before_lamp((view * vec4(position, 1.0)).xyz) * vec3(1.0, 1.0, -1.0), 1.0); }`;
+
+const LIT_VERTEX = `${START}
+uniform mat4 view;
+in vec3 position;
+in vec4 small_normal;
+out float lit;
+${KEY_LIGHT}
+void main() { lit = key_light((view * vec4(position, 1.0)).xyz, mat3(view) * small_normal.xyz); }`;
+
+const EMPTY_FRAGMENT = `${START}
+void main() {}`;
+
 const GROUND_VERTEX = `${START}
 void main() {
   vec2 at = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
@@ -233,12 +281,15 @@ void main() {
 
 const SOURCES = {
   skin: [SKIN_VERTEX, SKIN_FRAGMENT],
-  skin_part: [MESH_VERTEX, shaded("skin", OWN_COLOR, `${OWN_INPUTS}const vec4 reached = vec4(1.0);`)],
-  teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = tint;", "in vec3 tint;")],
-  eye_part: [MESH_VERTEX, shaded("eye", OWN_COLOR, OWN_INPUTS)],
-  eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = tint;", "in vec3 tint;")],
+  skin_part: [MESH_VERTEX, shaded("skin", ownColor("tint"), `${OWN_INPUTS}const vec4 reached = vec4(1.0);`)],
+  rim: [MESH_VERTEX, shaded("skin", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}const vec4 reached = vec4(1.0);`)],
+  teeth: [MESH_VERTEX, shaded("teeth", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}`)],
+  eye_part: [MESH_VERTEX, shaded("eye", ownColor("in_shade(tint)"), OWN_INPUTS + IN_SHADE)],
+  eye: [EYE_VERTEX, shaded("eye", "vec3 diffuseColor = in_shade(tint);", `in vec3 tint;${IN_SHADE}`)],
   plain: [MESH_VERTEX, PLAIN_FRAGMENT],
   hair: [HAIR_VERTEX, HAIR_FRAGMENT],
+  shadow: [SHADOW_VERTEX, EMPTY_FRAGMENT],
+  lit: [LIT_VERTEX, EMPTY_FRAGMENT],
   line: [LINE_VERTEX, LINE_FRAGMENT],
   ground: [GROUND_VERTEX, GROUND_FRAGMENT],
   copy: [GROUND_VERTEX, COPY_FRAGMENT],
@@ -248,7 +299,7 @@ const SOURCES = {
 /** Places of attributes, the same in all programs. */
 export const PLACES = {
   position: 0, small_normal: 1, color: 2, texture_place: 3, value: 4, sphere: 5, cornea: 6, along: 7, half_width: 8, side: 9,
-  under: 10, thickness: 11, reach: 12, blood: 13,
+  under: 10, thickness: 11, reach: 12, blood: 13, lit: 14,
 };
 
 /** Compile a program, with its uniforms by name; code of `wrinkled(normal, place, texture_at)` draws wrinkle maps. */
@@ -263,6 +314,7 @@ export function program(gl, name, code = "") {
     gl.attachShader(made, shader);
   });
   for (const [attribute, place] of Object.entries(PLACES)) gl.bindAttribLocation(made, place, attribute);
+  if (name === "lit") gl.transformFeedbackVaryings(made, ["lit"], gl.SEPARATE_ATTRIBS);
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(`${name}: ${gl.getProgramInfoLog(made)}`);
   const uniforms = {};

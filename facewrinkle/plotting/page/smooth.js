@@ -5,16 +5,15 @@ import { SMOOTH } from "./materials.js";
 /** A number for an edge between two vertices. */
 export const numbered = (a, b) => (a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a);
 
-/** A number for the place of an edge, the same for both names that it has at a seam of a photo; 0 if it does not bend. */
-function place(points, normals, a, b, least) {
+/** A number for the place of an edge, the same for both names that it has at a seam of a photo; 0 if it stays as it is. */
+function place(points, normals, a, b, least, longest) {
   let turn = 0, long = 0, place = 0;
   for (let k = 0; k < 3; k++) turn += (normals[4 * b + k] - normals[4 * a + k]) ** 2;
-  if (turn < SMOOTH.bend ** 2) return 0;
   for (let k = 0; k < 3; k++) {
     long += (points[3 * b + k] - points[3 * a + k]) ** 2;
     place = Math.PI * place + points[3 * a + k] + points[3 * b + k];
   }
-  return long * turn > least ? place : 0;
+  return (turn > SMOOTH.bend ** 2 && long * turn > least) || long > longest ? place : 0;
 }
 
 /** Set points (3 numbers each) and normals (4) of a vertex in the middle of the curve between two others. */
@@ -47,22 +46,22 @@ function divide(out, a, b, c, ab, bc, ca) {
 }
 
 export class Smooth {
-  /** Lists of triangles, split where an edge bends and the arc over it rises too much, by points and normals. */
-  constructor(lists, points, normals, rise) {
+  /** Lists of triangles, split where an edge is too long, or bends and the arc over it rises too much, by points and normals. */
+  constructor(lists, points, normals, rise, longest = Infinity) {
     this.count = points.length / 3;
     this.ends = []; // the two vertices that each new one lies between
     this.middles = new Map(); // the new vertices, by the edges that they halve
     this.whole = lists.map(() => []);
     [points, normals, lists] = [Array.from(points), Array.from(normals), lists.map((list) => Array.from(list))];
-    for (let round = 0; round < SMOOTH.rounds; round++) lists = this.round(lists, points, normals, (8 * rise) ** 2);
+    for (let round = 0; round < SMOOTH.rounds; round++) lists = this.round(lists, points, normals, (8 * rise) ** 2, longest ** 2);
     this.lists = this.whole.map((list, which) => Uint32Array.from(list.concat(lists[which])));
   }
 
   /** Halve edges, keep triangles that have no such edge, and return the parts of the others. */
-  round(lists, points, normals, least) {
+  round(lists, points, normals, least, longest) {
     const uses = new Map(), after = (list, s) => list[s % 3 === 2 ? s - 2 : s + 1];
     const places = lists.map((list) => list.map((a, s) => {
-      const at = place(points, normals, a, after(list, s), least);
+      const at = place(points, normals, a, after(list, s), least, longest);
       if (at) uses.set(at, (uses.get(at) ?? 0) + 1);
       return at;
     }));

@@ -1,18 +1,19 @@
 // The view: keeps the parts of the newest frame on the graphics card, and draws them.
 
-import { BACKGROUND, VIEW_ANGLE } from "./materials.js";
+import { BACKGROUND, KEY, VIEW_ANGLE } from "./materials.js";
 import { Camera } from "./camera.js";
 import { Ribbons, bound, drawFibers } from "./hair.js";
 import { Mean, SHIFTS } from "./mean.js";
 import { Picking } from "./picking.js";
 import { PLACES, program } from "./shaders.js";
+import { Shadow } from "./shadow.js";
 import { Smooth, numbered } from "./smooth.js";
 
 const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 const ATTRIBUTES = { // array of a part: attribute, components, normalized
   position: ["position", 3, true], normal: ["small_normal", 4, true], color: ["color", 3, true],
   texture: ["texture_place", 2, true], value: ["value", 1, true], sphere: ["sphere", 3, false], cornea: ["cornea", 3, false],
-  under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true], blood: ["blood", 1, true],
+  under: ["under", 4, true], thickness: ["thickness", 1, false], reached: ["reach", 4, true], blood: ["blood", 1, true], lit: ["lit", 1, false],
 };
 const LIGHT_GROUND = ["#c9ced4", "#e6e9ec"]; // of pages in light colors
 const RISE = [0.0016, 0.004]; // of an arc over an edge that is drawn straight, in distances between the pupils; and of one in software's fewer pixels
@@ -48,7 +49,8 @@ export class View extends Picking {
   setUp() {
     const gl = this.gl = this.canvas.getContext("webgl2", { antialias: !this.software, alpha: false, preserveDrawingBuffer: false });
     this.programs = Object.fromEntries(
-      ["skin", "skin_part", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+      ["skin", "skin_part", "rim", "teeth", "eye_part", "eye", "plain", "hair", "line", "ground", "tear"].map((n) => [n, program(gl, n)]));
+    this.shadow = new Shadow(gl);
     this.mean = this.software ? new Mean(gl) : null; // else the card does it, while the face moves, too
     this.parts = new Map();
     this.empty = gl.createVertexArray();
@@ -177,12 +179,14 @@ export class View extends Picking {
       if (split) {
         part.coarse = this.coarse;
         part.lines = null;
-        part.smooth = new Smooth([index, lined], points, normals, this.camera.size * RISE[this.coarse ? 1 : 0]);
+        const { size } = this.camera, border = 2 * KEY.soft * size; // of shadows, in which longer edges would be seen
+        part.smooth = new Smooth([index, lined], points, normals, size * RISE[this.coarse ? 1 : 0], border);
         part.smooth.lists.forEach((list, which) => this.triangles(part, ["index", "lined"][which], list));
       }
       Object.assign(part, part.smooth.lifted(points, normals));
       this.attribute(part, "position", part.points);
       this.attribute(part, "normal", part.normals);
+      if (split) this.attribute(part, "lit", new Float32Array(part.points.length / 3));
     }
     for (const key of Object.keys(others)) if (split || changed[key]) this.attribute(part, key, part.smooth.values(others[key]));
     if (part.value && (split || changed.value)) this.attribute(part, "value", part.smooth.values(part.value, part.labels));
@@ -348,7 +352,6 @@ export class View extends Picking {
     if (!camera || !this.box || gl.isContextLost()) return;
     this.resize();
     const { width, height } = this.canvas;
-    gl.viewport(0, 0, width, height);
     gl.depthMask(true);
     gl.clear(gl.DEPTH_BUFFER_BIT);
     this.aspect = width / height;
@@ -358,26 +361,27 @@ export class View extends Picking {
       this.matrices.projection[8] += (2 * x) / width;
       this.matrices.projection[9] += (2 * y) / height;
     }
-    if (this.kept) {
-      const border = Math.round(this.curtain * width);
-      gl.enable(gl.SCISSOR_TEST);
-      gl.scissor(0, 0, border, height);
-      this.within(this.kept, () => this.paint());
-      gl.scissor(border, 0, width - border, height);
-    }
-    this.paint();
-    gl.disable(gl.SCISSOR_TEST);
+    const border = this.kept ? Math.round(this.curtain * width) : 0;
+    if (this.kept) this.within(this.kept, () => this.paint(0, border));
+    this.paint(border, width);
     if (this.taken) this.mean.take(this.taken);
   }
 
-  paint() {
-    const { gl } = this;
+  /** Draw all that is seen in some columns of the picture. */
+  paint(first, last) {
+    const { gl } = this, { width, height } = this.canvas;
+    const skin = this.parts.get("skin");
+    if (skin.coarse !== this.coarse) this.updateSkin(skin, skin.arrays);
+    if (!this.taken || this.kept) this.shadow.cast(skin, this);
+    gl.viewport(0, 0, width, height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(first, 0, last - first, height);
     this.ground();
     gl.enable(gl.DEPTH_TEST);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     const parts = [...this.parts.values()], of = (...kinds) => parts.filter((p) => kinds.includes(p.kind));
     for (const part of of("skin")) this.drawSkin(part);
-    for (const part of of("skin_part", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
+    for (const part of of("skin_part", "rim", "plain", "eye_part", "teeth")) if (part.info.visible !== false) this.drawMesh(part);
     for (const part of of("eye")) this.drawEye(part);
     gl.enable(gl.BLEND);
     if (this.wireframe) for (const part of of("skin")) this.drawLines(part);
@@ -389,6 +393,7 @@ export class View extends Picking {
     gl.disable(gl.BLEND);
     const tears = of("tear");
     if (tears.length) this.drawTears(tears);
+    gl.disable(gl.SCISSOR_TEST);
   }
 
   use(name, low = this.box.slice(0, 3), size = this.box[3]) {
@@ -398,6 +403,7 @@ export class View extends Picking {
     gl.uniformMatrix4fv(uniforms.projection, false, this.matrices.projection);
     if (uniforms.low) gl.uniform3fv(uniforms.low, low);
     if (uniforms.size) gl.uniform1f(uniforms.size, size);
+    if (uniforms.depths) this.shadow.tell(uniforms);
     if (uniforms.rows) {
       const [bottom, top] = getComputedStyle(this.canvas).colorScheme === "light" ? LIGHT_GROUND : BACKGROUND;
       gl.uniform3fv(uniforms.bottom, rgb(bottom));
@@ -416,7 +422,6 @@ export class View extends Picking {
   }
 
   drawSkin(part) {
-    if (part.coarse !== this.coarse) this.updateSkin(part, part.arrays);
     const { gl } = this, uniforms = this.use("skin", [0, 0, 0], 1);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, this.photoOf("skin"));

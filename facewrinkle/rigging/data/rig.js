@@ -6,7 +6,7 @@ import { shader, weigh } from "./wrinkles.js";
 
 const TYPES = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
 const WIDTHS = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
-const KINDS = [[/^face$/, "skin"], [/^eye/, "eye_part"], [/teeth$|^tongue$/, "teeth"], [/^mouth$/, "plain"], [/./, "skin_part"]];
+const KINDS = [[/^face$/, "skin"], [/^eye/, "eye_part"], [/^rim/, "rim"], [/teeth$|^tongue$/, "teeth"], [/^mouth$/, "plain"], [/./, "skin_part"]];
 
 const $ = (id) => document.getElementById(id);
 const bytesOf = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
