@@ -27,6 +27,7 @@ from ..layers.base import Layer
 from ..plotting.views import Style
 from ..progress import SHORTEST, bar_or_lines
 from ..session import Session, Subject
+from ..session.subject import age_of
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
 MOST_NAMES = 8
@@ -262,6 +263,7 @@ class FaceOptions:
         if self.face is None:
             refuse("belongs to a mesh: name it with --face.", **of_mesh)
             return default_face(person, atlas=self._own_atlas)
+        age_of(person)  # before the mesh is read, which takes long
         if self.face.suffix.lower() == ".json":
             refuse(
                 f"is not for {self.face.name}, a session with its own: leave it out.",

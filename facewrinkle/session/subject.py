@@ -66,16 +66,28 @@ class Subject:
         ParameterError
             For other parameters of the identity, unless they are 0, and for a face that moves as recorded.
         """
-        for name, value in person.items():
-            if value and name != "age":
-                raise ParameterError(
-                    f"only the built-in head becomes other people; this face has no {name!r}, only an age."
-                )
-        if not person.get("age"):
+        age = age_of(person)
+        if not age:
             return self
         if isinstance(self.clip, Recorded):
             raise ParameterError("a recorded face is as old as it was recorded; its folds have an age.")
-        return replace(self, face=self.face.aged(person["age"]))
+        return replace(self, face=self.face.aged(age))
+
+
+def age_of(person: Mapping[str, float]) -> float:
+    """Return the age of an identity; a ParameterError for other parameters, which only the built-in head has.
+
+    Examples
+    --------
+    >>> age_of({"age": 0.5, "jaw": 0.0}), age_of({})
+    (0.5, 0.0)
+    """
+    for name, value in person.items():
+        if value and name != "age":
+            raise ParameterError(
+                f"only the built-in head becomes other people; this face has no {name!r}, only an age."
+            )
+    return person.get("age", 0.0)
 
 
 def subject_of(content: Content, progress: Progress | None = None) -> Subject:
