@@ -59,7 +59,7 @@ def digest(thing, seen=()):
     elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
         text = repr([(f.name, digest(getattr(thing, f.name), seen)) for f in dataclasses.fields(thing)])
     else:
-        text = repr(type(thing))
+        return repr(type(thing))
     return hashlib.sha256(text.encode()).hexdigest()
 
 
