@@ -20,7 +20,10 @@ from facewrinkle.mesh import to_polydata
 from tools.self_intersections import self_intersections
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
-SINGLES = [Identity(**{name: value}) for name in NAMES for value in (-1.0, 1.0)]
+PAINTED = ("skin", "hair", "hair_density", "iris", "hair_length")
+"""What leaves the shape of the head as it is."""
+
+SINGLES = [Identity(**{name: value}) for name in NAMES if name not in PAINTED for value in (-1.0, 1.0)]
 CROWD = [Identity.random(seed, 0.7) for seed in range(6)]
 EXTREMES = [Identity(*np.random.default_rng(seed).choice([-1.0, 1.0], len(NAMES)).tolist()) for seed in range(6)]
 BABY = fw.Identity(width=0.4, length=-1.0, jaw=-1.0, chin=-1.0, nose_length=-1.0, brow=-1.0, cheeks=1.0, age=-1.0)
@@ -37,6 +40,16 @@ def test_zero_is_the_stored_head() -> None:
     np.testing.assert_allclose(nearly.points, load_head().points, atol=1e-7)
     for name, place in nearly.landmarks.items():
         np.testing.assert_allclose(place, load_head().landmarks[name], atol=1e-5)
+
+
+@pytest.mark.parametrize("name", PAINTED)
+def test_colors_and_hair_leave_the_shape_of_the_head(name: str) -> None:
+    mean = fw.default_face()
+    for value in (-1.0, 1.0):
+        face = fw.default_face(Identity(**{name: value}))
+        np.testing.assert_array_equal(face.points, mean.points)
+        np.testing.assert_array_equal(face.triangles, mean.triangles)
+        assert eye_of(face, face.points) == eye_of(mean, mean.points)
 
 
 @pytest.mark.parametrize("identity", [*SINGLES, *CROWD], ids=str)
