@@ -219,14 +219,6 @@ def test_help_loads_no_heavy_package():
     assert (result.returncode, result.stderr) == (0, "")
 
 
-def test_the_module_runs():
-    result = subprocess.run(
-        [sys.executable, "-m", "facewrinkle", "info", "expressions"], capture_output=True, text=True
-    )
-    assert (result.returncode, result.stderr) == (0, "")
-    assert "stretching_mouth" in result.stdout
-
-
 @pytest.mark.parametrize(
     ("command", "shown"),
     [
@@ -300,13 +292,12 @@ def test_commands_and_options_are_completed(shell, run):
         assert word in script
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
-def test_what_a_terminal_cannot_show_ends_no_command(tmp_path, encoding):
-    """Such as the name of a file, where Windows writes into a file."""
+def test_what_a_terminal_cannot_show_ends_no_command(tmp_path):
+    """Such as the name of a file, where Windows writes into a file; the module runs."""
     (tmp_path / "λ → 頭.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    environment = os.environ | {"PYTHONIOENCODING": encoding}
+    environment = os.environ | {"PYTHONIOENCODING": "cp1252"}
     command = [sys.executable, "-m", "facewrinkle", "info", "λ → 頭.obj"]
     run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, check=False)
-    assert run.returncode == 0, run.stderr
+    assert (run.returncode, run.stderr) == (0, b"")
     assert b"1 triangles" in run.stdout
     assert b"? ? ?.obj" in run.stdout

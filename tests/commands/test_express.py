@@ -63,7 +63,7 @@ def test_express_series_holds_every_step(surprise):
 
 
 def test_express_reports_what_it_did(tmp_path, run):
-    out, err = run("express", "AU4", *FEW, "--no-movie", "--out", str(tmp_path))
+    out, err = run("express", "AU4", *FEW, "--no-movie", "--max-level", "1", "--out", str(tmp_path))
     assert err == ""
     assert "4517 to " in out
     assert "mm" in out
@@ -74,7 +74,7 @@ def test_express_reports_what_it_did(tmp_path, run):
 
 def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["express", "AU1=0.5, AU4", *FEW, "--no-movie"]) == 0
+    assert main(["express", "AU1=0.5, AU4", "--frames", "1", "--size", "40", "--max-level", "1", "--no-movie"]) == 0
     assert (tmp_path / "output" / "AU1=0.5_AU4" / "AU1=0.5_AU4.png").is_file()
 
 

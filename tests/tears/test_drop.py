@@ -91,9 +91,18 @@ def test_units(face):
 
 
 @pytest.mark.parametrize(
-    "any_face", [None, "thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"], indirect=True
+    ("any_face", "side"),
+    [
+        (None, "l"),
+        (None, "r"),
+        ("thick", "l"),
+        ("sockets", "r"),
+        ("shut", "l"),
+        ("ict_face_narrow", "r"),
+        ("makehuman_head_male", "l"),
+    ],
+    indirect=["any_face"],
 )
-@pytest.mark.parametrize("side", ["l", "r"])
 def test_never_in_the_skin_on_lids_of_all_kinds(any_face, side):
     face, tear = any_face, fw.DrippingTear(any_face, side)
     for t in np.linspace(tear.begin, tear.end, 25):
