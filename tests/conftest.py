@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import warnings
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from types import SimpleNamespace
 
 import hypothesis
@@ -162,7 +162,7 @@ def papers(face):
 
 @pytest.fixture(scope="session")
 def played(papers):
-    """Expressions of a face without creases: 70 frames to full strength, then 160 after release."""
+    """Expressions of a face without creases: 70 frames to full strength, then, if asked for, 160 after release."""
     import facewrinkle as fw
 
     @lru_cache(maxsize=8)
@@ -180,8 +180,10 @@ def played(papers):
             rates=dict(zip(sim.muscles, sim.skin.rates, strict=True)),
             bare=sim.skin.points + sim.skin.displacement,
         )
+        return SimpleNamespace(frames=frames, top=frames[-1], held=held, released=cache(partial(release, sim)))
+
+    def release(sim):
         sim.relax()
-        released = list(sim.run(160, ramp=0.1))
-        return SimpleNamespace(name=name, frames=frames, top=frames[-1], held=held, released=released, sim=sim)
+        return list(sim.run(160, ramp=0.1))
 
     return play

@@ -20,8 +20,9 @@ REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_mal
 
 
 @needs_faces
-@pytest.mark.parametrize("name", REAL)
-@pytest.mark.parametrize("forward", [None, (0.0, 0.0, 1.0), (0.0, 0.4, 2.0)])
+@pytest.mark.parametrize(
+    ("name", "forward"), [*((name, None) for name in REAL), (REAL[0], (0.0, 0.0, 1.0)), (REAL[1], (0.0, 0.4, 2.0))]
+)
 def test_real_faces_are_turned_outward(name, forward):
     with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
         mesh = read_surface(FACES / f"{name}.obj")
