@@ -171,7 +171,7 @@ def hair(cover: Array, sky: Array, strands: Array) -> NDArray[np.uint8]:
 
     The light is in units of :data:`facewrinkle.anatomy.head.HAIR_LIGHT`.
     """
-    dense = smoothstep(cover + 0.06)
+    dense = smoothstep(1.15 * cover - 0.1)
     light = np.where(dense > 0.0, strands * (0.5 + 0.5 * sky), 0.75)
     return _bytes(np.stack([255.0 * dense, HAIR_LIGHT * light]))
 
