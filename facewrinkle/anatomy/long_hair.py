@@ -32,7 +32,7 @@ STRAND = 0.3
 STEP, STEPS = 8.0, 38
 """Length and number of the pieces in which hair grows."""
 
-PARTING = np.array([[16.0, -9.0], [10.0, -105.0]])
+PARTING = np.array([[5.0, -9.0], [4.0, -105.0]])
 """Both ends of the parting: to the left of the middle, and forward from the hairline."""
 
 WHORL = (0.27, 0.73)
