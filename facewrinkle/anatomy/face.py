@@ -630,6 +630,8 @@ class Face:
         years = check_range("age", age, 0.0, 1.0) - self.age
         if not self.landmarks:
             raise LandmarkError("a surface without landmarks has no age: fit_face finds those of a face.")
+        if not years:
+            return self
         marks = load_head().landmarks
         base = frame_of(marks)
         onto_head = fitted_map(self.landmarks, marks, self.frame, base)

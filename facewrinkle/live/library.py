@@ -18,7 +18,7 @@ from ..rigging.takes import SUFFIXES as TAKES
 from ..session import Place, Session, Subject
 from ..session.content import placed
 from ..session.parts import Point
-from ..session.subject import MESHES, moved, read_subject
+from ..session.subject import MESHES, age_of, moved, read_subject
 
 Tell = Callable[[str, float], None]
 """Called with what is being done, and the share of it that is done."""
@@ -102,10 +102,12 @@ class Library:
         face, person = self[session.face].face, session.identity
         self[session.take or session.face]
         built_in = self.built_in(session.face)
-        shown = face if built_in else self[session.face].aged(person).face
+        if not built_in:
+            age_of(person)
 
         def attach(point: Point) -> Place:
-            points = head_of(Identity(**person)).points if built_in else shown.points
+            own = self[session.face]
+            points = head_of(Identity(**person)).points if built_in else own.aged(person).face.points
             return Place.of(point, points, face.triangles)
 
         return placed(session, attach, face.atlas)
