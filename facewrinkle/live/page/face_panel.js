@@ -63,7 +63,7 @@ export class FacePanel {
     this.about.hidden = !this.about.textContent;
     this.report.replaceChildren(...report.map((text) => element("li", { text })));
     for (const [name, made] of this.rows) made.line.hidden = !identity.includes(name);
-    this.rows.get("age").input.min = identity.length > 1 ? -1 : 0; // a scan has the age 0, however old it looks
+    this.rows.get("age").begin(identity.length > 1 ? -1 : 0); // a scan has the age 0, however old it looks
     for (const group of this.person.children) group.hidden = [...group.children].slice(1).every((line) => line.hidden);
   }
 

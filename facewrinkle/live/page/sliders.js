@@ -49,9 +49,10 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
   const input = element("input", { type: "range", min, max, step, "aria-label": label });
   const output = element("output", { title: "Double-click to type a value" });
   input.title = RESET;
-  if (usual > min) input.style.setProperty("--usual", (usual - min) / (max - min)); // there it has a tick
   let gesture = "";
   const paint = () => {
+    if (usual > min) input.style.setProperty("--usual", (usual - min) / (max - min)); // there it has a tick
+    else input.style.removeProperty("--usual");
     const share = (value) => (100 * (value - min)) / (max - min), zero = share(Math.max(min, 0)), at = share(input.value);
     input.style.setProperty("--from", `${Math.min(zero, at)}%`); // from 0, which may be in the middle
     input.style.setProperty("--fill", `${Math.max(zero, at)}%`);
@@ -93,7 +94,11 @@ export function slider(label, { min = 0, max = 1, step = 0.01, shown = (v) => Ma
     typed.select();
   });
   paint();
-  return { input, output, set(value) { if (Number(input.value) !== value) { input.value = value; paint(); } } };
+  return {
+    input, output,
+    set(value) { if (Number(input.value) !== value) { input.value = value; paint(); } },
+    begin(least) { input.min = min = least; paint(); },
+  };
 }
 
 /** A labeled row with one slider. */
