@@ -92,10 +92,8 @@ class Face:
         Landmarks that were not given but mirrored or estimated.
     texture : ndarray of uint8, shape (h, w, 3), optional
         Color over the mesh's texture coordinates, first row at the top.
-    brows : BoundHairs, optional
-        Eyebrows, bound to the triangles of the mesh.
-    cropped_hair : BoundHairs, optional
-        Hair of the head, bound in the same way.
+    bound_hair : dict of str to BoundHairs
+        Hair that is bound to the triangles of the mesh: ``brows``, and ``cropped_hair`` of the head.
     confidences : dict of str to float
         Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional
@@ -134,8 +132,7 @@ class Face:
     atlas: Atlas
     estimated: tuple[str, ...] = ()
     texture: npt.NDArray[np.uint8] | None = None
-    brows: BoundHairs | None = None
-    cropped_hair: BoundHairs | None = None
+    bound_hair: dict[str, BoundHairs] = field(default_factory=dict)
     confidences: dict[str, float] = field(default_factory=dict)
     source_points: npt.NDArray[np.int64] | None = None
     parts: dict[str, Part] = field(default_factory=dict)
@@ -599,7 +596,7 @@ class Face:
 
     def _rebuilt(self, mesh: pv.PolyData, landmarks: Mapping[str, Array], **changes: Any) -> Self:
         """The face with its skull, eyes and muscles anew, on a mesh of the same triangles."""
-        kept = "estimated parts confidences texture brows cropped_hair source_points report likeness age iris template"
+        kept = "estimated parts confidences texture bound_hair source_points report likeness age iris template"
         others = {name: getattr(self, name) for name in kept.split()} | changes
         return self.from_landmarks(mesh, landmarks, self.unit, self.atlas, **others)
 

@@ -28,11 +28,26 @@ SUFFIX = ".face"
 _DATA = "point_data/"
 _CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
-_BROWS, _CROPPED = "brows/", "cropped_hair/"
 _FOLDS = "folds/"
 
 Form = tuple[str, tuple[str | int | tuple[int, ...], ...], float, float | str]
 _REAL, _WHOLE = "fiu", "iu"
+HAIR_FORMS: dict[str, dict[str, Form]] = {
+    "brows": {
+        "triangles": (_WHOLE, ("hairs", "k"), 0, "m"),
+        "weights": ("f", ("hairs", "k", 3), -2.0, 2.0),
+        "heights": (_REAL, ("k",), -LARGEST, LARGEST),
+        "color": (_REAL, (3,), 0.0, 255.0),
+    },
+    "cropped_hair": {
+        "triangles": (_WHOLE, ("cropped hairs", "points"), 0, "m"),
+        "weights": ("f", ("cropped hairs", "points", 3), -1e4, 1e4),
+        "heights": (_REAL, ("cropped hairs", "points"), -LARGEST, LARGEST),
+        "color": (_REAL, (3,), 0.0, 255.0),
+    },
+}
+""":data:`FORMS` of the bound hair that a file may hold."""
+
 FORMS: dict[str, Form] = {
     "points": ("f", ("n", 3), -LARGEST, LARGEST),
     "triangles": (_WHOLE, ("m", 3), 0, "n"),
@@ -46,14 +61,7 @@ FORMS: dict[str, Form] = {
     "likeness": (_REAL, (), -LARGEST, 1.0),
     "landmarks": (_REAL, ("l", 3), -LARGEST, LARGEST),
     "confidences": (_REAL, ("l",), -np.inf, np.inf),
-    _BROWS + "triangles": (_WHOLE, ("hairs", "k"), 0, "m"),
-    _BROWS + "weights": ("f", ("hairs", "k", 3), -2.0, 2.0),
-    _BROWS + "heights": (_REAL, ("k",), -LARGEST, LARGEST),
-    _BROWS + "color": (_REAL, (3,), 0.0, 255.0),
-    _CROPPED + "triangles": (_WHOLE, ("cropped hairs", "points"), 0, "m"),
-    _CROPPED + "weights": ("f", ("cropped hairs", "points", 3), -1e4, 1e4),
-    _CROPPED + "heights": (_REAL, ("cropped hairs", "points"), -LARGEST, LARGEST),
-    _CROPPED + "color": (_REAL, (3,), 0.0, 255.0),
+    **{f"{kind}/{name}": form for kind, forms in HAIR_FORMS.items() for name, form in forms.items()},
 }
 """What arrays of a file must be: kinds of numbers, sizes (those of one letter or word are equal), least and greatest; a
 greatest that is the name of a size is not reached."""
@@ -111,8 +119,8 @@ def write_face(face: Face, path: str | Path) -> Path:
     }
     if face.likeness is not None:
         arrays["likeness"] = face.likeness
-    for key, hairs in ((_BROWS, face.brows), (_CROPPED, face.cropped_hair)):
-        arrays |= {} if hairs is None else {key + name: values for name, values in vars(hairs).items()}
+    for kind, hairs in face.bound_hair.items():
+        arrays |= {f"{kind}/{name}": values for name, values in vars(hairs).items()}
     arrays |= {_FOLDS + name: values for name, values in to_store(face).items()}
     arrays |= _stored("", face.mesh, face.texture, face.source_points)
     for name, part in face.parts.items():
@@ -289,15 +297,14 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
     landmarks = dict(zip(names, data["landmarks"].astype(np.float64), strict=True))
     known = {n: float(c) for n, c in zip(names, data["confidences"], strict=True) if np.isfinite(c)}
     of_parts = _within(data, f"{_PARTS}/")
-    brows, cropped = (_within(data, key) for key in (_BROWS, _CROPPED))
+    hair = {kind: _within(data, f"{kind}/") for kind in HAIR_FORMS}
     others: dict[str, Any] = {
         "estimated": tuple(data["estimated"].tolist()),
         "parts": {name: _part(_within(of_parts, f"{name}/")) for name in parts},
         "confidences": known,
         "texture": data.get("texture"),
         "source_points": data.get("source_points"),
-        "brows": BoundHairs(**brows) if brows else None,
-        "cropped_hair": BoundHairs(**cropped) if cropped else None,
+        "bound_hair": {kind: BoundHairs(**arrays) for kind, arrays in hair.items() if arrays},
         "report": tuple(data["report"].tolist()),
         "likeness": float(data["likeness"]) if "likeness" in data else None,
         "age": float(data["age"]),

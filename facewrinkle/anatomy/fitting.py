@@ -114,11 +114,12 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     mesh.active_texture_coordinates = head.uv.astype(np.float32)  # type: ignore[assignment]
     mesh.point_data["Colors"] = head.color.copy()
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
-    seen: dict[str, Any] = {"texture": head.texture, "brows": head.brows, "age": person.age, "iris": person.iris}
+    hair = {"brows": head.brows}
+    seen: dict[str, Any] = {"texture": head.texture, "bound_hair": hair, "age": person.age, "iris": person.iris}
     if person.hair_length > 0.0:
         seen["parts"] = {"hair": long_hair(head, person.hair_length)}
-    else:
-        seen["cropped_hair"] = cropped_hair(head, person.hair_length, min(person.sex, -person.child))
+    elif cropped := cropped_hair(head, person.hair_length, min(person.sex, -person.child)):
+        hair["cropped_hair"] = cropped
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))

@@ -130,8 +130,9 @@ class BoundHairs:
 
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> rest = face.brows.polylines(face.points, face.triangles, face.tissue.normals)
-    >>> raised = face.brows.polylines(face.points + [0, 5, 0], face.triangles, face.tissue.normals)
+    >>> brows = face.bound_hair["brows"]
+    >>> rest = brows.polylines(face.points, face.triangles, face.tissue.normals)
+    >>> raised = brows.polylines(face.points + [0, 5, 0], face.triangles, face.tissue.normals)
     >>> len(rest), float((raised - rest)[..., 1].mean().round(3))
     (640, 5.0)
     """
@@ -158,7 +159,7 @@ class BoundHairs:
         Examples
         --------
         >>> import facewrinkle as fw
-        >>> brows = fw.default_face().brows
+        >>> brows = fw.default_face().bound_hair["brows"]
         >>> len(brows.thinned(0.25).triangles) / len(brows.triangles)
         0.75
         """

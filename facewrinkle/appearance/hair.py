@@ -82,7 +82,7 @@ def fitted_brows(face: Face) -> BoundHairs:
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> fitted_brows(face).triangles.shape == face.brows.triangles.shape
+    >>> fitted_brows(face).triangles.shape == face.bound_hair["brows"].triangles.shape
     True
     """
     head = load_head()
@@ -131,7 +131,7 @@ class Brows(Hairs):
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> brows = Brows(face.brows, face)
+    >>> brows = Brows(face.bound_hair["brows"], face)
     >>> lines = brows.lines(face.points, face.triangles, face.tissue.normals)
     >>> brows.cards(pixel=0.1).along(lines).point_data["paint"].shape[1]
     4
@@ -195,7 +195,7 @@ class CroppedHair(Hairs):
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> crop = CroppedHair(face.cropped_hair, face)
+    >>> crop = CroppedHair(face.bound_hair["cropped_hair"], face)
     >>> crop.lines(face.points, face.triangles, face.normals).points.shape == (*crop.half.shape, 3)
     True
     """
@@ -217,11 +217,20 @@ class CroppedHair(Hairs):
         turn = random.normal(0.0, 0.6, (shape[0], 1, 1))
         self._turned = np.cos(turn), np.sin(turn)
 
-    def lines(self, points: Array, triangles: IntArray, normals: Array) -> HairLines:
-        """Return the hairs on skin with vertices at `points` (n, 3), and its vertex normals."""
+    def lines(
+        self, points: Array, triangles: IntArray, normals: Array, surface: tuple[Array, IntArray] | None = None
+    ) -> HairLines:
+        """Return the hairs on skin with vertices at `points` (n, 3), and its vertex normals.
+
+        No `surface` lifts them: they are longer than the folds of the scalp are deep.
+        """
         lines, up = self.hairs.on_skin(points, triangles, normals)
         side = _across(lines, up)
         return HairLines(lines, self._turned[0] * side + self._turned[1] * up, up)
+
+
+KINDS: dict[str, type[Brows] | type[CroppedHair]] = {"brows": Brows, "cropped_hair": CroppedHair}
+"""What draws the bound hair of a face, by name."""
 
 
 class _Stiffness:

@@ -14,7 +14,7 @@ from ..array_types import Array, IntArray
 from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .flush import flush
-from .hair import Brows, CroppedHair, HairLines, Lashes, fitted_brows
+from .hair import KINDS, Brows, CroppedHair, HairLines, Lashes, fitted_brows
 from .mouth import TONGUE_COLOR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
 from .smooth_skin import SmoothSkin
@@ -99,18 +99,12 @@ class Appearance:
         return [row for row in rows if row.roots]
 
     @cached_property
-    def brows(self) -> Brows | None:
-        """Painted brows."""
-        hairs = self.face.brows
-        if hairs is None and self.painter is not None:
-            hairs = fitted_brows(self.face)
-        return None if hairs is None else Brows(hairs, self.face)
-
-    @cached_property
-    def cropped_hair(self) -> CroppedHair | None:
-        """Painted hair of the head."""
-        hairs = self.face.cropped_hair
-        return None if hairs is None else CroppedHair(hairs, self.face)
+    def bound_hair(self) -> dict[str, Brows | CroppedHair]:
+        """Painted brows and hair of the head, by name."""
+        hair = self.face.bound_hair
+        if "brows" not in hair and self.painter is not None:
+            hair = {"brows": fitted_brows(self.face), **hair}
+        return {name: KINDS[name](hairs, self.face) for name, hairs in hair.items()}
 
 
 class Seen:
@@ -189,8 +183,8 @@ class Seen:
             f"lashes_{row.eye.side}": row.cards(0.0, FEWER_LASHES).along(self.lashes[row.eye.side].every(FEWER_LASHES))
             for row in self._of.lashes
         }
-        if self._of.brows is not None and self.brows is not None:
-            found["brows"] = self._of.brows.cards(0.0, FEWER_BROWS).along(self.brows.every(FEWER_BROWS))
+        if brows := self._of.bound_hair.get("brows"):
+            found["brows"] = brows.cards(0.0, FEWER_BROWS).along(self.bound_hair["brows"].every(FEWER_BROWS))
         return found
 
     @cached_property
@@ -199,16 +193,10 @@ class Seen:
         return {row.eye.side: row.lines(self._points, self._surface) for row in self._of.lashes}
 
     @cached_property
-    def brows(self) -> HairLines | None:
-        """Brows, lifted out of the folds of the skin."""
-        brows, of_base = self._of.brows, (self._points, self._of.face.triangles, self._normals)
-        return None if brows is None else brows.lines(*of_base, self._surface)
-
-    @cached_property
-    def cropped_hair(self) -> HairLines | None:
-        """The hair of the head, where it is cropped."""
-        hair, of_base = self._of.cropped_hair, (self._points, self._of.face.triangles, self._normals)
-        return None if hair is None else hair.lines(*of_base)
+    def bound_hair(self) -> dict[str, HairLines]:
+        """Brows, lifted out of the folds of the skin, and cropped hair, by name."""
+        skin = self._points, self._of.face.triangles, self._normals
+        return {name: hair.lines(*skin, self._surface) for name, hair in self._of.bound_hair.items()}
 
     @cached_property
     def _normals(self) -> Array:

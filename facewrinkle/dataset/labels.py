@@ -122,9 +122,7 @@ def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:
 
 def hair_parts(seen: Seen, pixel: float) -> dict[str, pv.PolyData]:
     """Return painted hairs as ribbons that are at least a pixel wide."""
-    lines = {f"lashes {side}": hair for side, hair in seen.lashes.items()}
-    lines |= {"brows": seen.brows} if seen.brows is not None else {}
-    lines |= {"cropped hair": seen.cropped_hair} if seen.cropped_hair is not None else {}
+    lines = {f"lashes {side}": hair for side, hair in seen.lashes.items()} | seen.bound_hair
     found = {}
     for name, hair in lines.items():
         shape = hair.points.shape[:2]

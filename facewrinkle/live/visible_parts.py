@@ -77,9 +77,7 @@ class VisibleParts:
         self._eyeballs = [_eye(ball) for ball in self._balls]
         inside = self._mouth.inside(face.points, 0.0) if len(self._mouth.loop) or self._mouth.bag else {}
         self._teeth = {name: _rigid(mesh) for name, mesh in inside.items() if name not in self._appearance.own}
-        self._bound = [] if self._appearance.brows is None else [_bound("brows", self._appearance.brows, face)]
-        if self._appearance.cropped_hair is not None:
-            self._bound.append(_bound("cropped hair", self._appearance.cropped_hair, face))
+        self._bound = [_bound(name, hair, face) for name, hair in self._appearance.bound_hair.items()]
 
     def at(self, frame: pv.PolyData, exact: bool = False) -> list[Part]:
         """Return the parts in a frame of a simulation, or in the mesh of the face.

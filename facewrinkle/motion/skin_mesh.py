@@ -259,7 +259,7 @@ class ReducedFace(Face):
 
 
 def reduced_face(face: Face, vertices: IntArray, triangles: npt.NDArray[np.int32]) -> ReducedFace:
-    """Return a face on some of its vertices (k,), without its parts, texture and eyebrows.
+    """Return a face on some of its vertices (k,), without its parts, texture and bound hair.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def reduced_face(face: Face, vertices: IntArray, triangles: npt.NDArray[np.int32
         "tissue": Tissue(*(values[vertices] for values in vars(face.tissue).values())),
         "source_points": vertices if face.source_points is None else face.source_points[vertices],
         "texture": None,
-        "brows": None,
+        "bound_hair": {},
         "parts": {},
     }
     return ReducedFace(**own, whole=face, vertices=vertices)

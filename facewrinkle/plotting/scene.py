@@ -172,9 +172,7 @@ class Scene:
         hairy = self.style.brows and self.style.scalars is None and not self.style.clay
         lashes = appearance.lashes if hairy and self.style.eyes else []
         self._lashes = {row.eye.side: row.cards(pixel) for row in lashes}
-        self._brows = appearance.brows.cards(pixel) if hairy and appearance.brows is not None else None
-        crop = appearance.cropped_hair
-        self._crop = crop.cards(pixel) if hairy and crop is not None else None
+        self._bound = {name: hair.cards(pixel) for name, hair in appearance.bound_hair.items()} if hairy else {}
 
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in place of the one before.
@@ -325,10 +323,7 @@ class Scene:
 
     def _show_hair(self, seen: Seen) -> None:
         hair = {f"lashes_{side}": cards.along(seen.lashes[side]) for side, cards in self._lashes.items()}
-        if self._brows is not None and seen.brows is not None:
-            hair["brows"] = self._brows.along(seen.brows)
-        if self._crop is not None and seen.cropped_hair is not None:
-            hair["cropped hair"] = self._crop.along(seen.cropped_hair)
+        hair |= {name: cards.along(seen.bound_hair[name]) for name, cards in self._bound.items()}
         self._put_all(hair, "hair", "hair", **HAIR_LIGHTING)
 
     def draw(self, frame: pv.PolyData) -> None:

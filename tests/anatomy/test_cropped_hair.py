@@ -12,7 +12,7 @@ from facewrinkle.anatomy.identity import hair_cover
 
 def hairs_of(face):
     """Points of the hairs of a face at rest."""
-    return face.cropped_hair.polylines(face.points, face.triangles, face.normals)
+    return face.bound_hair["cropped_hair"].polylines(face.points, face.triangles, face.normals)
 
 
 def reach(hairs):
@@ -55,7 +55,8 @@ def test_people_have_their_own_length_color_and_hairline(face):
     short, fair, old, woman = map(fw.default_face, others)
     assert np.median(reach(hairs_of(short))) == pytest.approx(7.0 / 16.0 * np.median(reach(hairs_of(face))), rel=0.02)
     assert np.median(reach(hairs_of(woman))) > 1.8 * np.median(reach(hairs_of(face)))
-    assert fair.cropped_hair.color.mean() > 1.5 * face.cropped_hair.color.mean()
+    colors = [head.bound_hair["cropped_hair"].color.mean() for head in (fair, face)]
+    assert colors[0] > 1.5 * colors[1]
     assert hairs_of(old)[:, 0, 2].max() < hairs_of(face)[:, 0, 2].max() - 3.0
-    assert fw.default_face({"hair_density": -1.0}).cropped_hair is None
-    assert fw.default_face({"hair_length": 0.5}).cropped_hair is None
+    assert fw.default_face({"hair_density": -1.0}).bound_hair.keys() == {"brows"}
+    assert fw.default_face({"hair_length": 0.5}).bound_hair.keys() == {"brows"}

@@ -51,8 +51,7 @@ def every_field_set():
     return dataclasses.replace(
         rest,
         texture=face.texture,
-        brows=face.brows,
-        cropped_hair=face.cropped_hair,
+        bound_hair=face.bound_hair,
         confidences={"nose_tip": 0.9, "trichion": 0.25},
         source_points=np.arange(len(face.points))[::-1],
         parts={"hat": hat},

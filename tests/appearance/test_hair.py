@@ -36,7 +36,11 @@ def test_lashes_stay_on_the_margins_of_the_lids(face):
 
 def _moved_brow(face, by):
     """Motion of the roots of the left brow's hairs with skin that moves, in the mean of each tenth of its length."""
-    brows, normals, knots = Brows(face.brows, face), face.tissue.normals, face.brows.triangles.shape[1]
+    brows, normals, knots = (
+        Brows(face.bound_hair["brows"], face),
+        face.tissue.normals,
+        face.bound_hair["brows"].triangles.shape[1],
+    )
     before, after = (
         brows.lines(points, face.triangles, normals).points.reshape(-1, brows.STRANDS, knots, 3)[:, 0, 0]
         for points in (face.points, face.points + by)
@@ -62,7 +66,7 @@ def test_brows_do_not_bend_as_sharply_as_skin(face):
 
 def test_hairs_of_brows_are_lifted_onto_a_surface_over_them(face):
     """All of the skin is 1.5 mm farther out, also where the hairs that lie farthest ahead are."""
-    brows, normals = Brows(face.brows, face), face.tissue.normals
+    brows, normals = Brows(face.bound_hair["brows"], face), face.tissue.normals
     fine = to_polydata(face.points + 1.5 * normals, face.triangles).subdivide(2, "linear")
     out, triangles = np.asarray(fine.points, float), fine.regular_faces
     on_skin = brows.cards(0.01).along(brows.lines(face.points, face.triangles, normals))

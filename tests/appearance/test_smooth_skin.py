@@ -59,7 +59,7 @@ def test_wrinkles_are_as_deep_as_in_the_frame(face):
 
 def test_brows_stand_on_the_surface_that_is_drawn(face):
     seen = Appearance.of(face).at(face.mesh)
-    lines = seen.brows.points.reshape(-1, 3)
+    lines = seen.bound_hair["brows"].points.reshape(-1, 3)
     cells, places = seen.smooth.mesh.find_closest_cell(lines, return_closest_point=True)
     normals = seen.smooth.normals[seen.smooth.split.triangles[cells]].mean(axis=1)
     assert ((lines - places) * normals).sum(axis=1).min() > -0.02

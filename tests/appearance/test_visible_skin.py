@@ -139,7 +139,7 @@ def test_the_same_frame_is_worked_out_once(face):
     seen = appearance.at(frame)
     assert Appearance.of(face) is appearance
     assert appearance.at(frame) is seen
-    assert seen.brows is appearance.at(frame).brows
+    assert seen.bound_hair is appearance.at(frame).bound_hair
     before, points = seen.eyes["l"]["paint"].astype(int), np.array(seen.eyes["l"].points)
     companion_meshes(face, frame)["eye_l"].points += 1.0
     np.testing.assert_array_equal(seen.eyes["l"].points, points)  # files get copies

@@ -22,7 +22,7 @@ def test_a_face_with_another_atlas(tmp_path):
     face = FaceOptions(atlas=other).load()
     assert face.atlas.contractions("scowl") == {"corrugator_l": 0.5, "corrugator_r": 0.5}
     assert face.texture is not None
-    assert face.brows is not None
+    assert "brows" in face.bound_hair
 
 
 def test_a_face_of_somebody(tmp_path):

@@ -70,8 +70,10 @@ def bound(part, points):
 
 def test_brows_are_those_of_pictures_and_go_with_the_skin(face):
     part = parts_of(face, face.mesh)["brows"]
-    lines = Appearance.of(face).brows.lines(
-        face.points, face.triangles, Appearance.of(face).at(face.mesh).skin["Normals"]
+    lines = (
+        Appearance.of(face)
+        .bound_hair["brows"]
+        .lines(face.points, face.triangles, Appearance.of(face).at(face.mesh).skin["Normals"])
     )
     assert np.abs(bound(part, face.points) - lines.points.reshape(-1, 3)).max() < 1e-3
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])

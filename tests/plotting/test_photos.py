@@ -40,7 +40,7 @@ def seamed():
     add_seams(mesh, corners)
     photo = np.empty((8, 100, 3), np.uint8)
     photo[:, :30], photo[:, 30:70], photo[:, 70:] = RED, GREEN, BLUE
-    return replace(head, mesh=mesh, texture=photo, brows=None)
+    return replace(head, mesh=mesh, texture=photo, bound_hair={})
 
 
 def points_of(scene, name):
