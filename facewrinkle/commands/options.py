@@ -242,6 +242,24 @@ class FaceOptions:
             raise ParameterError("the face is named twice: leave out --face.")
         return self if face is None else replace(self, face=face)
 
+    @property
+    def _person(self) -> dict[str, float]:
+        return {} if self.identity is None else parse_weights(self.identity, usual=None)
+
+    def session(self) -> Session:
+        """Return the session of the face alone: its files, identity and moved landmarks."""
+        if self.face is not None and self.face.suffix.lower() == ".json":
+            refuse(
+                f"is not for {self.face.name}, a session with its own: leave it out.", **vars(replace(self, face=None))
+            )
+            kept = Session.read(self.face)
+        else:
+            kept = Session(face=str(self.face or ""), atlas=str(self.atlas or ""), identity=self._person)
+        if kept.face:
+            age_of(kept.identity)  # before the mesh is read, which takes long
+        face, atlas = (str(Path(file).absolute()) if file else "" for file in (kept.face, kept.atlas))
+        return Session(face=face, atlas=atlas, identity=kept.identity, landmarks=kept.landmarks)
+
     def fitted(self, mesh: Path | pv.PolyData, report: Report | None = None) -> Face:
         """Return the face of a mesh; `report` shows the progress of the search."""
         progress = None if report is None else report.progress
@@ -259,17 +277,13 @@ class FaceOptions:
         `report` shows the progress of the search; `otherwise` is what to do with a mesh that is no face.
         """
         of_mesh = {"landmarks": self.landmarks, "units": self.units, "texture": self.texture}
-        person = {} if self.identity is None else parse_weights(self.identity, usual=None)
+        person = self._person
         if self.face is None:
             refuse("belongs to a mesh: name it with --face.", **of_mesh)
             return default_face(person, atlas=self._own_atlas)
         age_of(person)  # before the mesh is read, which takes long
         if self.face.suffix.lower() == ".json":
-            refuse(
-                f"is not for {self.face.name}, a session with its own: leave it out.",
-                **of_mesh, atlas=self.atlas, identity=self.identity,
-            )  # fmt: skip
-            return Session.read(self.face).subject(None if report is None else report.progress).face
+            return self.session().subject(None if report is None else report.progress).face
         if self.face.suffix == SUFFIX:
             refuse(f"is not for {self.face.name}, which has its own: leave it out.", **of_mesh)
             return Subject(read_face(self.face, self._own_atlas)).aged(person).face

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..anatomy.atlas import Atlas, load_atlas, parse_weights, read_atlas
+from ..anatomy.atlas import load_atlas, read_atlas
 from ..errors import ParameterError
 from ..session import Folds, Look, Session
 from ..session.player import Player, pictured, scene_of
@@ -51,11 +51,10 @@ def session_of(name: str, intensity: float, source: FaceOptions, folds: FoldOpti
     refuse(why, landmarks=source.landmarks, units=source.units, texture=source.texture)
     if folds.folds != "wave" or folds.no_limit:
         raise ParameterError("a session has folds that are waves, within their limit: leave out --write-session.")
-    atlas: Atlas = load_atlas() if source.atlas is None else read_atlas(source.atlas)
-    return Session(
-        face="" if source.face is None else str(source.face.absolute()),
-        atlas="" if source.atlas is None else str(source.atlas.absolute()),
-        identity={} if source.identity is None else parse_weights(source.identity, usual=None),
+    session = source.session()
+    atlas = read_atlas(session.atlas) if session.atlas else load_atlas()
+    return session.changed(
+        atlas,
         mixture=parse_mixture(name, atlas),
         intensity=intensity,
         folds=Folds(

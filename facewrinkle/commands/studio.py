@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -50,10 +51,11 @@ def studio(
 
     source, report = (source or FaceOptions()).of(mesh), Report(quiet=False)
     check_whole("port", port, 0, 65535)
-    face = source.load(report)
-    named = None if source.face is None else str(source.face)
+    start = source.session()
+    files: dict[str, Any] = {part: Path(file) if (file := getattr(start, part)) else None for part in ("face", "atlas")}
+    face = replace(source, **files, identity=None).load(report)
     with report.waiting("Getting ready"):
-        window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, source=named, listen=listen)
+        window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, start=start, listen=listen)
     with window:
         report.say(f"The studio is open at {window.url}")
         local = host in ("127.0.0.1", "localhost", "::1")

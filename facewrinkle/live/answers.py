@@ -294,7 +294,8 @@ class Answers:
         parts = ["timeline"]
         if not now["take"] or now["face"] != self._document.session.face:
             parts += ["identity", "landmarks", "patterns", "tears", "probes", *(["mixture", "gaze"] if fresh else [])]
-        start: dict[str, Any] = {part: getattr(START, part) for part in parts} | now
+        before = START if now["face"] else self._document.start
+        start: dict[str, Any] = {part: getattr(before, part) for part in parts} | now
         if subject.clip is not None:
             start["timeline"] = replace(START.timeline, length=round(min(max(subject.clip.duration, 0.2), LONGEST), 2))
         with self._stage.condition:

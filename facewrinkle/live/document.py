@@ -25,6 +25,8 @@ class Document:
         Of the face, for the names that a mixture may have.
     accept : callable, optional
         Called with each new session; returns it with its places on triangles, or raises an error.
+    start : Session, optional
+        What is set at the beginning, and after a reset.
 
     Examples
     --------
@@ -36,10 +38,12 @@ class Document:
     ({'AU12': 0.8}, True, {})
     """
 
-    def __init__(self, atlas: Atlas, accept: Callable[[Session], Session] = lambda session: session) -> None:
-        self._atlas, self._accept = atlas, accept
+    def __init__(
+        self, atlas: Atlas, accept: Callable[[Session], Session] = lambda session: session, start: Session = START
+    ) -> None:
+        self._atlas, self._accept, self.start = atlas, accept, accept(start)
         self.version = 0
-        self._states = [START]
+        self._states = [self.start]
         self._at, self._gesture = 0, ""
 
     @property
@@ -100,7 +104,7 @@ class Document:
 
     def reset(self) -> None:
         """Set everything back but the expressions that are kept, as a step that can be undone."""
-        self.load(START.changed(self._atlas, mixtures=self.session.mixtures))
+        self.load(self.start.changed(self._atlas, mixtures=self.session.mixtures))
 
     def load(self, session: Session | str | bytes) -> None:
         """Take over a session, or that of a file, as a step that can be undone.

@@ -39,8 +39,8 @@ class Library:
     Parameters
     ----------
     face : Face
-    source : str, optional
-        The file of the face.
+    source : str
+        The file of the face; "" for the built-in head.
 
     Examples
     --------
@@ -50,7 +50,7 @@ class Library:
     ('scan.obj', ['', 'scan.obj'])
     """
 
-    def __init__(self, face: Face, source: str | None = None) -> None:
+    def __init__(self, face: Face, source: str = "") -> None:
         self.source = source
         self._loaded: dict[str, Loaded] = {"": Loaded(Subject(face))}
 
@@ -114,7 +114,7 @@ class Library:
 
     def outside(self, session: Session) -> Session:
         """Return a session as files have it, with the file of the first face in place of its name."""
-        return session if session.face else session.changed(self[""].face.atlas, face=self.source or "")
+        return session if session.face else session.changed(self[""].face.atlas, face=self.source)
 
     def inside(self, session: Session) -> Session:
         """Return the session of a file, with the name of the first face in place of its file."""

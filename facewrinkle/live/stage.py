@@ -112,7 +112,7 @@ class Stage(threading.Thread):
     def __init__(self, library: Library, document: Document) -> None:
         super().__init__(name="facewrinkle studio", daemon=True)
         self.library = library
-        self.face = face = library[""].face
+        self.face = face = library.subject_of(document.session).face
         self.document = document
         self.condition = threading.Condition()
         self.listeners: list[Callable[[], None]] = []

@@ -15,6 +15,7 @@ import pyvista as pv
 from ..anatomy import Face, default_face
 from ..errors import FaceWrinkleError, check_whole, optional_imports
 from ..session import Session
+from ..session.session import START
 from .answers import Answers
 from .capture import Capture
 from .document import Document
@@ -56,11 +57,11 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         port: int = 0,
         save_to: Path | None = None,
         browser: bool = True,
-        source: str | None = None,
+        start: Session = START,
         listen: int | None = None,
     ) -> None:
-        self._library = Library(face, source)
-        self._document = Document(face.atlas, self._library.accepted)
+        self._library = Library(face, start.face)
+        self._document = Document(face.atlas, self._library.accepted, self._library.inside(start))
         folder = None if save_to is None else Folder(save_to)
         self._kept = Kept(folder, self._document, self._library, self._complain)
         self.stage = Stage(self._library, self._document)

@@ -47,6 +47,7 @@ def test_a_session_stands_for_its_face(tmp_path):
     session = fw.Session(identity={"jaw": 0.5})
     path = tmp_path / "mine.json"
     session.write(path)
+    assert FaceOptions(face=path).session() == session
     face = FaceOptions(face=path).load()
     assert np.array_equal(face.points, session.subject().face.points)
     assert not np.array_equal(face.points, fw.default_face().points)

@@ -3,6 +3,7 @@
 what cannot be done | one line that says so
 a run               | the address leads to the page; SIGINT ends it as it ends all commands
 a signal            | what was changed just before is in the session
+a saved session     | it shows whom the command named, read anywhere
 """
 
 from __future__ import annotations
@@ -15,10 +16,22 @@ import signal
 import subprocess
 import sys
 import urllib.request
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+import facewrinkle as fw
+from facewrinkle.anatomy.atlas import DEFAULT_ATLAS
+from facewrinkle.cli import main
+
 aiohttp = pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
+
+from studio_pages import page  # noqa: E402
+
+from facewrinkle.live import Studio  # noqa: E402
+
+LOWER = {"mouth_l": [25.2, -32.7, 103.3]}
 
 
 @pytest.mark.usefixtures("signals_heard")
@@ -68,3 +81,43 @@ def test_a_change_just_before_a_signal_is_in_the_session(tmp_path, name):
             run.kill()
     assert json.loads((tmp_path / "session.json").read_text())["mixture"] == {"AU12": 0.5}
     assert [path.name for path in tmp_path.iterdir()] == ["session.json"]
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ("--identity jaw=0.5,age=1 --atlas mine.toml", lambda face: fw.default_face({"jaw": 0.5, "age": 1.0})),
+        ("scan.face --identity age=0.5", lambda face: face.aged(0.5)),
+        ("mine.json", lambda face: face.aged(0.75).with_landmarks(LOWER)),
+    ],
+)
+def test_a_session_keeps_whom_the_studio_was_opened_with(face, tmp_path, monkeypatch, options, expected):
+    """A reset, and a choice of the face, lead back to them; the file is read in another folder."""
+    scowl = "[expressions]\nscowl = { corrugator = 0.5 }"
+    Path(tmp_path, "mine.toml").write_text(DEFAULT_ATLAS.read_text("utf-8").replace("[expressions]", scowl), "utf-8")
+    fw.write_face(face, tmp_path / "scan.face")
+    fw.Session(face="scan.face", identity={"age": 0.75}, landmarks=LOWER).write(tmp_path / "mine.json")
+    mixture = {"scowl" if "mine.toml" in options else "frowning": 0.5}
+
+    def used(window):
+        began = window.session
+        with page(window) as seen:
+            for away, back in (({"age": 0.25}, {"do": "reset"}), ({}, {"do": "show", "name": ""})):
+                seen.change("identity", away)
+                assert window.session.identity == away
+                seen.ask(**back)
+                assert window.session == began
+            seen.change("mixture", mixture)
+        window.frame()
+        shown.append(window.face)
+
+    shown = []
+    monkeypatch.setattr(Studio, "wait", used)
+    monkeypatch.chdir(tmp_path)
+    assert main(["studio", *options.split(), "--no-browser", "--save-to", "kept"]) == 0
+    monkeypatch.chdir("/")
+    session = fw.Session.read(tmp_path / "kept" / "session.json")
+    assert session.mixture == mixture
+    for found in (shown[0], session.subject().face):
+        np.testing.assert_allclose(found.points, expected(face).points, atol=1e-9)
+        np.testing.assert_allclose(found.landmarks["mouth_l"], expected(face).landmarks["mouth_l"], atol=1e-3)
