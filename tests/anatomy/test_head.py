@@ -13,6 +13,8 @@ from small_meshes import enclosed_volume, smallest_angles
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
 from facewrinkle.anatomy.landmarks import lips_middle, read_landmarks
+from facewrinkle.anatomy.teeth import GUM
+from facewrinkle.appearance.skin_paint import LIP_COLOR
 from facewrinkle.geometry.topology import (
     boundary_loops,
     components,
@@ -173,6 +175,15 @@ def test_closed_lips_let_nobody_look_in(head: Head, surface: pv.PolyData) -> Non
     for x in np.linspace(0.0, 0.9 * corner[0], 12):
         for y in np.arange(corner[1] - 1.5, corner[1] + 1.5, 0.03):
             assert len(surface.ray_trace([x, y, 200.0], [x, y, 90.0])[0]) > 0
+
+
+def test_the_lining_of_the_lips_is_red_and_not_black(head: Head) -> None:
+    """Parted lips show it. No light reaches it between closed ones, but paint does not know how lips move."""
+    mouth = min(loops(head.triangles)[:-1], key=lambda loop: np.abs(head.points[loop, 0].mean()))
+    red, green, blue = head.color[mouth].astype(float).T
+    assert (red > 0.6 * GUM[0]).all()
+    assert (red / green > 1.2 * LIP_COLOR[0] / LIP_COLOR[1]).all()
+    assert (blue < green).all()
 
 
 def test_uv_is_one_to_one(head: Head) -> None:

@@ -57,6 +57,9 @@ WHORL, MIDDLE = np.array([8.0, 115.0, -62.0]), np.array([0.0, 50.0, 0.0])
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
 
+PARTED = 0.8
+"""Openness inside the lips. Closed ones would leave none, and keep their lining black wherever they part."""
+
 SHADE = np.array([0.42, 0.30, 0.26])
 """Share of the color that is left where no light comes in: light that bounces between skin is red."""
 
@@ -102,12 +105,15 @@ class HeadPainter:
         return np.where(inside, outer + (inner - outer) * smoothstep(share / reach), 0.0)
 
     def _openness(self) -> Array:
-        """Share (n,) of the sky that the points see past the head and the eyeballs."""
+        """Share (n,) of the sky that the points see past the head and the eyeballs; inside the lips, of parted ones."""
         normals = vertex_normals(self.points, self.triangles)
         ball = np.array(self.data["eye"]["centre"]) + self.data["eye"]["radius"] * _sphere(2000)
         cloud = np.vstack([self.points, self.points[self.triangles].mean(axis=1), ball])
         sky = openness(self.points, normals, np.vstack([cloud, cloud * [-1.0, 1.0, 1.0]]))
-        return averaged(sky, self.triangles, 3) * self._ear_folds(normals)
+        sky = averaged(sky, self.triangles, 3) * self._ear_folds(normals)
+        meeting = self._cover("mouth_ring2", "mouth_ring3", 0.0, 1.0, 1.0, 99)
+        inside = np.maximum(meeting, self._cover("mouth_ring3", "mouth_ring4", 1.0, 1.0, 1.0, 99))
+        return sky + inside * (PARTED - sky)
 
     @cached_property
     def _on_ears(self) -> BoolArray:
