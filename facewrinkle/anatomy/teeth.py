@@ -24,6 +24,9 @@ CROWN_THICKNESS = (6.0, 6.0, 7.0, 8.0, 8.5, 10.5, 10.5)
 EDGE_THICKNESS = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
 """Thickness of the crowns at the edge, relative to that at the gum."""
 
+CUSPS, CUSP_HEIGHT = (0, 0, 1, 2, 2, 4, 4), 1.1
+"""Number of cusps of the crowns, and their height over the grooves between them, mm; incisors have an edge."""
+
 ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 """Half width and depth of the arch's outer border, mm."""
 
@@ -186,7 +189,7 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
     for k, width in enumerate(CROWN_WIDTHS[jaw]):
         centre, outward = _on_border(jaw, np.array(place + 0.5 * width))
         place += width
-        crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k])
+        crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k], CUSPS[k])
         along = np.array([outward[2], 0.0, -outward[0]])
         left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
@@ -210,33 +213,37 @@ def _on_border(jaw: str, place: Array) -> tuple[Array, Array]:
     return np.stack([half * np.sin(at), zero, depth * (np.cos(at) - 1.0)], axis=-1), outward
 
 
-def _crown(width: float, height: float, thickness: float, edge: float) -> Array:
+def _crown(width: float, height: float, thickness: float, edge: float, cusps: int) -> Array:
     """Points (along the arch, up from the edge, out) of a crown, ring by ring from its edge into the gum."""
     level = np.linspace(0.0, 1.0, CROWN_RINGS)[:, None] ** 1.5
     turn = 2.0 * np.pi * np.arange(CROWN_SIDES) / CROWN_SIDES
-    across, out = (np.sign(f) * np.abs(f) ** 0.7 for f in (np.sin(turn), np.cos(turn)))
+    boxy = np.where(np.cos(turn) > 0.0, 0.7, 1.0)  # towards the lips; towards the tongue crowns are round
+    across, out = (np.sign(f) * np.abs(f) ** boxy for f in (np.sin(turn), np.cos(turn)))
     round_off = 1.0 - 0.35 * np.exp(-level / 0.02)  # the edge is rounded
     half = 0.5 * width * (0.98 - 0.13 * level**2 - 0.04 * (1.0 - level) ** 4) * round_off
     deep = 0.5 * thickness * (edge + (1.0 - edge) * level**0.8) * round_off
     bulge = 0.7 * np.sin(np.pi * np.minimum(1.3 * level, 1.0)) - 0.5
-    rise = 1.15 * height * level - 0.25 * np.exp(-level / 0.02) * (across**2 - 1.0)
+    rise = 1.15 * height * level + 0.25 * np.exp(-level / 0.02) * across**2
+    first = 0.25 * np.pi if cusps == 4 else 0.0  # of four, two are on each side
+    rise += CUSP_HEIGHT * np.exp(-level / 0.1) * np.sin(0.5 * cusps * (turn - first)) ** 2
     # The outer face stays upright; the inner one leans to the edge.
     rings = np.stack([half * across, rise, deep * (out - 1.0) + bulge], axis=-1)
-    return np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0)])
+    pit = [0.0, CUSP_HEIGHT if cusps > 1 else 0.0, 0.0]
+    return np.vstack([rings.reshape(-1, 3), rings[0].mean(axis=0) + pit])
 
 
 def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     """The gum over the roots of both sides: a ridge along the arch, scalloped around the crowns."""
     ends = np.cumsum(CROWN_WIDTHS[jaw])
-    place = np.linspace(0.0, ends[-1], 60)
-    which = np.minimum(np.searchsorted(ends, place), len(ends) - 1)
-    inside = (place - (ends - CROWN_WIDTHS[jaw])[which]) / np.array(CROWN_WIDTHS[jaw])[which]
+    share = np.array([0.0, 0.06, 0.16, 0.33, 0.5, 0.67, 0.84, 0.94])
+    place = np.append(ends[:, None] + (share - 1.0) * np.array(CROWN_WIDTHS[jaw])[:, None], ends[-1])
+    inside = np.append(np.tile(share, len(ends)), 1.0)
     height = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_HEIGHTS[jaw])
     thick = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_THICKNESS)
     border, outward = _on_border(jaw, place)
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
     # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
-    profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.04, -0.3), (0.04, 0.6), (0.09, 3.0)]
+    profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.15, 0.3), (-0.06, -0.3), (0.04, 0.6), (0.09, 3.0)]
     profile.append((0.12, 12.0) if jaw == "upper" else (-0.35, 12.0))  # drawn back, for the fold of the chin
     rows = [
         border + (out * thick)[:, None] * outward + (height + up - papilla * (up < 1.0))[:, None] * [0.0, 1.0, 0.0]

@@ -146,7 +146,7 @@ class Mouth:
 
     def _facing(self, normals: Array) -> Array:
         """Share (n, 1) of the light that comes in between the lips: little on sides that face the tongue."""
-        return 0.25 + 0.75 * smoothstep((normals @ self._axes[2] + 0.1) / 0.5)[:, None]
+        return 0.25 + 0.75 * smoothstep((normals @ self._axes[2] + 0.5) / 1.0)[:, None]
 
     @property
     def opens(self) -> bool:

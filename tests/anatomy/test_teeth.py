@@ -48,6 +48,19 @@ def test_fourteen_crowns_in_each_jaw_that_enclose_their_volume(arches):
             assert 100.0 < volume / 6.0 < 1000.0
 
 
+def test_crowns_have_the_cusps_of_their_kind(face, arches):
+    """Canines have one tip; premolars two cusps and molars four, around a pit that is 1 to 2 mm deep."""
+    for arch in arches:
+        up = local(face, arch.points)[:, 1] / face.frame.scale
+        height = -up if arch.jaw == "upper" else up
+        ordered = sorted(crowns(arch), key=np.min)[::2]  # of the left half, from the middle backwards
+        for crown, cusps in zip(ordered[2:], (1, 2, 2, 4, 4), strict=True):
+            edge, pit = height[crown.min() + np.arange(14)], height[crown.max()]
+            peaks = (edge > np.roll(edge, 1)) & (edge >= np.roll(edge, -1))
+            assert peaks.sum() == cusps
+            assert cusps == 1 or 1.0 < edge.max() - pit < 2.0
+
+
 def test_gums_face_the_lips(face, arches):
     """In the middle, where light falls on them from ahead."""
     for arch in arches:
