@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 
@@ -24,16 +25,16 @@ def movie_frames(path: Path, height: int, width: int) -> np.ndarray:
     return np.frombuffer(raw, np.uint8).reshape(-1, height, width, 3)
 
 
-def series_meshes(path: Path) -> list[pv.PolyData]:
-    """Meshes of all steps of a time series."""
+def read_series(path: Path) -> tuple[list[float], list[pv.PolyData]]:
+    """Times and meshes of a series."""
     reader = vtkHDFReader()
     reader.SetFileName(str(path))
     reader.UpdateInformation()
+    information = reader.GetExecutive().GetOutputInformation(0)
+    key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
+    times = [information.Get(key, step) for step in range(reader.GetNumberOfSteps())]
     meshes = []
-    for step in range(reader.GetNumberOfSteps()):
-        reader.SetStep(step)
-        reader.Update()
-        mesh = pv.PolyData()
-        mesh.copy_from(pv.wrap(reader.GetOutput()))
-        meshes.append(mesh)
-    return meshes
+    for time in times:
+        reader.UpdateTimeStep(time)
+        meshes.append(pv.wrap(reader.GetOutput()).copy())
+    return times, meshes

@@ -27,12 +27,16 @@ def lash(face, eye):
     return points, np.concatenate([np.column_stack([i, i + 1, i + 16]), np.column_stack([i + 1, i + 17, i + 16])])
 
 
-def together(face, pieces):
-    """The face with other parts in one mesh."""
+def joined(face, pieces):
+    """The skin of the face and other parts, in one mesh."""
     meshes = [(face.points, face.triangles), *pieces]
     starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
-    soup = pv.PolyData.from_regular_faces(
+    return pv.PolyData.from_regular_faces(
         np.vstack([points for points, _ in meshes]),
         np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
     )
-    return fw.fit_face(soup, face.landmarks, units="mm")
+
+
+def together(face, pieces):
+    """The face with other parts in one mesh."""
+    return fw.fit_face(joined(face, pieces), face.landmarks, units="mm")

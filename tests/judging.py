@@ -29,19 +29,23 @@ def judged(script, *arguments):
     return json.loads(done.stdout)
 
 
+def path_of_chromium():
+    """The path of a browser; skips where there is none."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    return path or pytest.skip("there is no chromium")
+
+
 def shot(page, picture, hash_="", size=(800, 500)):
     """What chromium shows of the page of a rig once it is at rest."""
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("there is no chromium")
+    path = path_of_chromium()
     flags = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     width, height = size
     with (
         playwright.sync_playwright() as driver,
-        driver.chromium.launch(executable_path=browser, args=flags) as chromium,
+        driver.chromium.launch(executable_path=path, args=flags) as browser,
     ):
-        tab = chromium.new_page(viewport={"width": width, "height": height})
+        tab = browser.new_page(viewport={"width": width, "height": height})
         tab.goto(f"{page.as_uri()}{hash_}")
         tab.wait_for_function("window.rig?.still()", timeout=60_000)
         tab.screenshot(path=picture)

@@ -7,12 +7,17 @@ import numpy as np
 import facewrinkle as fw
 
 
+def grid(n: int) -> np.ndarray:
+    """Quads of an n x n grid of cells, vertex (i, j) at i (n + 1) + j."""
+    i, j = np.divmod(np.arange(n * n), n)
+    first = i * (n + 1) + j
+    return np.stack([first, first + n + 1, first + n + 2, first + 1], axis=1)
+
+
 def square(n: int) -> tuple[np.ndarray, np.ndarray]:
     """Unit square of n x n cells: points (k, 2) and triangles."""
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
-    i, j = np.divmod(np.arange(n * n), n)
-    a = i * (n + 1) + j
-    quads = np.stack([a, a + n + 1, a + n + 2, a + 1], axis=1)
+    quads = grid(n)
     return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 

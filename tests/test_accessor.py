@@ -119,26 +119,6 @@ def test_texture_coordinates_stay(ball):
     np.testing.assert_allclose(out.active_texture_coordinates[base], scan.active_texture_coordinates, atol=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "says"),
-    [
-        ({"pattern": "dimple", "center": (40, 0, 0), "size": 2.0, "max_level": 2}, ParameterError, "too coarse.*split"),
-        ({"pattern": "dimple_l"}, ParameterError, "placed by landmarks"),
-        ({"pattern": "dimpel", "center": (0, 0, 40), "size": 9.0}, UnknownNameError, "'dimple'"),
-        ({"pattern": "dimple", "center": (0, 0, np.nan), "size": 9.0}, ParameterError, "finite"),
-        ({"pattern": "dimple", "center": (0, 0, 40), "size": 9.0, "time": np.nan}, ParameterError, "time"),
-        (
-            {"pattern": "dimple", "center": (0, 0, 40), "size": 9.0, "strength": fw.Compression()},
-            ParameterError,
-            "keeps still",
-        ),
-    ],
-)
-def test_errors(ball, arguments, error, says):
-    with pytest.raises(error, match=says):
-        ball.facewrinkle.pattern(**arguments)
-
-
 # --- tears ------------------------------------------------------------------------------------------
 
 

@@ -127,7 +127,7 @@ def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
         origin=np.asarray(mesh.point_data[ORIGIN]),
         uv=None if uv is None else np.asarray(uv, dtype=np.float64),
         colors=_colors(mesh, COLORS) if has_colors(mesh) else None,
-        png=None if texture is None else _png(texture),
+        png=None if texture is None else png_of(texture),
     )
 
 
@@ -142,7 +142,7 @@ def part_model(part: pv.PolyData, texture: Image | None = None) -> Model:
         origin=np.arange(len(points)),
         uv=None if texture is None else np.asarray(part.active_texture_coordinates, dtype=np.float64),
         colors=_colors(part, "paint"),
-        png=None if texture is None else _png(texture),
+        png=None if texture is None else png_of(texture),
         cutout=texture is not None and texture.shape[2] == 4,
     )
 
@@ -160,7 +160,8 @@ def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
     return replace(part_model(merged), colors=None, water=True)
 
 
-def _png(image: Image) -> bytes:
+def png_of(image: Image) -> bytes:
+    """Return a picture as the content of a PNG file."""
     from PIL import Image as Pillow
 
     stream = BytesIO()

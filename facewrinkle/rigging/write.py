@@ -15,10 +15,9 @@ from typing import Any
 
 from PIL import Image as Pillow
 
-from ..array_types import Image
 from ..export.gltf import gltf
 from ..export.meshes import upright_rotation
-from ..export.model import Model
+from ..export.model import Model, png_of
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
 from ..files import output_file, written
@@ -144,7 +143,7 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
     content |= {"camera": cameras_of(rig.face), "light": _text(in_bytes(light_at_rest(rig.face, rig.mesh)).tobytes())}
     if layers is not None:
         images = [tiled(list(layers.masks.values())), *layers.normals]
-        content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(_png(image)) for image in images]}
+        content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(png_of(image)) for image in images]}
     page = data["rig.html"][1].decode().replace("{{title}}", html.escape(path.stem))
     page = page.replace("{{code}}", bundled(data, "rig.js")).replace("{{rig}}", json.dumps(content))
     with written(path) as whole:
@@ -164,9 +163,3 @@ def write_extension(path: str | Path) -> Path:
 
 def _text(content: bytes) -> str:
     return base64.b64encode(content).decode()
-
-
-def _png(image: Image) -> bytes:
-    stream = BytesIO()
-    Pillow.fromarray(image).save(stream, format="PNG")
-    return stream.getvalue()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
+from scipy.spatial.transform import Rotation
 from small_meshes import arrays, enclosed_volume
 
 from analysis.profiles import EPSILON, sheet
@@ -96,8 +97,7 @@ def test_sliding_within_the_plane_sweeps_nothing():
 def test_turning_and_scaling_it_all(ball):
     points, triangles = ball
     displacement = np.random.default_rng(1).normal(0.0, 0.1, points.shape)
-    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
+    turn = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     before = swept_volumes(points, displacement, triangles)
     np.testing.assert_allclose(
         swept_volumes(2.0 * points @ turn.T + 5.0, 2.0 * displacement @ turn.T, triangles), 8.0 * before, atol=1e-12

@@ -35,24 +35,20 @@ def pocket_of(bagged: Face, face: Face) -> np.ndarray:
     return np.arange(bagged.mesh.n_points) >= face.mesh.n_points
 
 
-def cavities_of(face: Face) -> Cavities:
-    return Cavities(face.points, face.triangles, face.landmarks, face.frame)
-
-
 def test_depth_is_that_behind_the_lips(face):
     """Straight behind where the lips meet it grows as fast as the way, up to the other side of the head."""
     lips = 0.5 * (face.landmarks["mouth_l"] + face.landmarks["mouth_r"])
     way = np.linspace(10.0, 60.0, 6)
     line = lips * [0, 1, 1] - np.outer(way, face.frame.axes[2])
-    depth = cavities_of(face).depth(line)
+    depth = face.cavities.depth(line)
     scale = 63.0 / face.frame.pupil_distance
     np.testing.assert_allclose(np.diff(depth), scale * np.diff(way), atol=1e-6)
-    assert cavities_of(face).depth(lips[None] - 1.3 * BACK_OF_MOUTH * face.frame.axes[2])[0] == 0.0
+    assert face.cavities.depth(lips[None] - 1.3 * BACK_OF_MOUTH * face.frame.axes[2])[0] == 0.0
 
 
 def test_outer_skin_is_not_inside(face):
     names = [name for name in face.landmarks if not name.endswith("centre")]
-    depth = cavities_of(face).depth(np.array([face.landmarks[name] for name in names]))
+    depth = face.cavities.depth(np.array([face.landmarks[name] for name in names]))
     assert depth.max() < INSIDE_DEPTH
     assert not depth[[names.index(n) for n in ("malar_l", "glabella", "zygion_r", "menton")]].any()
 
@@ -63,7 +59,7 @@ def test_depth_goes_with_the_face(face):
     moved = {name: 0.1 * turn @ place + [3.0, -2, 5] for name, place in face.landmarks.items()}
     there = 0.1 * face.points @ turn.T + [3.0, -2, 5]
     other = Cavities(there, face.triangles, moved, fw.anatomy.landmarks.frame_of(moved))
-    np.testing.assert_allclose(other.depth(there), cavities_of(face).depth(face.points), atol=1e-3)
+    np.testing.assert_allclose(other.depth(there), face.cavities.depth(face.points), atol=1e-3)
 
 
 def test_the_lining_is_the_pocket(bagged, face):
@@ -78,7 +74,7 @@ def test_the_lining_is_the_pocket(bagged, face):
 
 def test_the_pocket_is_dark_and_the_face_is_not(bagged, face):
     paint, pocket = SkinPainter(bagged)(bagged.points).astype(float), pocket_of(bagged, face)
-    deep = pocket & (cavities_of(bagged).depth(bagged.points) > 20.0)
+    deep = pocket & (bagged.cavities.depth(bagged.points) > 20.0)
     assert deep.sum() > 30
     assert paint[deep].max() < 60.0
     for name in ("malar_l", "pogonion", "glabella", "nose_tip", "mouth_l"):

@@ -25,10 +25,10 @@ from facewrinkle.geometry.topology import (
 from tools.build_head.build import build_head
 
 MEAN_FACE = Path(__file__).parents[3] / "shared/faces/ict_face_narrow.obj"
-MIDDLE = {
-    "nasion", "nose_tip", "subnasale", "upper_lip_mid", "lower_lip_mid", "menton", "pogonion", "glabella",
-    "sellion", "forehead_mid", "trichion",
-}  # fmt: skip
+MIDDLE = (
+    "trichion", "forehead_mid", "glabella", "sellion", "nasion", "nose_tip", "subnasale", "upper_lip_mid",
+    "lower_lip_mid", "pogonion", "menton",
+)  # fmt: skip
 PAIRED = {
     "brow_{}_outer", "brow_{}_mid", "brow_{}_inner", "eye_{}_inner", "eye_{}_outer", "eye_{}_centre", "ala_{}",
     "mouth_{}", "zygion_{}", "gonion_{}", "malar_{}",
@@ -120,7 +120,7 @@ def test_is_mirror_symmetric(head: Head, surface: pv.PolyData) -> None:
 
 
 def test_landmarks_have_their_names_and_lie_on_the_surface(head: Head, surface: pv.PolyData) -> None:
-    assert set(head.landmarks) == MIDDLE | {name.format(s) for name in PAIRED for s in "lr"}
+    assert set(head.landmarks) == {*MIDDLE, *(name.format(s) for name in PAIRED for s in "lr")}
     on_skin = np.array([p for name, p in head.landmarks.items() if not name.endswith("centre")])
     assert away_from_surface(surface, on_skin).max() < 1e-5
     for name in MIDDLE:
@@ -138,18 +138,7 @@ def test_landmarks_are_where_anatomy_puts_them(head: Head) -> None:
     def between(low: str, high: str) -> np.ndarray:
         return ridge[(ridge[:, 1] >= marks[low][1]) & (ridge[:, 1] <= marks[high][1])]
 
-    order = [
-        "trichion",
-        "forehead_mid",
-        "glabella",
-        "sellion",
-        "nasion",
-        "nose_tip",
-        "subnasale",
-        "upper_lip_mid",
-    ]
-    order += ["lower_lip_mid", "pogonion", "menton"]
-    assert (np.diff([marks[name][1] for name in order]) < 0.0).all()
+    assert (np.diff([marks[name][1] for name in MIDDLE]) < 0.0).all()
     assert head.points[:, 2].max() - marks["nose_tip"][2] < 0.3
     assert between("sellion", "forehead_mid")[:, 2].max() - marks["glabella"][2] < 0.3
     assert marks["sellion"][2] - between("nose_tip", "glabella")[:, 2].min() < 0.3

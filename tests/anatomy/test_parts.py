@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 import pyvista as pv
-from dressed_head import NAMES, ellipsoid, lash, together
+from dressed_head import NAMES, ellipsoid, joined, lash, together
 from expressions import after
 from glb_files import GltfFile
 from scipy.spatial.transform import Rotation
@@ -229,13 +229,7 @@ def test_shells_over_the_eyes_and_lashes_do_not_move_their_corners(face):
         pieces += [(np.asarray(shell.points, float), np.asarray(shell.regular_faces)), lash(face, eye)]
     given = {name: face.landmarks[name] for name in ("nose_tip", "mouth_l", "mouth_r")}  # where the face is
     plain = fw.find_landmarks(face.mesh, given=given).landmarks
-    meshes = [(face.points, face.triangles), *pieces]
-    starts = np.cumsum([0, *(len(points) for points, _ in meshes[:-1])])
-    both = pv.PolyData.from_regular_faces(
-        np.vstack([points for points, _ in meshes]),
-        np.vstack([triangles + start for (_, triangles), start in zip(meshes, starts, strict=True)]),
-    )
-    found = fw.find_landmarks(both, given=given).landmarks
+    found = fw.find_landmarks(joined(face, pieces), given=given).landmarks
     for name in ("eye_l_inner", "eye_l_outer", "eye_r_inner", "eye_r_outer"):
         assert np.linalg.norm(found[name] - plain[name]) < 0.01 * face.frame.pupil_distance
 

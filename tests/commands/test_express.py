@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from command_files import movie_frames, picture_shape, series_meshes
+from command_files import movie_frames, picture_shape, read_series
 from PIL import Image
 
 import facewrinkle as fw
@@ -57,7 +57,7 @@ def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
 
 
 def test_express_series_holds_every_step(surprise):
-    meshes = series_meshes(surprise / "surprise.vtkhdf")
+    meshes = read_series(surprise / "surprise.vtkhdf")[1]
     assert len(meshes) == STEPS
     assert meshes[-1].n_points >= fw.default_face().mesh.n_points
 

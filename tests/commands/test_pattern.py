@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import pyvista as pv
-from command_files import series_meshes
+from command_files import read_series
 
 import facewrinkle as fw
 from facewrinkle.cli import main
@@ -15,7 +15,7 @@ FEW = ["--frames", "4", "--size", "96", "--no-movie"]
 
 def heights(path):
     """Lowest and highest W of every step of a series."""
-    return np.array([(mesh["W"].min(), mesh["W"].max()) for mesh in series_meshes(path)])
+    return np.array([(mesh["W"].min(), mesh["W"].max()) for mesh in read_series(path)[1]])
 
 
 def test_a_preset_comes_and_goes(tmp_path, capsys):
@@ -83,7 +83,7 @@ def test_a_cycle_runs_through_t(tmp_path):
         "--quiet",
     ]
     assert main(["pattern", "cheek", *options, "--cycle", "0.8", "--out", str(tmp_path)]) == 0
-    w = np.array([mesh["W"] for mesh in series_meshes(tmp_path / "pattern_cheek.vtkhdf")])
+    w = np.array([mesh["W"] for mesh in read_series(tmp_path / "pattern_cheek.vtkhdf")[1]])
     strength = np.ptp(w[[6, 10, 14]], axis=1)
     np.testing.assert_allclose(w[14] / strength[2], w[6] / strength[0], atol=1e-6)
     np.testing.assert_allclose(w[10] / strength[1], -w[6] / strength[0], atol=1e-6)
@@ -95,7 +95,7 @@ def test_t_and_the_share_of_valid_vertices(tmp_path):
     face = fw.default_face()
     layers = fw.PatternLayer.presets("forehead", face, t=2.0, valid_share=0.5)
     expected = fw.Simulation(face, layers=layers, motion=fw.Still(face)).step()
-    found, n = series_meshes(tmp_path / "pattern_forehead.vtkhdf")[4], face.mesh.n_points
+    found, n = read_series(tmp_path / "pattern_forehead.vtkhdf")[1][4], face.mesh.n_points
     np.testing.assert_allclose(found["W"][:n], expected["W"][:n], atol=1e-6)
 
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 import pyvista as pv
-from command_files import series_meshes
+from command_files import read_series
 from glb_files import GltfFile
 
 import facewrinkle as fw
@@ -39,7 +39,7 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
     options = ["--out", str(tmp_path), "--series", "--moments", "2", *SMALL]
     said, told = run("play", file, "--landmarks", landmarks, *options)
     assert "no wrinkles" not in told
-    steps = series_meshes(tmp_path / "brows.vtkhdf")
+    steps = read_series(tmp_path / "brows.vtkhdf")[1]
     assert len(steps) == 10
     depth = [np.average(mesh["W"] ** 2, weights=vertex_areas(mesh.points, mesh.regular_faces)) for mesh in steps]
     numbers = [step + int(np.argmax(depth[step : step + 5])) for step in (0, 5)]

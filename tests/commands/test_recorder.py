@@ -8,7 +8,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 import pyvista as pv
-from command_files import movie_frames, series_meshes
+from command_files import movie_frames, read_series
 
 import facewrinkle as fw
 from facewrinkle.commands import recorder
@@ -46,7 +46,7 @@ def test_a_clip_is_played_once_watched_and_drawn(clip, tmp_path):
         == set((tmp_path / "new").iterdir())
         == {tmp_path / "new" / name for name in ("ball.mp4", "ball.vtkhdf")}
     )
-    assert [mesh.length for mesh in series_meshes(tmp_path / "new" / "ball.vtkhdf")] == drawn
+    assert [mesh.length for mesh in read_series(tmp_path / "new" / "ball.vtkhdf")[1]] == drawn
     gray = movie_frames(tmp_path / "new" / "ball.mp4", 32, 48).mean(axis=(1, 2, 3))
     np.testing.assert_allclose(gray, [60.0, 120.0, 180.0, 240.0], atol=3.0)
 
@@ -116,7 +116,7 @@ def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatc
     assert note == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed."
     assert "AU4.mp4" not in out
     assert not stale.exists()
-    assert len(series_meshes(tmp_path / "AU4.vtkhdf")) == 6
+    assert len(read_series(tmp_path / "AU4.vtkhdf")[1]) == 6
     assert (tmp_path / "AU4_closeup.png").is_file()
 
 

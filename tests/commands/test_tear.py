@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from command_files import series_meshes
+from command_files import read_series
 from glb_files import read_glb
 from small_meshes import signed_distances
 
@@ -33,7 +33,7 @@ def test_it_writes_pictures_movie_and_series(weeping):
 
 
 def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
-    faces, tears = series_meshes(weeping / "tear_weeping.vtkhdf"), series_meshes(weeping / "tear_weeping_tears.vtkhdf")
+    faces, tears = (read_series(weeping / f"tear_{what}.vtkhdf")[1] for what in ("weeping", "weeping_tears"))
     assert len(faces) == len(tears) == 8
     assert all(face.n_points >= fw.default_face().mesh.n_points for face in faces)
     assert all(tear.n_open_edges == 0 for tear in tears)
@@ -84,7 +84,7 @@ def test_the_paper_s_tears_have_other_shapes(tmp_path):
             str(folder),
         ]
         assert main(["tear", "one_tear", *quick, *options]) == 0
-        return series_meshes(folder / "tear_one_tear_tears.vtkhdf")
+        return read_series(folder / "tear_one_tear_tears.vtkhdf")[1]
 
     ours, extruded, by_height = tears(), tears("--head", "extruded"), tears("--reveal", "height")
     assert all(tear.n_open_edges == 0 for series in (ours, extruded, by_height) for tear in series)
@@ -101,7 +101,7 @@ def test_it_weeps_on_a_mesh_that_is_no_face(tmp_path):
     starts = ["--face", str(mesh), "--start", "0.3,0.4,0.75", "--start", "-0.3,0.4,0.75"]
     quick = ["--seconds", "1.6", "--fps", "5", "--size", "48", "--no-movie", "--series", "--out", str(out)]
     assert main(["tear", "weeping", *starts, *quick, "--quiet"]) == 0
-    water = series_meshes(out / "tear_weeping_tears.vtkhdf")[-1]
+    water = read_series(out / "tear_weeping_tears.vtkhdf")[1][-1]
     assert water.n_open_edges == 0
     streams = water.split_bodies(label=True)
     both = {bool(body.center[0] > 0.0) for body in streams}

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import pyvista as pv
+from command_files import read_series
 from vtkmodules.util.numpy_support import numpy_to_vtkIdTypeArray, vtk_to_numpy
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.export import write_movie, write_series
@@ -28,20 +25,6 @@ def frame(number: int) -> pv.PolyData:
     mesh = to_polydata(points, ball.regular_faces, data)
     mesh.field_data[MUSCLES] = ["zygomatic_major_l", "frontalis_inner_r"]
     return mesh
-
-
-def read_series(path: Path) -> tuple[list[float], list[pv.PolyData]]:
-    reader = vtkHDFReader()
-    reader.SetFileName(str(path))
-    reader.UpdateInformation()
-    information = reader.GetExecutive().GetOutputInformation(0)
-    key = vtkStreamingDemandDrivenPipeline.TIME_STEPS()
-    times = [information.Get(key, step) for step in range(reader.GetNumberOfSteps())]
-    meshes = []
-    for time in times:
-        reader.UpdateTimeStep(time)
-        meshes.append(pv.wrap(reader.GetOutput()).copy())
-    return times, meshes
 
 
 def full_frame(number: int) -> pv.PolyData:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
+from judging import path_of_chromium
 
 pytest.importorskip("aiohttp", reason="the studio needs aiohttp")
 
@@ -49,9 +49,7 @@ def browser():
     it ends with its module: other tests run loops of their own.
     """
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        pytest.skip("there is no chromium")
+    path = path_of_chromium()
     with playwright.sync_playwright() as driver:
         try:
             chromium = driver.chromium.launch(executable_path=path, args=list(FLAGS))

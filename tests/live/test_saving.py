@@ -43,6 +43,11 @@ def begun(folder, complain=lambda text: None):
     return document, Kept(folder, document, library, complain)
 
 
+def changed(document, kept, intensity):
+    document.change([(("intensity",), intensity)])
+    kept.save()
+
+
 def session(folder):
     """What is saved; "" while there is nothing, as in the moment in which an earlier session gets another name."""
     path = folder.path / "session.json"
@@ -70,8 +75,7 @@ def test_a_session_is_resumed(folder):
     kept.resume()
     assert kept.when == ""
     assert document.session.mixture == {"AU12": 0.5}
-    document.change([(("intensity",), 0.2)])
-    kept.save()
+    changed(document, kept, 0.2)
     assert [path.name for path in folder.path.iterdir()] == ["session.json"]
     assert (folder.path / "session.json").read_text() == document.session.to_json()
     kept.resume()  # another page may ask for it once more
@@ -112,8 +116,7 @@ def test_a_session_that_is_dismissed_gets_another_name(folder):
     kept.dismiss()
     kept.save()
     before = (folder.path / "session.json").read_text()
-    document.change([(("intensity",), 0.2)])
-    kept.save()
+    changed(document, kept, 0.2)
     assert (folder.path / "session_1.json").read_text() == before
     assert (folder.path / "session.json").read_text() == document.session.to_json()
 
@@ -124,8 +127,7 @@ def test_a_session_that_was_moved_away_is_not_in_the_way(folder):
     path.rename(folder.path.with_name(f"{folder.path.name}_elsewhere"))
     folder.path.rmdir()
     for intensity in (0.2, 0.3):
-        document.change([(("intensity",), intensity)])
-        kept.save()
+        changed(document, kept, intensity)
         assert path.read_text() == document.session.to_json()
     assert list(folder.path.iterdir()) == [path]
 
@@ -136,11 +138,9 @@ def test_a_session_that_cannot_be_saved_is_told_once_and_saved_with_the_next_cha
     with monkeypatch.context() as disk:
         disk.setattr(saving, "write_whole", Mock(side_effect=OutputError("no space left.")))
         for intensity in (0.2, 0.3):
-            document.change([(("intensity",), intensity)])
-            kept.save()
+            changed(document, kept, intensity)
     assert told == ["The session could not be saved: no space left."]
-    document.change([(("intensity",), 0.4)])
-    kept.save()
+    changed(document, kept, 0.4)
     assert session(folder) == document.session.to_json()
     assert len(list(folder.path.iterdir())) == 2
     assert len(told) == 1
@@ -152,8 +152,7 @@ def test_the_command_replaces_the_session_that_it_saved_or_resumed(folder):
         document, kept = begun(folder, told.append)
         kept.resume()
         for intensity in (0.2, 0.3, 0.4):
-            document.change([(("intensity",), intensity)])
-            kept.save()
+            changed(document, kept, intensity)
     assert not told
     assert session(folder) == document.session.to_json()
     assert len(list(folder.path.iterdir())) == 1
@@ -177,8 +176,7 @@ def test_what_is_no_session_is_an_error_when_it_is_taken_and_gets_another_name(f
         kept.resume()
     assert document.version == 0
     for intensity in (0.2, 0.3):
-        document.change([(("intensity",), intensity)])
-        kept.save()
+        changed(document, kept, intensity)
     assert {path.name: path.read_bytes() for path in folder.path.iterdir()} == {
         "session.json": document.session.to_json().encode(),
         "session_1.json": content,
@@ -194,8 +192,7 @@ def test_a_link_is_not_followed_out_of_the_folder(folder, tmp_path_factory):
     for intensity in (0.2, 0.3):
         path.unlink()
         path.symlink_to(outside)
-        document.change([(("intensity",), intensity)])
-        kept.save()
+        changed(document, kept, intensity)
         assert outside.read_text() == "precious"
         assert path.read_text() == document.session.to_json()
         assert not path.is_symlink()
@@ -206,8 +203,7 @@ def test_what_another_has_written_meanwhile_is_kept(folder):
     (one, ours), (other, theirs) = begun(folder), begun(folder)
     ours.resume()
     for document, kept, intensity in ((one, ours, 0.2), (one, ours, 0.3), (other, theirs, 0.4), (one, ours, 0.5)):
-        document.change([(("intensity",), intensity)])
-        kept.save()
+        changed(document, kept, intensity)
         assert (folder.path / "session.json").read_text() == document.session.to_json()
     found = {path.name: json.loads(path.read_text())["intensity"] for path in folder.path.iterdir()}
     assert found == {"session_1.json": 0.3, "session_2.json": 0.4, "session.json": 0.5}

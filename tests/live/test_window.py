@@ -145,17 +145,6 @@ def test_copied_python_shows_muscles_and_fields_and_tells_of_probes(studio, tmp_
     assert np.abs(ours - bare).max(axis=2).mean() > 1.0
 
 
-@pytest.mark.slow
-def test_copied_python_moves_landmarks_too(studio, face, tmp_path, monkeypatch):
-    moved = (face.landmarks["mouth_l"] + [0.0, 3.0, 0.0]).tolist()
-    studio.change(mixture={"AU12": 1.0}, landmarks={"mouth_l": moved})
-    frame, words = studio.frame(), {}
-    monkeypatch.chdir(tmp_path)
-    exec(studio.as_python(), words)
-    n = studio.face.mesh.n_points
-    assert np.abs(np.asarray(frame.points)[:n] - np.asarray(words["frame"].points)[:n]).max() < 0.1
-
-
 def private_names(program):
     """What a program uses of the package that is not public."""
     found = set()

@@ -28,23 +28,15 @@ def held(face, weights, **options):
 
 
 def test_shapes_of_muscles_are_those_of_a_simulation(face):
-    motion, points = held(face, {"mouthSmileLeft": 0.6, "mouthSmileRight": 0.6, "browInnerUp": 1.0, "AU9": 0.0})
+    motion, points = held(face, {"mouthSmileLeft": 0.6, "mouthFrownRight": 0.9, "browInnerUp": 1.0, "AU9": 0.0})
     skin = fw.Skin(face, 0.1)
-    skin.contract(face.atlas.contractions({"AU12": 0.6, "AU1": 1.0}))
+    skin.contract(face.atlas.contractions({"AU12L": 0.6, "AU15R": 0.9, "AU1": 1.0}))
     for _ in range(10):
         expected = skin.step()
     np.testing.assert_array_equal(points, expected)
     np.testing.assert_array_equal(motion.rates, skin.rates)
     motion.reset()
     assert not motion.rates.any()
-
-
-def test_a_shape_of_one_side_leaves_the_other(face):
-    _, points = held(face, {"mouthFrownLeft": 1.0})
-    moved = np.linalg.norm(points - face.points * face.unit, axis=1)
-    place = face.frame.local(face.points)[:, 0]
-    assert moved[place > 0.1].max() > 3.0
-    assert moved[place < -0.3].max() < 0.5
 
 
 def test_what_no_muscle_does_is_added(face):

@@ -10,12 +10,11 @@ played      a rig whose mesh has the wrinkles, in three.js, also with a head of 
 from __future__ import annotations
 
 import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from judging import judged, shot
+from judging import judged, path_of_chromium, shot
 from PIL import Image
 from scipy.ndimage import gaussian_filter
 
@@ -145,12 +144,9 @@ def folded(face):
 
 
 def in_three(folder, smooth, layers, folded):
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("there is no chromium")
     fw.write_layers(layers, fw.write_rig(smooth, folder / "smooth.glb"))
     fw.write_rig(folded, folder / "folded.glb")
-    assert judged("wrinkles.mjs", browser, str(folder), json.dumps(WEIGHTS), "700") == {"said": []}
+    assert judged("wrinkles.mjs", path_of_chromium(), str(folder), json.dumps(WEIGHTS), "700") == {"said": []}
     return [np.asarray(Image.open(folder / f"{name}.png").convert("L"), float) for name in ("smooth", "maps", "folded")]
 
 

@@ -12,13 +12,12 @@ Some need Node, see `judging`.
 from __future__ import annotations
 
 import re
-import shutil
 import sys
 
 import numpy as np
 import pytest
 from glb_files import read_glb
-from judging import judged, shot
+from judging import judged, path_of_chromium, shot
 
 import facewrinkle as fw
 from facewrinkle.errors import MissingPackageError, OutputError
@@ -112,10 +111,7 @@ def test_the_validator_of_khronos_has_no_complaints(rig, tmp_path, dense):
 
 
 def test_every_shape_is_seen_in_three(rig, glb):
-    browser = shutil.which("chromium") or shutil.which("google-chrome")
-    if browser is None:
-        pytest.skip("there is no chromium")
-    found = judged("three.mjs", browser, str(glb))
+    found = judged("three.mjs", path_of_chromium(), str(glb))
     assert found["names"] == list(rig.names)
     assert found["same"]
     assert found["meshes"] == len(rig.parts)

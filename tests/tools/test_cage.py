@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from squares import grid
 
 from facewrinkle.anatomy.head import cage_data, load_head
 from tools.build_head.build import refuse_crossings
@@ -15,13 +16,6 @@ from tools.build_head.half_cage import half_surface, lining_places, opposite_on_
 CUBE = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6]]
 )  # open: the side 3, 0, 4, 7 is missing
-
-
-def grid(n: int) -> np.ndarray:
-    """Quads of an n x n grid of cells, vertex (i, j) at i (n + 1) + j."""
-    i, j = np.divmod(np.arange(n * n), n)
-    first = i * (n + 1) + j
-    return np.stack([first, first + n + 1, first + n + 2, first + 1], axis=1)
 
 
 @pytest.mark.parametrize("quads", [CUBE, grid(3)])

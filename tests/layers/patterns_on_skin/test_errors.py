@@ -63,6 +63,7 @@ EVERYWHERE = {
         {"center": TOP, "size": "9"},
         "size must be numbers.* received a str",
     ),
+    "a center that is nan": ("dimple", {"center": (0, 0, np.nan), "size": 9.0}, "center must be three finite"),
     "no center": ("dimple", {"center": "top", "size": 9.0}, "center must be three finite numbers, received 'top'"),
     "up out of it": (
         "dimple",
@@ -97,6 +98,7 @@ EVERYWHERE = {
     ),
     "variation": ("cheek", {"center": TOP, "size": 30.0, "variation": 2.0}, r"variation must lie in \[0, 1\].* even"),
     "spacing": ("cheek", {"center": TOP, "size": 30.0, "spacing": 0.0}, "spacing must be .* greater than 0.* mm"),
+    "what is misspelt": ("dimpel", {"center": TOP, "size": 9.0}, "'dimple'"),
     "what is no pattern": (None, {"center": TOP, "size": 30.0}, "unknown pattern None. Known are: forehead"),
     "a parameter of another": (
         "dimple",
@@ -155,6 +157,7 @@ def test_errors_in_python_and_of_the_accessor(ball, way, pattern, words, says):
             ParameterError,
             "time to evaluate.*`time`",
         ),
+        (lambda f, b: b.facewrinkle.pattern("dimple", TOP, size=9.0, time=np.nan), ParameterError, "time"),
         (lambda f, b: b.facewrinkle.pattern("dimple_l"), ParameterError, "placed by landmarks: give those"),
         (lambda f, b: b.facewrinkle.pattern("cheek", TOP, size=9.0, strength="skin"), ParameterError, "keeps still"),
         (lambda f, b: fw.PatternLayer("cheek", select="paint").laid(fw.surface(b)), UnknownNameError, "none here"),
