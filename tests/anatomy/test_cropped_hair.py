@@ -44,10 +44,10 @@ def test_it_points_away_from_the_crown(face):
 
 
 def test_it_is_shorter_where_it_is_thin(face):
-    """At the sides and the nape."""
+    """Along its border."""
     hairs = hairs_of(face)
-    low, top = hairs[:, 0, 1] < 30.0, hairs[:, 0, 1] > 110.0
-    assert np.median(reach(hairs[low])) < 0.9 * np.median(reach(hairs[top]))
+    inside = hair_cover(hairs[:, 0], face.landmarks, face.frame)
+    assert np.median(reach(hairs[inside < 6.0])) < 0.7 * np.median(reach(hairs[inside > 20.0]))
 
 
 def test_people_have_their_own_length_color_and_hairline(face):

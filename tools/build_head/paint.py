@@ -43,16 +43,20 @@ EAR_RINGS = tuple(f"ear_ring{k}" for k in range(2, 8))
 EAR_ROUNDS, EAR_RIDGES, EAR_LIGHT = 30, 0.7, 0.8
 """Rounds of averaging that level the folds of the ear; contrast of ridges and hollows, and of slopes up and down."""
 
-HAIRLESS = 40.0
+EAR_SOFTENED = 8
+"""Rounds of averaging that round the ear's painted ridges and hollows."""
+
+HAIRLESS = 25.0
 """Ears count as this much farther outside the hairline, mm."""
 
-FADE, FADED, TAPER = 17.0, 55.0, (58.0, 20.0)
-"""Hair is dense so far inside its border, mm: at the forehead, and on the shorter sides and nape, which begin between
-two heights over the eyes.
-"""
+FADE = 15.0
+"""Hair is dense so far inside its border, mm."""
 
 WHORL, MIDDLE = np.array([8.0, 115.0, -62.0]), np.array([0.0, 50.0, 0.0])
 """Where hair grows away from, and the middle of the head, mm."""
+
+FRONT = 50.0
+"""Brows and folds of the lids are painted before this plane, mm."""
 
 LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
 """Pairs of rings of the cage between which the red of the lips lies."""
@@ -121,9 +125,17 @@ class HeadPainter:
         return np.any([self.between(*pair, 21)[0] for pair in pairwise(EAR_RINGS)], axis=0)
 
     def _ear_folds(self, normals: Array) -> Array:
-        """Factor (n,) of the light on folds of the ears that no triangle shows: from above, and on the ridges."""
-        smooth = averaged(np.column_stack([self.points, normals]), self.triangles, EAR_ROUNDS)
-        ridge = np.einsum("ni,ni->n", self.points - smooth[:, :3], normals)
+        """Factor (n,) of the light on folds of the ears that no triangle shows: from above, and on the ridges.
+
+        They are those of the cage, and ridges and hollows whose heights, mm, and lines in the side view are typed.
+        """
+        seen, side_view = self._on_ears & (normals[:, 0] > 0.1), self.points[:, [2, 1]]
+        relief = sum(height * _along(np.array(line), side_view) for height, line in self.data["paint"]["ear"])
+        relief = averaged(np.where(seen, relief, 0.0), self.triangles, EAR_SOFTENED)
+        folded = self.points + relief[:, None] * normals
+        normals = vertex_normals(folded, self.triangles)
+        smooth = averaged(np.column_stack([folded, normals]), self.triangles, EAR_ROUNDS)
+        ridge = np.einsum("ni,ni->n", folded - smooth[:, :3], normals)
         light = EAR_RIDGES * np.tanh(ridge / 0.5) + EAR_LIGHT * (normals[:, 1] - smooth[:, 4])
         return 1.0 + averaged(np.where(self._on_ears, light, 0.0), self.triangles, 3)
 
@@ -159,12 +171,12 @@ class HeadPainter:
         sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
         skin = complexion(places, self.landmarks, frame)
         for (tint, strength), line in ((paint["brow"], self.data["brow"]["line"]), (paint["lid_fold"], paint["lid"])):
-            skin += (strength * _along(np.array(line), places))[:, None] * (tint - skin)
+            near = np.where(places[:, 2] > FRONT, _along(np.array(line), places[:, :2]), 0.0)
+            skin += (strength * near)[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
             skin += rings[:, k, None] * (np.array(ring[2]) - skin)
         cover = hair_cover(places, self.landmarks, frame) - HAIRLESS * ear
-        low = smoothstep((TAPER[0] - frame.local_mm(places)[:, 1]) / (TAPER[0] - TAPER[1]))
-        return skin, sky, cover / (FADE + low * (FADED - FADE)), lip
+        return skin, sky, cover / FADE, lip
 
 
 def shaded(skin: Array, sky: Array) -> Array:
@@ -274,13 +286,12 @@ def _bytes(colors: Array) -> NDArray[np.uint8]:
     return np.rint(np.clip(colors, 0, 255)).astype(np.uint8)
 
 
-def _along(line: Array, points: Array) -> Array:
-    """1 on a line of places and widths in the frontal view, falling to 0 within its width (n,)."""
+def _along(line: Array, places: Array) -> Array:
+    """1 at places (n, 2) on a line of places and widths (k, 3) in a view, falling to 0 within its width (n,)."""
     stations = np.linspace(0.0, len(line) - 1.0, 8 * len(line))
     x, y, width = (np.interp(stations, np.arange(len(line)), line[:, c]) for c in range(3))
-    away, nearest = cKDTree(np.stack([x, y], axis=1)).query(points[:, :2])
-    front = points[:, 2] > 50.0
-    return np.where(front, np.exp(-((away / (1.3 * width[nearest])) ** 2)), 0.0)
+    away, nearest = cKDTree(np.stack([x, y], axis=1)).query(places)
+    return np.asarray(np.exp(-((away / (1.3 * width[nearest])) ** 2)))
 
 
 def brow_hairs(brow: dict[str, Any], points: Array, triangles: IntArray) -> tuple[IntArray, Array]:
