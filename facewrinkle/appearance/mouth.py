@@ -27,7 +27,7 @@ third, in distances between the pupils: the flesh around reflects red.
 
 TONGUE_COLOR = (176, 92, 88)
 
-POCKET_COLORS = ((84, 38, 36), (50, 20, 19), (26, 9, 9), (12, 4, 5))
+POCKET_COLORS = ((58, 22, 20), (42, 15, 14), (26, 9, 9), (12, 4, 5))
 """Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
 
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
