@@ -300,8 +300,8 @@ def written(path: str | Path) -> Iterator[Path]:
         yield whole
 
 
-def write_whole(path: str | Path, content: str | bytes) -> None:
-    """Write a file, text in UTF-8, whole or not at all; see :func:`written`.
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write a file, text in UTF-8, whole or not at all, and return its path; see :func:`written`.
 
     Examples
     --------
@@ -311,6 +311,7 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     """
     with written(path) as whole:
         whole.write_bytes(content.encode() if isinstance(content, str) else content)
+    return Path(path)
 
 
 @contextmanager
@@ -358,12 +359,9 @@ def remove_stale(record: Path, files: Sequence[Path]) -> list[Path]:
     --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     model, page, record = (Path(folder) / name for name in ("head.glb", "head.html", ".head.files"))
-    ...     write_whole(model, "old"), write_whole(page, "old")
-    ...     before = remove_stale(record, [model, page])
-    ...     write_whole(model, "new")
-    ...     [path.name for path in remove_stale(record, [model])]
-    (None, None)
+    ...     model, page = (write_whole(Path(folder) / name, "old") for name in ("head.glb", "head.html"))
+    ...     before = remove_stale(Path(folder) / ".head.files", [model, page])
+    ...     [path.name for path in remove_stale(Path(folder) / ".head.files", [write_whole(model, "new")])]
     ['head.html']
     """
     folder, stale = record.parent, list[Path]()

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_flag, check_range, unknown_name
-from ..files import path_of, toml_of, written
+from ..files import path_of, toml_of, write_whole
 from .landmarks import FaceFrame, of_side
 from .muscles import (
     WRINKLES,
@@ -600,11 +600,7 @@ def write_atlas(atlas: Atlas, path: str | Path) -> Path:
     >>> again.expressions["smirk"], again.muscles == mine.muscles
     ({'zygomaticus_major_l': 0.6}, True)
     """
-    target = path_of(path)
-    content = atlas_text(atlas)
-    with written(target) as whole:
-        whole.write_text(content, encoding="utf-8")
-    return target
+    return write_whole(path_of(path), atlas_text(atlas))
 
 
 def atlas_text(atlas: Atlas) -> str:

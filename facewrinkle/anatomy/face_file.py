@@ -154,8 +154,7 @@ def _stored(
 
 def _restored(data: dict[str, Any]) -> pv.PolyData:
     """The mesh whose arrays `_stored` gave."""
-    point_data = {name.removeprefix(_DATA): values for name, values in data.items() if name.startswith(_DATA)}
-    mesh = to_polydata(data["points"], data["triangles"], point_data)
+    mesh = to_polydata(data["points"], data["triangles"], _within(data, _DATA))
     if texture := str(data["texture_coordinates"]):
         use_texture(mesh, texture)
     for name, array in _CELL_DATA.items():

@@ -18,7 +18,7 @@ import pyvista as pv
 from ..array_types import Array
 from ..checks import vector
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
-from ..files import LARGEST_SETTINGS, bytes_of, written
+from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..mesh import CONNECT, closest_places
 
 OFF_MESH = 0.2
@@ -469,8 +469,7 @@ def write_landmarks(
         entries[name]["confidence"] = round(known[name], 3)
         if known[name] < 1.0:
             entries[name]["found"] = entries[name]["xyz"]
-    with written(path) as whole:
-        whole.write_text(json.dumps({"landmarks": entries}, indent=1) + "\n", encoding="utf-8")
+    write_whole(path, json.dumps({"landmarks": entries}, indent=1) + "\n")
 
 
 def check_on_surface(

@@ -121,8 +121,7 @@ def rig(
             for mixed, error in found
         )
     if errors or made.drivers or same_mesh:
-        write_whole(folder / f"{stem}.rig.json", facts_text(made, errors))
-        files.append(folder / f"{stem}.rig.json")
+        files.append(write_whole(folder / f"{stem}.rig.json", facts_text(made, errors)))
     names = [f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])]
     rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows | removed_rows(remove_stale(folder / f".{stem}.rig.files", files)))

@@ -17,7 +17,7 @@ from ..anatomy.face import Face
 from ..appearance.seen import Appearance, companion_meshes
 from ..array_types import Array, Single
 from ..errors import MeshError, check_range
-from ..files import output_file, written
+from ..files import output_file, write_whole, written
 from ..geometry.refinement import RedGreenForest
 from ..mesh import UNIT, reshaped, to_polydata
 from ..tears.drop import Sampled
@@ -283,9 +283,8 @@ def _write_cache(path: Path, points: npt.NDArray[np.floating[Any]]) -> None:
 
     Its header: signature, version, points, first frame, frames per sample, samples.
     """
-    with written(path) as whole:
-        header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
-        whole.write_bytes(header + points.astype("<f4").tobytes())
+    header = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, points.shape[1], 0.0, 1.0, len(points))
+    write_whole(path, header + points.astype("<f4").tobytes())
 
 
 def increments(values: Array, least: float) -> Single:

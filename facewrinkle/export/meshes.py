@@ -11,7 +11,7 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..appearance.seen import companion_meshes
 from ..array_types import Array
-from ..files import output_file, written
+from ..files import output_file, write_whole
 from ..mesh import UNIT, MeshLike, is_frame, triangle_mesh
 from ..progress import tell
 from .gltf import gltf
@@ -114,8 +114,7 @@ def write_mesh_files(
             unit = unit if face is None else face.unit
             files = {path: gltf(models, unit, upright_rotation(face), binary=suffix == ".glb")}
     for name, content in files.items():
-        with written(name) as whole:
-            whole.write_bytes(content)
+        write_whole(name, content)
     return list(files)
 
 

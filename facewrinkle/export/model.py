@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import BytesIO
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy.face import Face
@@ -160,12 +162,12 @@ def tears_model(tears: Iterable[pv.PolyData]) -> Model | None:
     return replace(part_model(merged), colors=None, water=True)
 
 
-def png_of(image: Image) -> bytes:
-    """Return a picture as the content of a PNG file."""
+def png_of(pixels: npt.NDArray[Any]) -> bytes:
+    """Return pixels as the content of a PNG file, those of 16 bits too."""
     from PIL import Image as Pillow
 
     stream = BytesIO()
-    Pillow.fromarray(image).save(stream, format="PNG")
+    Pillow.fromarray(pixels).save(stream, format="PNG")
     return stream.getvalue()
 
 

@@ -101,8 +101,7 @@ def _write_pvd(frames: Iterator[pv.PolyData], times: Array, path: Path) -> Path:
         with written(path.parent / name) as whole:
             frame.save(whole)
         ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=name)
-    write_whole(path, ElementTree.tostring(root))
-    return path
+    return write_whole(path, ElementTree.tostring(root))
 
 
 def _checked(frames: Iterator[pv.PolyData], count: int) -> Iterator[pv.PolyData]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..array_types import Array, Single
 from ..errors import optional_imports
-from ..files import written
+from ..files import write_whole
 from ..mesh.formats.merging import linear_light
 from .gltf import SKIN_COLOR, roughness
 from .model import Model, Morphs, WeightTrack
@@ -207,8 +207,7 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[
         return []
     ending = "png" if model.png.startswith(b"\x89PNG") else "jpg"
     picture = place.with_name(f"{place.stem}_{name}.{ending}")
-    with written(picture) as whole:
-        whole.write_bytes(model.png)
+    write_whole(picture, model.png)
     reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Places")
     reader.CreateIdAttr("UsdPrimvarReader_float2")
     reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")

@@ -16,7 +16,7 @@ from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.patterns_on_skin.layer import PatternLayer
 from ..layers.wave_folds import WaveFolds
 from ..mesh import ARRAYS, rest_of
-from ..plotting.fields import FIELD_COLORS, FOLDED
+from ..plotting.fields import FIELD_COLORS, values_of
 from .protocol import Part
 from .visible_parts import VisibleParts
 
@@ -60,17 +60,6 @@ def colored(frame: pv.PolyData, name: str, parts: VisibleParts, layers: Sequence
     share = np.clip((values[some] - low) / (high - low), 0.0, 1.0)
     numbers[some] = np.rint(share * (NOTHING - 1)).astype(np.uint16)
     return Part("field", "field", {"value": numbers[parts.origin]}, {**info, "range": [float(low), float(high)]})
-
-
-def values_of(frame: pv.PolyData, name: str) -> Array:
-    """Return a field, NaN where it means nothing: lambda, for one, means something only where a muscle folds skin."""
-    values = np.full(frame.n_points, np.nan)
-    if name in frame.point_data:
-        values[:] = frame.point_data[name]
-    folded = [np.asarray(frame.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in frame.point_data]
-    if folded:
-        values[~np.any(folded, axis=0)] = np.nan
-    return values
 
 
 def labels(frame: pv.PolyData, layers: Sequence[Layer]) -> Mapping[str, list[str]]:

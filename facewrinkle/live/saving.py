@@ -69,9 +69,7 @@ class Folder:
 
     def write(self, name: str, data: bytes) -> Path:
         """Write data under a name with a number, never over another file."""
-        path = self.free(name)
-        write_whole(path, data)
-        return path
+        return write_whole(self.free(name), data)
 
     def free(self, name: str) -> Path:
         """Return the path of a name with the first number that is free."""

@@ -31,6 +31,17 @@ FOLDED = {
 """Fields that mean nothing where no muscle, or no family of waves, folds the skin: the arrays that tell by -1."""
 
 
+def values_of(frame: pv.PolyData, name: str) -> Array:
+    """Return a field, NaN where it means nothing: lambda, for one, means something only where a muscle folds skin."""
+    values = np.full(frame.n_points, np.nan)
+    if name in frame.point_data:
+        values[:] = frame.point_data[name]
+    folded = [np.asarray(frame.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in frame.point_data]
+    if folded:
+        values[~np.any(folded, axis=0)] = np.nan
+    return values
+
+
 def field_coloring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
     """Return options of `add_mesh` that color skin by a field, with a scalar bar for a window `height` pixels high.
 
@@ -43,12 +54,11 @@ def field_coloring(skin: pv.PolyData, name: str, height: int) -> dict[str, Any]:
     """
     if name not in skin.point_data:
         raise unknown_name("field", name, [n for n in ARRAYS if n in skin.point_data])
-    values = np.array(skin.point_data[name], dtype=np.float64)
-    if values.ndim > 1:
-        raise ParameterError(f"a picture is colored by one number per vertex; {name!r} has {values.shape[1]}.")
-    folded = [np.asarray(skin.point_data[own]) >= 0 for own in FOLDED.get(name, ()) if own in skin.point_data]
-    if folded:
-        values[~np.any(folded, axis=0)] = np.nan
+    if skin.point_data[name].ndim > 1:
+        raise ParameterError(
+            f"a picture is colored by one number per vertex; {name!r} has {skin.point_data[name].shape[1]}."
+        )
+    values = values_of(skin, name)
     colors, limits = FIELD_COLORS.get(name, ("viridis", None))
     largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     title = f"{name} (mm)\n" if name == "W" else f"{name}\n"

@@ -18,11 +18,11 @@ from ..appearance.flush import flush
 from ..array_types import Array, IntArray
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
-from ..export.model import Model, skin_model
-from ..files import written
+from ..export.model import Model, png_of, skin_model
+from ..files import write_whole
 from ..geometry import barycentric, rasterize, smoothstep, vertex_areas
 from ..layers.base import Layer
-from ..mesh.arrays import corner_texture, rest_of
+from ..mesh.arrays import corner_texture, in_bytes, rest_of
 from ..simulation import Refinement, Simulation
 
 OVERLAP = 0.02
@@ -151,9 +151,9 @@ def bake_maps(
         rest.active_texture_coordinates = around_head(face, face.points)
     most = max(float(np.abs(height).max()), 1e-6)
     return Maps(
-        folds.filled(as_bytes(0.5 + 0.5 * normal)),
+        folds.filled(in_bytes(0.5 + 0.5 * normal)),
         folds.filled(heights_as_integers(height, most)),
-        folds.filled(as_bytes(blood)),
+        folds.filled(in_bytes(blood)),
         most,
         smooth,
         rest,
@@ -383,10 +383,6 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
     return tangent, sign
 
 
-def as_bytes(values: Array) -> npt.NDArray[np.uint8]:
-    return np.rint(255.0 * np.clip(values, 0.0, 1.0)).astype(np.uint8)
-
-
 def heights_as_integers(height: Array, most: float) -> npt.NDArray[np.uint16]:
     """Return heights from -`most` to `most` as 16 bits; 32768 is none."""
     return np.rint(32768.0 + 32767.0 * np.clip(height / most, -1.0, 1.0)).astype(np.uint16)
@@ -426,25 +422,14 @@ def write_maps(maps: Maps, path: str | Path) -> list[Path]:
     ...     [file.name for file in write_maps(maps, Path(folder) / "brows")][:3]
     ['brows_normal.png', 'brows_height.png', 'brows_flush.png']
     """
-    path, files = Path(path), []
-    for name in ("normal", "height", "flush"):
-        files.append(path.with_name(f"{path.name}_{name}.png"))
-        write_image(getattr(maps, name), files[-1])
-    files.append(write_mesh(maps.rest, path.with_name(f"{path.name}_maps.obj")))
-    files.append(path.with_name(f"{path.name}_maps.json"))
-    with written(files[-1]) as whole:
-        whole.write_text(
-            json.dumps(conventions(maps.most) | {"flush": {"factor_at_255": 1}}, indent=2) + "\n", encoding="utf-8"
-        )
-    return files
-
-
-def write_image(pixels: npt.NDArray[Any], path: Path, format: str = "PNG", **options: str) -> None:
-    """Write pixels as they are, those of 16 bits too; options are those of the format."""
-    from PIL import Image as Pillow
-
-    with written(path) as whole:
-        Pillow.fromarray(pixels).save(whole, format=format, **options)
+    path = Path(path)
+    pictures = [
+        write_whole(path.with_name(f"{path.name}_{name}.png"), png_of(getattr(maps, name)))
+        for name in ("normal", "height", "flush")
+    ]
+    mesh = write_mesh(maps.rest, path.with_name(f"{path.name}_maps.obj"))
+    facts = json.dumps(conventions(maps.most) | {"flush": {"factor_at_255": 1}}, indent=2) + "\n"
+    return [*pictures, mesh, write_whole(path.with_name(f"{path.name}_maps.json"), facts)]
 
 
 def conventions(most: float) -> dict[str, dict[str, Any]]:

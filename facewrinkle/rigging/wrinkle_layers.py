@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ParameterError
-from ..files import written
+from ..export.model import png_of
+from ..files import write_whole
 from ..geometry.interpolation import smoothstep
-from ..mesh.arrays import corner_texture
+from ..mesh.arrays import corner_texture, in_bytes
 from ..progress import Progress, bar
 from .fields import Baker
 from .linear_rig import Rig
@@ -27,12 +28,10 @@ from .maps import (
     AROUND,
     FOLDED,
     FoldMaps,
-    as_bytes,
     check_map_size,
     check_texture,
     conventions,
     heights_as_integers,
-    write_image,
 )
 from .poses import share_of_side
 
@@ -156,14 +155,14 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         normal = sum(part[..., None] * each[2] for part, each in zip(share, own, strict=True))
         normal[share.sum(axis=0) < 0.5] = [0.0, 0.0, 1.0]
         normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        normals.append(folds.filled(as_bytes(0.5 + 0.5 * normal)))
+        normals.append(folds.filled(in_bytes(0.5 + 0.5 * normal)))
         heights.append(folds.filled(heights_as_integers(height, most)))
         shown = (share * strength).sum(axis=0)
         for i, (users, *_) in enumerate(own):
             part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0) * smoothstep(strength[i] / FOLDED - 0.5)
             part = folds.blurred(part, AROUND)
             for name in users:
-                masks[name], layer[name] = folds.filled(as_bytes(part * sides[shapes[name].side])), k
+                masks[name], layer[name] = folds.filled(in_bytes(part * sides[shapes[name].side])), k
     masks = {name: masks[name] for name in rig.names if name in masks}
     layer = {name: layer[name] for name in masks}
     return WrinkleLayers(normals, heights, most, masks, layer, face.unit, corner_texture(face.mesh) is None)
@@ -228,18 +227,15 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     """
     path = Path(path)
     stem = path.stem if path.suffix.lower() in (".glb", ".gltf", ".usd", ".usda", ".usdc", ".npz") else path.name
-    files: list[Path] = []
+    contents: dict[str, str | bytes] = {}
     for k, (normal, height) in enumerate(zip(layers.normals, layers.heights, strict=True), start=1):
-        for kind, image in (("normal", normal), ("height", height)):
-            files.append(path.with_name(f"{stem}_wrinkle{k}_{kind}.png"))
-            write_image(image, files[-1])
-    files.append(path.with_name(f"{stem}_wrinklemasks.png"))
-    write_image(tiled(list(layers.masks.values())), files[-1])
-    for ending, text in (("json", json.dumps(facts_of(layers, stem), indent=1) + "\n"), ("js", player())):
-        files.append(path.with_name(f"{stem}_wrinkles.{ending}"))
-        with written(files[-1]) as whole:
-            whole.write_text(text, encoding="utf-8")
-    return files
+        contents |= {f"wrinkle{k}_normal.png": png_of(normal), f"wrinkle{k}_height.png": png_of(height)}
+    contents |= {
+        "wrinklemasks.png": png_of(tiled(list(layers.masks.values()))),
+        "wrinkles.json": json.dumps(facts_of(layers, stem), indent=1) + "\n",
+        "wrinkles.js": player(),
+    }
+    return [write_whole(path.with_name(f"{stem}_{name}"), content) for name, content in contents.items()]
 
 
 def facts_of(layers: WrinkleLayers, stem: str) -> dict[str, object]:

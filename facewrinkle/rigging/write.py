@@ -20,7 +20,7 @@ from ..export.meshes import upright_rotation
 from ..export.model import Model, png_of
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
-from ..files import output_file, written
+from ..files import output_file, write_whole, written
 from ..mesh.arrays import in_bytes
 from ..plotting.lighting import light_at_rest
 from ..plotting.web import bundled, cameras_of, web_files
@@ -80,9 +80,7 @@ def write_rig_files(rig: Rig, path: str | Path, *, dense: bool = False) -> list[
             pictures = write_usd(whole, models, rig.face.unit, upright_rotation(rig.face), rig.morphs, beside=path)
         return [path, *pictures]
     content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
-    with written(path) as whole:
-        whole.write_bytes(content)
-    return [path]
+    return [write_whole(path, content)]
 
 
 def rig_bytes(rig: Rig, *, binary: bool, dense: bool = False) -> bytes:
@@ -146,9 +144,7 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
         content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(png_of(image)) for image in images]}
     page = data["rig.html"][1].decode().replace("{{title}}", html.escape(path.stem))
     page = page.replace("{{code}}", bundled(data, "rig.js")).replace("{{rig}}", json.dumps(content))
-    with written(path) as whole:
-        whole.write_text(page, encoding="utf-8")
-    return path
+    return write_whole(path, page)
 
 
 def write_extension(path: str | Path) -> Path:

@@ -150,8 +150,7 @@ class Content:
 
     def write(self, path: str | Path) -> Path:
         """Write the session to a .json file."""
-        write_whole(Path(path), self.to_json())
-        return Path(path)
+        return write_whole(path, self.to_json())
 
 
 def is_session(text: str | bytes) -> bool:

@@ -15,7 +15,7 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, path_of, reading
-from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colors, listed_labels
+from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colors, in_bytes, listed_labels
 from .gltf import Document
 from .merging import linear_light, set_texture, srgb
 from .reading import GLTF, MeshLike, one_mesh, read_surface
@@ -299,7 +299,7 @@ def _in_eight_bits(image: Any) -> Any:
     if not image.mode.startswith(("I", "F")):
         return image
     share = np.asarray(image, dtype=np.float64) / (1.0 if image.mode == "F" else 65535.0)
-    return Pillow.fromarray(np.rint(255.0 * np.clip(share, 0.0, 1.0)).astype(np.uint8))
+    return Pillow.fromarray(in_bytes(share))
 
 
 def _of_object(source: Any) -> Image | None:
