@@ -31,19 +31,15 @@ def seen_past(face, eye, points, parts):
     return missed
 
 
-@pytest.mark.parametrize("radius", [0.85, 0.95])
-def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(face, radius):
-    eye = replace(face.eyes[0], radius=radius * face.eyes[0].radius)
-    ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
-    assert seen_past(face, eye, face.points, [ball]) > 0
-    assert seen_past(face, eye, face.points, [ball, strip]) == 0
-
-
-@pytest.mark.parametrize("any_face", ["thick", "ict_face_narrow"], indirect=True)
-def test_no_one_looks_past_the_eyes_of_an_open_mask(any_face):
-    """Faces with thick lids, behind which there is no skin."""
+@pytest.mark.parametrize(
+    ("any_face", "radius"),
+    [(None, 0.85), (None, 0.95), ("thick", 1.0), ("ict_face_narrow", 1.0)],
+    indirect=["any_face"],
+)
+def test_no_one_looks_past_a_ball_that_the_lids_do_not_touch(any_face, radius):
+    """Too small a ball, and those of faces with thick lids, behind which there is no skin."""
     face = any_face
-    for eye in face.eyes:
+    for eye in (replace(eye, radius=radius * eye.radius) for eye in face.eyes):
         ball, strip = ball_of(eye), LidMargin(eye, face).at(face.points)
         assert seen_past(face, eye, face.points, [ball]) > 0
         assert seen_past(face, eye, face.points, [ball, strip]) == 0

@@ -105,6 +105,13 @@ def apply(forest, operation):
     return getattr(forest, name)(marks(forest, fraction, seed))
 
 
+def after(forest, operations):
+    """The forest, changed by all of the operations."""
+    for each in operations:
+        apply(forest, each)
+    return forest
+
+
 # --- invariants -----------------------------------------------------------------------------------
 
 
@@ -318,9 +325,7 @@ def test_marks_of_nodes_lead_to_the_same_triangles_from_any_others(mesh, steps, 
     def wanted(triangle):
         return hash((seed, *sorted(triangle))) % 100 < 60
 
-    forest, fresh = (RedGreenForest(base, 3, len(points0)) for _ in range(2))
-    for step in steps:
-        apply(forest, step)
+    forest, fresh = (after(RedGreenForest(base, 3, len(points0)), made) for made in (steps, []))
     naive = NaiveForest(base)
     front = naive.roots
     for _ in range(3):
@@ -354,9 +359,7 @@ def take_back_all(forest):
 @given(meshes(), operations)
 def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     points0, base = mesh
-    forest = RedGreenForest(base, n_points=len(points0))
-    for step in steps:
-        apply(forest, step)
+    forest = after(RedGreenForest(base, n_points=len(points0)), steps)
     first, corners = forest.triangles, forest.corners
     deepest = forest.level.max()
     assert take_back_all(forest) == deepest
@@ -365,27 +368,19 @@ def test_coarsening_everything_restores_m0_and_its_forest(mesh, steps):
     assert (forest.weights.toarray() == np.eye(len(points0))).all()
     assert not forest.level.any()
     assert (forest.root == np.arange(len(base))).all()
-    for step in steps:
-        apply(forest, step)
-    assert (forest.triangles == first).all()
+    assert (after(forest, steps).triangles == first).all()
     assert (forest.corners == corners).all()
 
 
 @settings(max_examples=30)
 @given(meshes(), operations, operations)
-def test_copies_are_equal_and_independent(mesh, before, after):
+def test_copies_are_equal_and_independent(mesh, before, later):
     _, base = mesh
-    forest = RedGreenForest(base)
-    for step in before:
-        apply(forest, step)
+    forest = after(RedGreenForest(base), before)
     kept = forest.triangles.copy(), forest.corners.copy(), forest.level
-    twin, repeated = forest.copy(), forest.copy()
-    for step in after:
-        apply(twin, step)
+    repeated, twin = forest.copy(), after(forest.copy(), later)
     assert all((a == b).all() for a, b in zip(kept, (forest.triangles, forest.corners, forest.level), strict=True))
-    for step in after:
-        apply(repeated, step)
-    assert (twin.triangles == repeated.triangles).all()
+    assert (twin.triangles == after(repeated, later).triangles).all()
     assert (twin.barycentric == repeated.barycentric).all()
 
 
