@@ -46,7 +46,9 @@ STEEPEST = 0.1
 """Cosine of the slope of triangles that are steeper than what lips meet with."""
 
 FACING = -0.3
-"""Cosine between the normals of a sample and a triangle below which they face each other."""
+"""Product of the upward shares of the normals of a sample and a triangle below which they face each other: their angle
+does not tell, as closed lips turn outwards along their front edge.
+"""
 
 BEYOND = 4.0
 """Samples no farther than this from straight above (or below) the other lip face its nearest triangle, mm."""
@@ -123,7 +125,7 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     partners, faced = np.zeros_like(samples.corners), np.zeros(len(places), bool)
     for s, (place, normal) in enumerate(zip(places, normals, strict=True)):
         k, _, beside = reached(points[triangles], place, up)
-        if beside < BEYOND and facing[k] @ normal < FACING:
+        if beside < BEYOND and (facing[k] @ up) * (normal @ up) < FACING:
             partners[s], faced[s] = triangles[k], True
     return Samples(*(column[faced] for column in (*samples[:2], partners, *samples[3:])))
 

@@ -1,11 +1,11 @@
 """A sample of random sequences on many faces. `python -m tools.trials soundness` plays many more, and tells more
 kinds of faults: what is asserted here holds for whatever the muscles do.
 
-on any face      | finite; no energy gained while the rates are held; nothing deep in an eye or a tooth; rest after
-                 | a release; no triangle turned over, of those that are simulated and of those that follow
+on any face      | finite; no energy gained while the rates are held; nothing deep in an eye, a tooth or the other lip;
+                 | rest after a release; no triangle turned over, of those that are simulated and of those that follow
 with wrinkles    | no refined triangle turned over by them
 once went wrong  | skin in teeth where its lining turns into the mouth; a triangle at the corner of an eye, turned
-                 | over in a jump, and slivers at the corner of the mouth
+                 | over in a jump, and slivers at the corner of the mouth; lips through each other at their front edge
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.slow
 
 FACES = ("head-1", "ict-0", "ict-1", "makehuman", "mediapipe")
 FRAMES = 120
-NEVER = ("not finite", "energy", "eyes", "inverted", "wrinkles", "teeth", "not at rest")
+NEVER = ("not finite", "energy", "eyes", "inverted", "wrinkles", "teeth", "lips", "not at rest")
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +56,8 @@ def test_a_face_comes_back_from_random_sequences(played):
     ("played", "index", "simulated"),
     [
         ("head-1", 7, True),
+        ("head-1", 17, False),
+        ("head-2", 8, False),
         ("ict-1", 7, True),
         ("makehuman", 5, False),
         ("makehuman", 14, False),
