@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry.interpolation import smoothstep
+from ..geometry.normals import unit
 from ..geometry.topology import unique_edges
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame
@@ -207,8 +208,7 @@ def eyelid_opening(
     inner, outer = landmarks[f"eye_{eye.side}_inner"], landmarks[f"eye_{eye.side}_outer"]
     width = float(np.linalg.norm(outer - inner))
     lateral = (outer - inner) / width
-    forward = eye.gaze - (eye.gaze @ lateral) * lateral
-    forward /= np.linalg.norm(forward)
+    forward = unit(eye.gaze - (eye.gaze @ lateral) * lateral)
     up = np.cross(forward, lateral)
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)

@@ -19,6 +19,7 @@ from ..array_types import Array
 from ..checks import vector
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..files import LARGEST_SETTINGS, bytes_of, write_whole
+from ..geometry import unit
 from ..mesh import CONNECT, closest_places
 
 OFF_MESH = 0.2
@@ -274,8 +275,7 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     pairs = [(a, b) for a, b in pairs if np.linalg.norm(found[a] - found[b]) > 0.0]
     if not pairs:
         return found
-    normal = np.sum([(found[a] - found[b]) / np.linalg.norm(found[a] - found[b]) for a, b in pairs], axis=0)
-    normal /= np.linalg.norm(normal)
+    normal = unit(np.sum([unit(found[a] - found[b]) for a, b in pairs], axis=0))
     middles = [0.5 * (found[a] + found[b]) for a, b in pairs] + [found[n] for n in MIDLINE if n in found]
     offset = float(np.median([m @ normal for m in middles]))
     for name in list(found):

@@ -220,8 +220,7 @@ def jaw_weights(
 
 def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
     """Unit normal, on the side of `up`, of the plane through `axis` and `forward`."""
-    normal = np.cross(axis, forward)
-    normal /= np.linalg.norm(normal)
+    normal = unit(np.cross(axis, forward))
     return np.asarray(normal * np.sign(normal @ up))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, IntArray
-from ..geometry import ring_triangles
+from ..geometry import ring_triangles, unit
 from .landmarks import FaceFrame, lips_middle
 
 CROWN_WIDTHS = {"upper": (8.5, 6.5, 7.5, 7.0, 7.0, 10.0, 9.0), "lower": (5.0, 5.5, 7.0, 7.0, 7.0, 11.0, 10.5)}
@@ -208,8 +208,7 @@ def _on_border(jaw: str, place: Array) -> tuple[Array, Array]:
     x, z = half * np.sin(turn), depth * (np.cos(turn) - 1.0)
     at = np.interp(place, np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(z)))), turn)
     zero = np.zeros_like(at)
-    outward = np.stack([depth * np.sin(at), zero, half * np.cos(at)], axis=-1)
-    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    outward = unit(np.stack([depth * np.sin(at), zero, half * np.cos(at)], axis=-1))
     return np.stack([half * np.sin(at), zero, depth * (np.cos(at) - 1.0)], axis=-1), outward
 
 

@@ -11,7 +11,7 @@ import pyvista as pv
 from ..anatomy import Eyeball, Face
 from ..anatomy.eyeball import RADIUS
 from ..array_types import Array, IntArray
-from ..geometry import ring_quads, ring_triangles, smoothstep, vertex_normals
+from ..geometry import ring_quads, ring_triangles, smoothstep, unit, vertex_normals
 from ..mesh import to_polydata
 from .skin_paint import flesh
 
@@ -123,17 +123,15 @@ class PaintedEye:
 
     def axes(self, gaze: Array) -> Array:
         """Return the unit vectors (3, 3) [aside, up, ahead] of the ball that looks along a gaze."""
-        side = np.cross(self.eye.up, gaze)
-        side /= np.linalg.norm(side)
+        side = unit(np.cross(self.eye.up, gaze))
         return np.stack([side, np.cross(gaze, side), gaze])
 
     @cached_property
     def lid_axes(self) -> Array:
         """Unit vectors (3, 3) from the inner to the outer corner, up and forward: the last two span heights."""
         inner, outer = (corner - self.eye.centre for corner in self.corners)
-        lateral = (outer - inner) / np.linalg.norm(outer - inner)
-        up = self.eye.up - (self.eye.up @ lateral) * lateral
-        up /= np.linalg.norm(up)
+        lateral = unit(outer - inner)
+        up = unit(self.eye.up - (self.eye.up @ lateral) * lateral)
         return np.stack([lateral, up, self.eye.gaze - (self.eye.gaze @ lateral) * lateral])
 
     def lid_heights(self, points: Array, places: Array) -> Array:

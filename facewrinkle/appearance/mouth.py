@@ -13,7 +13,7 @@ from ..anatomy import Face, lips_middle, teeth_of
 from ..anatomy.cavities import IN_MOUTH
 from ..anatomy.tongue import lip_crest, tongue_paint, tongue_points, tongue_triangles
 from ..array_types import Array, IntArray
-from ..geometry import ring_triangles, smoothstep, vertex_normals
+from ..geometry import ring_triangles, smoothstep, unit, vertex_normals
 from ..geometry.depth_buffer import depth_buffer
 from ..mesh import reshaped, to_polydata
 
@@ -180,7 +180,7 @@ class Mouth:
         upper = one if local[one, 1].mean() > local[~one, 1].mean() else ~one
         up = np.sqrt(1.0 - (local[:, 0] / np.abs(local[:, 0]).max()) ** 2) * np.where(upper, 1.0, -1.0)
         oval = np.stack([local[:, 0] / (0.4 * self._size), up, np.zeros(n)], axis=1)
-        return np.asarray(oval / np.linalg.norm(oval, axis=1, keepdims=True) * [1.0, 0.65, 1.0])
+        return np.asarray(unit(oval) * [1.0, 0.65, 1.0])
 
     @cached_property
     def _blank_pocket(self) -> pv.PolyData:

@@ -11,6 +11,7 @@ import pyvista as pv
 
 from ..anatomy import Face, Part, per_face
 from ..array_types import Array, IntArray
+from ..geometry import unit
 from ..mesh import has_colors, is_frame, rest_of, split_at_seams, with_normals
 from .eye import LidMargin, PaintedEye, coarser, eye_paint
 from .flush import flush
@@ -201,8 +202,7 @@ class Seen:
     @cached_property
     def _normals(self) -> Array:
         """Normals (n0, 3) of the skin's own vertices."""
-        normals = np.asarray(self.skin.point_data["Normals"])[: len(self._points)] @ self.pose[:3, :3]
-        return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12))
+        return unit(np.asarray(self.skin.point_data["Normals"])[: len(self._points)] @ self.pose[:3, :3])
 
     @cached_property
     def own(self) -> dict[str, pv.PolyData]:

@@ -17,6 +17,7 @@ from ..appearance.eye import IRIS, PUPIL
 from ..appearance.hair import HairCards
 from ..appearance.seen import Appearance, Seen
 from ..array_types import Array
+from ..geometry import unit
 from ..mesh.arrays import rest_of
 from .furrows import DEEP, FurrowTracker, furrows_of
 from .visible import Camera, Hits, TriangleBuffer
@@ -170,17 +171,16 @@ def skin_labels(face: Face, skin: pv.PolyData, hits: Hits, camera: Camera, furro
         :data:`REGIONS`; ``furrow``, uint8, the number of
         the furrow, 0 for none.
     """
-    unit, height = face.unit, hits.interpolated(np.asarray(skin.point_data["W"]))
+    height = hits.interpolated(np.asarray(skin.point_data["W"]))
     turned = hits.interpolated(np.asarray(skin.point_data["Normals"], dtype=np.float64) @ camera.extrinsic[:3, :3].T)
-    length = np.maximum(np.linalg.norm(turned, axis=1, keepdims=True), 1e-12)
     rest = hits.interpolated(rest_of(skin))
     own = furrow[hits.corners]
     nearest = np.where(own > 0, hits.barycentric, -1.0).argmax(axis=1)
     found = {
-        "depth": _whole(hits.depth * unit / DEPTH_STEP, np.uint16),
-        "normal": _whole(127.0 * turned / length, np.int8),
+        "depth": _whole(hits.depth * face.unit / DEPTH_STEP, np.uint16),
+        "normal": _whole(127.0 * unit(turned), np.int8),
         "height": _whole(height / HEIGHT_STEP, np.int16),
-        "place": _whole(rest * unit / PLACE_STEP, np.int16),
+        "place": _whole(rest * face.unit / PLACE_STEP, np.int16),
         "region": regions_at(face, rest),
         "furrow": _whole(np.where(height <= -DEEP, own[np.arange(len(own)), nearest], 0), np.uint8),
     }

@@ -11,6 +11,7 @@ from scipy.ndimage import map_coordinates
 
 from ..array_types import Array, Image
 from ..errors import MeshError, ParameterError
+from ..geometry import unit
 from ..mesh.formats.radiance import radiance_of
 from ..mesh.formats.textures import decoded
 from ..plotting.scene import Scene
@@ -160,14 +161,12 @@ def lamps_in(radiance: Array) -> list[Lamp]:
     direction = np.stack([x, np.broadcast_to(np.sin(elevation), x.shape), z], axis=-1).reshape(-1, 3)
     angle = 2.0 * np.pi**2 / (rows * columns) * np.cos(elevation)  # solid angle of a pixel of each row
     light = (light * angle[..., None]).reshape(-1, 3)
-    studio = np.array([towards for towards, _, _ in LIGHTS])
-    studio /= np.linalg.norm(studio, axis=1, keepdims=True)
+    studio = unit(np.array([towards for towards, _, _ in LIGHTS]))
     nearest, found = (direction @ studio.T).argmax(axis=1), []
     for number, lamp in enumerate(studio):
         own = nearest == number
         vectors = light[own].T @ direction[own] / np.pi
-        towards = vectors.sum(axis=0) + 1e-12 * lamp  # where all is dark
-        towards /= np.linalg.norm(towards)
+        towards = unit(vectors.sum(axis=0) + 1e-12 * lamp)  # where all is dark
         color = np.maximum(vectors @ towards, 1e-300)
         found.append((tuple(towards.tolist()), tuple((color / color.max()).tolist()), float(color.max())))
     return sorted(found, key=lambda lamp: -lamp[2])

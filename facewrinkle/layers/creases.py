@@ -11,7 +11,7 @@ import numpy.typing as npt
 from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_range, check_whole
-from ..geometry import Change, closest, interpolated
+from ..geometry import Change, closest, interpolated, unit
 from .base import Displacement, SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
@@ -158,10 +158,9 @@ class Gathered:
             at = inside[[triangle for triangle, _, _ in found]]
             share = np.array([barycentric for _, barycentric, _ in found])
             normal, rest = (interpolated(values, at, share) for values in (face.normals, metric))
-            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
             corners.append(at)
             weights.append(share)
-            tensors.append(per_length(rest, tangents_of(crease.fold_direction(places), normal)))
+            tensors.append(per_length(rest, tangents_of(crease.fold_direction(places), unit(normal))))
         self._corners, self._weights = np.concatenate(corners), np.concatenate(weights)
         self._products = np.concatenate(tensors)
         places = np.linspace(0.0, 1.0, PLACES)

@@ -26,7 +26,7 @@ from ..appearance.skin_paint import cavity_shading, furrow_shade
 from ..appearance.smooth_skin import lifted_points, on_base
 from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
-from ..geometry import closest, interpolated, split_vertices, vertex_normals
+from ..geometry import closest, interpolated, split_vertices, unit, vertex_normals
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
 from ..plotting.lighting import light_at_rest
 from ..plotting.scene import PLAIN_COLOR
@@ -321,9 +321,7 @@ def _bound(name: str, hairs: Brows | CroppedHair, face: Face) -> Part:
     lines = hairs.lines(points, triangles, vertex_normals(points, triangles)).points
     corners = triangles[np.repeat(hairs.hairs.triangles, len(lines) // len(hairs.hairs.triangles), axis=0)]
     a, b, c = (points[corners[..., k]] for k in range(3))
-    normal = np.cross(b - a, c - a)
-    normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-    frame = np.stack([b - a, c - a, normal], axis=-1)
+    frame = np.stack([b - a, c - a, unit(np.cross(b - a, c - a))], axis=-1)
     place = np.linalg.solve(frame, (lines - a)[..., None])[..., 0]
     arrays: dict[str, np.ndarray] = {
         "corners": corners.reshape(-1, 3).astype(np.uint16 if len(points) <= LARGEST else np.uint32),

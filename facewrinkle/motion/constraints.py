@@ -7,6 +7,7 @@ import numpy as np
 from ..anatomy import Face, lips_middle
 from ..anatomy.teeth import ELLIPSE
 from ..array_types import Array
+from ..geometry import unit
 from ..geometry.interpolation import smoothstep
 
 CARTILAGE_RADIUS, LOOSE_RADIUS = 7.0, 20.0
@@ -129,7 +130,5 @@ def lip_tethers(face: Face) -> tuple[Array, Array]:
     near = np.exp(-square / (AROUND_LIPS * scale) ** 2)
     half = scale * np.array(ELLIPSE["upper"])
     local = from_lips(face) + np.array([0.0, 0.0, half[1] + face.behind_lips * scale])
-    off = np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1)
-    off /= np.maximum(np.linalg.norm(off, axis=1, keepdims=True), 1e-12)
-    out = face.tissue.normals + near[:, None] * (off @ axes - face.tissue.normals)
-    return near, np.asarray(out / np.linalg.norm(out, axis=1, keepdims=True))
+    off = unit(np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1))
+    return near, unit(face.tissue.normals + near[:, None] * (off @ axes - face.tissue.normals))

@@ -11,7 +11,7 @@ import pyvista as pv
 from ..anatomy import NAMES, Face, mirrored_name
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
-from ..geometry import vertex_areas
+from ..geometry import unit, vertex_areas
 
 
 @dataclass(frozen=True)
@@ -179,10 +179,8 @@ def _view_of(style: Style) -> View:
 def placed(view: View, face: Face) -> tuple[Array, Array, Array, Array]:
     """Point that a view looks at, and unit directions towards the camera, to the right and up in the picture."""
     axes = face.frame.axes
-    towards = np.asarray(view.direction) @ axes
-    towards /= np.linalg.norm(towards)
-    right = np.cross(axes[1], towards)
-    right /= np.linalg.norm(right)
+    towards = unit(np.asarray(view.direction) @ axes)
+    right = unit(np.cross(axes[1], towards))
     return view.focus(face), towards, right, np.cross(towards, right)
 
 

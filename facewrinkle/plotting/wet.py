@@ -17,6 +17,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy import Face
 from ..array_types import Image
+from ..geometry import unit
 from .images import rendered, window_of
 from .scene import Scene
 from .views import LIGHTS, VIEW_ANGLE, Style
@@ -157,9 +158,8 @@ def tear_code(aspect: str, focal: str, film: float) -> tuple[str, str]:
     film : float
         Thickness from which a film of tears darkens the skin in full, in the unit of the mesh.
     """
-    key, fill, rim = (np.array(direction) / np.linalg.norm(direction) for direction, _, _ in LIGHTS)
-    side = np.cross([0.0, 1.0, 0.0], key)
-    side /= np.linalg.norm(side)
+    key, fill, rim = (unit(np.array(direction)) for direction, _, _ in LIGHTS)
+    side = unit(np.cross([0.0, 1.0, 0.0], key))
     directions = {"key": key, "fill": fill, "rim": rim, "side": side, "up": np.cross(key, side)}
     values: dict[str, Any] = {name: "vec3({:.6f}, {:.6f}, {:.6f})".format(*x) for name, x in directions.items()}
     values |= {"index": 1.33, "aspect": aspect, "focal": focal, "film": film, "bead": 10.0 * film}

@@ -15,6 +15,7 @@ from ..anatomy.face import Face
 from ..array_types import Array, Single
 from ..errors import ParameterError, check_range, check_type, check_whole, unknown_name, warn
 from ..export.model import Model, Morphs
+from ..geometry import unit
 from ..mesh import to_polydata
 from ..progress import Progress, bar
 from .fields import (
@@ -179,8 +180,7 @@ class Rig:
         for k in np.flatnonzero(mixed):
             points += mixed[k] * morphs.deltas[k]
             normals += mixed[k] * morphs.normals[k]
-        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-        data: dict[str, np.ndarray] = {"Normals": normals}
+        data: dict[str, np.ndarray] = {"Normals": unit(normals)}
         if model.colors is not None:
             data["Colors"] = model.colors
         mesh = to_polydata(points, model.triangles, data)

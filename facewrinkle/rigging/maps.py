@@ -20,7 +20,7 @@ from ..errors import ParameterError, check_range, check_whole, warn
 from ..export import write_mesh
 from ..export.model import Model, png_of, skin_model
 from ..files import write_whole
-from ..geometry import barycentric, rasterize, smoothstep, vertex_areas
+from ..geometry import barycentric, rasterize, smoothstep, unit, vertex_areas
 from ..layers.base import Layer
 from ..mesh.arrays import corner_texture, in_bytes, rest_of
 from ..simulation import Refinement, Simulation
@@ -181,8 +181,7 @@ def check_map_size(size: int, largest: int = 8192, remedy: str = "Maps are squar
 
 def around_head(face: Face, points: Array) -> Array:
     """Return places (n, 2) on a chart: directions from the middle of the head, in Lambert's azimuthal projection."""
-    local = face.frame.local(points) - CHART_CENTRE
-    local /= np.linalg.norm(local, axis=1, keepdims=True)
+    local = unit(face.frame.local(points) - CHART_CENTRE)
     half = 0.5 / np.sqrt(2.0 * np.maximum(1.0 + local[:, 2:], 1e-6))
     return np.asarray(0.5 + np.clip(0.999 * half * local[:, :2], -0.5, 0.5))
 
@@ -306,7 +305,7 @@ class FoldMaps:
         depth = np.sqrt(np.maximum(2.0 * self.blurred(height**2, AROUND), 0.0))
         flat = np.array([0.0, 0.0, 1.0])
         normal = flat + smoothstep(depth / FOLDED - 0.5)[..., None] * (normal - flat)
-        return height, normal / np.linalg.norm(normal, axis=-1, keepdims=True), depth
+        return height, unit(normal), depth
 
     def on_skin(self, values: Array) -> Array:
         """Return values (n,) of the vertices of the face at the texels (h, w), 0 where there is no skin."""
@@ -352,8 +351,7 @@ def in_tangent_space(normals: Array, where: npt.NDArray[np.bool_], texels: Texel
     tangent, sign = tangents_of(model)
     shading, along = texels.at(where, model.triangles, model.normals), texels.at(where, model.triangles, tangent)
     across = np.cross(shading, along) * np.sign(texels.at(where, model.triangles, sign))[:, None]
-    local = np.stack([(axis * normals).sum(axis=1) for axis in (along, across, shading)], axis=1)
-    return np.asarray(local / np.maximum(np.linalg.norm(local, axis=1, keepdims=True), 1e-12))
+    return unit(np.stack([(axis * normals).sum(axis=1) for axis in (along, across, shading)], axis=1))
 
 
 def tangents_of(model: Model) -> tuple[Array, Array]:
@@ -375,10 +373,8 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
     ways = side * (d2[:, 1:] * e1 - d1[:, 1:] * e2), side * (d1[:, :1] * e2 - d2[:, :1] * e1)
     sums = np.zeros((2, *model.points.shape))
     for total, way in zip(sums, ways, strict=True):
-        unit = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-300)
-        np.add.at(total, model.triangles.T.ravel(), np.tile(unit, (3, 1)))
-    tangent = sums[0] - (sums[0] * model.normals).sum(axis=1, keepdims=True) * model.normals
-    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
+        np.add.at(total, model.triangles.T.ravel(), np.tile(unit(way), (3, 1)))
+    tangent = unit(sums[0] - (sums[0] * model.normals).sum(axis=1, keepdims=True) * model.normals)
     sign = np.where((np.cross(model.normals, tangent) * sums[1]).sum(axis=1) < 0.0, -1.0, 1.0)
     return tangent, sign
 

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from ..errors import ParameterError
 from ..export.model import png_of
 from ..files import write_whole
+from ..geometry import unit
 from ..geometry.interpolation import smoothstep
 from ..mesh.arrays import corner_texture, in_bytes
 from ..progress import Progress, bar
@@ -154,8 +155,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         height = sum(part * each[1] for part, each in zip(share, own, strict=True))
         normal = sum(part[..., None] * each[2] for part, each in zip(share, own, strict=True))
         normal[share.sum(axis=0) < 0.5] = [0.0, 0.0, 1.0]
-        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), 1e-12)
-        normals.append(folds.filled(in_bytes(0.5 + 0.5 * normal)))
+        normals.append(folds.filled(in_bytes(0.5 + 0.5 * unit(normal))))
         heights.append(folds.filled(heights_as_integers(height, most)))
         shown = (share * strength).sum(axis=0)
         for i, (users, *_) in enumerate(own):

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray
 from ..checks import vectors
 from ..errors import ParameterError
-from ..geometry import closest, incident_triangles
+from ..geometry import closest, incident_triangles, unit
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
@@ -67,15 +67,13 @@ def descent(support: SupportSurface, start: Array, step: float, length: float) -
         corners, here = support.triangles[cell], path[-1]
         sides = support.points[corners] - here
         areas = np.linalg.norm(np.cross(np.roll(sides, -1, axis=0), np.roll(sides, -2, axis=0)), axis=1) + 1e-300
-        normal = areas @ support.normals[corners]
-        normal /= np.linalg.norm(normal) + 1e-300
+        normal = unit(areas @ support.normals[corners])
         steepest = down - (down @ normal) * normal
         slope = float(np.linalg.norm(steepest))
         if slope < 0.06:  # where it is nearly level, water stays
             break
         heading = (1.0 - INERTIA) * steepest / slope + INERTIA * heading
-        heading = heading - (heading @ normal) * normal
-        heading /= np.linalg.norm(heading) + 1e-300
+        heading = unit(heading - (heading @ normal) * normal)
         ahead = here + step * heading
         cell, next_ = _walked(support, fans, cell, ahead)
         if np.linalg.norm(next_ - ahead) > 0.5 * step or (next_ - here) @ down < 0.02 * step:
@@ -330,8 +328,7 @@ class PathFinder:
 
     def meandered(self, path: Array, roughness: float, random: np.random.Generator) -> Array:
         """Return a path with the small turns that rough skin makes; its start stays."""
-        half, along = 0.5 * self.width, np.gradient(path, axis=0)
-        along /= np.linalg.norm(along, axis=1, keepdims=True)
+        half, along = 0.5 * self.width, unit(np.gradient(path, axis=0))
         aside = np.cross(along, self.support.bound(path).at(self.support.normals))
         grown = np.minimum(lengths(path) / (4.0 * half), 1.0)
         turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in MEANDERS)

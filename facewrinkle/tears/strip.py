@@ -11,7 +11,16 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
-from ..geometry import balls_around, barycentric, closest_in_triangle, compiled, interpolated, overlapping, pairs_of
+from ..geometry import (
+    balls_around,
+    barycentric,
+    closest_in_triangle,
+    compiled,
+    interpolated,
+    overlapping,
+    pairs_of,
+    unit,
+)
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
 
@@ -126,8 +135,7 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
         here, on, heading = middle, cells, way * right
         for k in range(1, side + 2):
             normal = _normals(support, on, here)
-            heading = heading - (heading * normal).sum(axis=1, keepdims=True) * normal
-            heading /= np.linalg.norm(heading, axis=1, keepdims=True) + 1e-300
+            heading = unit(heading - (heading * normal).sum(axis=1, keepdims=True) * normal)
             on, there = support.nearest(here + reach / side * heading)
             stalled = np.linalg.norm(there - here, axis=1) < 0.5 * reach / side  # at the border of the surface
             column = side + 1 + way * k

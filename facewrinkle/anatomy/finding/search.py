@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 
 from ...array_types import Array, IntArray
 from ...errors import LandmarkError
-from ...geometry import compiled, components, double_areas, surface_samples
+from ...geometry import compiled, components, double_areas, surface_samples, unit
 from ...mesh.repair import votes_of
 from ...progress import Progress
 from ..landmarks import DOUBTED, REFUSED
@@ -159,8 +159,7 @@ def _tilted_frames() -> Array:
 
 def _frame(ahead: Array) -> Array:
     """A right-handed frame (3, 3) with this last row."""
-    across = np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))])
-    across /= np.linalg.norm(across)
+    across = unit(np.cross(ahead, np.eye(3)[int(np.argmin(np.abs(ahead)))]))
     return np.array([across, np.cross(ahead, across), ahead])
 
 
