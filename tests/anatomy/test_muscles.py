@@ -33,7 +33,7 @@ from facewrinkle.anatomy.muscles import (
 )
 from facewrinkle.anatomy.muscles.skin_muscles import BELLY
 from facewrinkle.errors import ParameterError
-from facewrinkle.geometry import equations
+from facewrinkle.geometry import equations, unit
 
 STYLE = Wrinkles(count=3, start=0.25, depth=0.9, alpha=2.0, core=0.4)
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
@@ -100,8 +100,7 @@ def plain_coordinates(muscle, x):
         a1, a2 = muscle.attachment
         middle = (a1 + a2) / 2
         fiber = (muscle.insertion[0] + muscle.insertion[1]) / 2 - middle
-        normal = np.cross(a2 - a1, fiber)
-        normal /= np.linalg.norm(normal)
+        normal = unit(np.cross(a2 - a1, fiber))
         flat = x - ((x - middle) @ normal) * normal
         # Distances of the foot in the plane from two lines: |cross product| / length.
         l = np.linalg.norm(np.cross(flat - a1, a2 - a1)) / np.linalg.norm(a2 - a1)
@@ -205,10 +204,8 @@ def test_fold_direction_crosses_the_folds(muscle):
     index = 1 if isinstance(muscle, SphincterMuscle) else 0
     h = 1e-6
     steps = [muscle.coordinates(x + h * e)[index] - muscle.coordinates(x - h * e)[index] for e in np.eye(3)]
-    gradient = np.stack(steps, axis=1) / (2 * h)
-    gradient /= np.linalg.norm(gradient, axis=1, keepdims=True)
     sign = 1.0 if index else -1.0
-    np.testing.assert_allclose(direction, sign * gradient, atol=1e-5)
+    np.testing.assert_allclose(direction, sign * unit(np.stack(steps, axis=1)), atol=1e-5)
 
 
 def test_half_cycles_as_lengths():

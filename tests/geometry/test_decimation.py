@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from small_meshes import area_vectors, delaunay
 
 from facewrinkle.geometry.decimation import FACING, LEAST_OF_LINE, decimated
-from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.geometry.topology import (
     boundary_loops,
     components,
@@ -41,8 +41,7 @@ def sheet(seed, count=400, holes=2):
 
 def facing(points, triangles, normals):
     """Least cosine between the normal of each triangle and those at its corners."""
-    across = area_vectors(points, triangles)
-    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    across = unit(area_vectors(points, triangles))
     return np.einsum("ij,ikj->ik", across, normals[triangles]).min(axis=1)
 
 

@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 from small_meshes import area_vectors, arrays
 from squares import signed_areas
 
+from facewrinkle.geometry.normals import unit
 from facewrinkle.geometry.topology import vertex_rings
 from facewrinkle.geometry.untangling import LEAST, LEFT, Untangling, unfolded_shares
 from tools.trials.orientation import Normals, Orientation
@@ -116,8 +117,7 @@ def test_the_oracle_finds_nothing_turned_over_on_a_ball(ball):
     points, triangles, each, oracle = ball
     rng, found = np.random.default_rng(4), 0
     moved = points.copy()
-    along = np.cross(points, rng.normal(size=points.shape))
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    along = unit(np.cross(points, rng.normal(size=points.shape)))
     chosen = rng.choice(len(points), 12, replace=False)
     moved[chosen] += 1.3 * along[chosen]
     turn = Rotation.from_rotvec([1.0, 2.0, 0.5])
@@ -180,8 +180,7 @@ def test_no_triangle_turns_over_and_heights_far_from_those_stay(hollow, seed, si
     points, triangles, directions = hollow
     rng = np.random.default_rng(seed)
     points, heights = points + rng.normal(0.0, 0.05, points.shape), rng.normal(0.0, size, len(points))
-    directions = directions + rng.normal(0.0, 0.3, points.shape)
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    directions = unit(directions + rng.normal(0.0, 0.3, points.shape))
     before = heights.copy()
     shares = unfolded_shares(points, heights, directions, triangles)
     assert (heights == before).all()
@@ -217,8 +216,8 @@ def test_what_is_still_turned_over_in_the_end_is_not_displaced(hollow):
     """One crumpled ball in fifty thousand."""
     points, triangles, directions = hollow
     rng = np.random.default_rng(25071)
-    points, directions = points + rng.normal(0.0, 0.2, points.shape), directions + rng.normal(0.0, 1.0, points.shape)
-    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    points = points + rng.normal(0.0, 0.2, points.shape)
+    directions = unit(directions + rng.normal(0.0, 1.0, points.shape))
     heights = rng.normal(0.0, 1e3, len(points))
     shares = unfolded_shares(points, heights, directions, triangles)
     assert (shares == 0.0).any()

@@ -45,7 +45,7 @@ from studio_pages import document, head_files, port, until
 from facewrinkle.anatomy.identity import Identity
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.appearance.smooth_skin import SAGITTA, SmoothSkin
-from facewrinkle.geometry import Lamp
+from facewrinkle.geometry import Lamp, unit
 from facewrinkle.live import Studio
 from facewrinkle.mesh import with_normals
 from facewrinkle.plotting import Scene, Style
@@ -426,8 +426,7 @@ def test_the_skin_gets_the_share_of_the_key_light_that_it_has_in_pictures(page, 
     page.evaluate("([x, y]) => { app.view.camera.turn(x, y); app.view.request(true); }", turn)
     shown(page, studio)
     points, normals, lit, basis = (np.array(values) for values in page.evaluate(LIT))
-    normals = normals.reshape(-1, 4)[:, :3]
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = unit(normals.reshape(-1, 4)[:, :3])
     head = np.asarray(frame.points, float)[: len(face.points)], face.triangles
     lamp = Lamp(head, LIGHTS[0][0] @ basis.reshape(3, 3), STEP * face.frame.scale)
     soft = SOFT * face.frame.scale

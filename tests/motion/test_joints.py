@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from small_meshes import area_vectors
 
+from facewrinkle.geometry import unit
 from facewrinkle.motion.joints import LONGEST_PART, Joints
 from facewrinkle.motion.skin import Skin
 
@@ -89,10 +90,8 @@ def test_tethers_go_where_points_ride(face, joints, rate):
 def test_triangles_face_as_they_are_carried(face, joints):
     """Where all corners turn by the same angle, the normal does so too; elsewhere nearly."""
     now = rates_of(face, jaw=0.8)
-    carried = area_vectors(joints.carried(face.points, 0.0 * now, now), face.triangles)
-    carried /= np.linalg.norm(carried, axis=1, keepdims=True)
-    normals = area_vectors(face.points, face.triangles)
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    after = joints.carried(face.points, 0.0 * now, now)
+    carried, normals = (unit(area_vectors(points, face.triangles)) for points in (after, face.points))
     facing = joints.facing(normals, now)
     np.testing.assert_allclose(np.linalg.norm(facing, axis=1), 1.0)
     angles = np.zeros(len(face.points))

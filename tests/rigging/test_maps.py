@@ -21,7 +21,7 @@ import facewrinkle as fw
 from facewrinkle.appearance.flush import flush
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError
 from facewrinkle.export.model import Model, skin_model
-from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import corner_texture, to_polydata
 from facewrinkle.rigging.maps import Texels, around_head, tangents_of, visible_first
 from facewrinkle.simulation.fold_layers import fold_layers
@@ -59,8 +59,7 @@ def test_the_normal_map_on_the_smooth_mesh_shows_the_refined_skin(raised):
     off, flat = [], []
     for k in chosen:
         place = chart[k].mean(axis=0)
-        true = geometric[triangles[k]].mean(axis=0)
-        true /= np.linalg.norm(true)
+        true = unit(geometric[triangles[k]].mean(axis=0))
         shares = barycentric(coarse[base], place)
         (host, *_) = np.flatnonzero((shares > -1e-9).all(axis=1))
         t, n = (shares[host] @ values[base[host]] for values in (tangent, model.normals))

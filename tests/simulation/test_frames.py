@@ -18,7 +18,7 @@ import pyvista as pv
 from expressions import after
 
 import facewrinkle as fw
-from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import ARRAYS, MUSCLES
 from facewrinkle.mesh.arrays import PIECE
 
@@ -74,8 +74,7 @@ def test_points_are_the_skin_and_w_along_its_normals(face, played, name):
     def interpolated(values):
         return np.einsum("nc,nck->nk", held.barycentric, values[held.corners])
 
-    normals = interpolated(vertex_normals(held.bare, face.triangles))
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = unit(interpolated(vertex_normals(held.bare, face.triangles)))
     np.testing.assert_allclose(
         frame.points, interpolated(held.bare) + frame["W"][:, None] * normals, rtol=0, atol=1e-10
     )
