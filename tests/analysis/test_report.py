@@ -39,7 +39,7 @@ def test_a_report_is_printed_and_written(tmp_path, capsys):
         assert (tmp_path / "new" / entry["file"]).read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_page_holds_all_reports_of_its_folder_and_nothing_else(tmp_path, capsys):
+def test_the_page_holds_all_reports_of_its_folder_and_nothing_else(tmp_path):
     (tmp_path / "other.json").write_text('{"not": "a report"}', encoding="utf-8")
     publish(made(), tmp_path)
     publish(made("second", "A < line."), tmp_path)

@@ -377,7 +377,7 @@ def test_numbers_that_no_face_has_are_refused(read, text, message):
         read(text)
 
 
-def test_depth_of_tissue_is_a_number(read, face):
+def test_depth_of_tissue_is_a_number(read):
     with pytest.raises(FaceWrinkleError, match=r"depth of tissue must be a number, received \[\]"):
         fw.default_face(atlas=read('base = "facewrinkle"\n' + TISSUE.format("[]")))
 
@@ -434,7 +434,7 @@ def test_expressions_keep_the_units_that_they_are_written_in(tmp_path):
     assert again.units_of({"doubt": 1.0}) == {"AU15": 1.0}
 
 
-def test_pairs_are_stated_once(tmp_path):
+def test_pairs_are_stated_once():
     content = tomllib.loads(atlas_text(load_atlas()))
     assert "corrugator" in content["muscles"]
     assert not any(name.endswith(("_l", "_r")) for name in content["muscles"])

@@ -90,7 +90,7 @@ def test_whole_heads_alone_are_shaved(face):
     np.testing.assert_allclose(SkinPainter(mask)(crown), bare, atol=1.0)
 
 
-def test_a_bag_has_teeth_when_the_lips_part(bagged, face):
+def test_a_bag_has_teeth_when_the_lips_part(bagged):
     mouth = Mouth(bagged)
     assert mouth.bag
     assert not len(mouth.loop)

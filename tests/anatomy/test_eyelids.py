@@ -263,7 +263,7 @@ def skin(shut):
     return Skin(shut)
 
 
-def test_there_is_nothing_to_shut(shut, skin):
+def test_there_is_nothing_to_shut(skin):
     skin.reset()
     assert not held(skin, {"orbicularis_oculi_l": 1.0, "orbicularis_oculi_r": 1.0}, 5).any()
 

@@ -164,7 +164,7 @@ def test_eyes_that_are_no_adults_are_balls_too(face, larger):
         assert fitted.parts[f"eye_{eye.side}"].mesh.n_cells == 720 + 36
 
 
-def test_other_surfaces_keep_their_parts(face):
+def test_other_surfaces_keep_their_parts():
     plane = pv.Plane(i_resolution=4, j_resolution=4).triangulate()
     ball = pv.Sphere(radius=0.1, center=(0, 0, 1), theta_resolution=8, phi_resolution=8)
     with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):

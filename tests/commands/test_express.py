@@ -72,7 +72,7 @@ def test_express_reports_what_it_did(tmp_path, run):
     assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
 
 
-def test_express_default_folder_and_safe_names(tmp_path, monkeypatch, capsys):
+def test_express_default_folder_and_safe_names(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["express", "AU1=0.5, AU4", "--frames", "1", "--size", "40", "--max-level", "1", "--no-movie"]) == 0
     assert (tmp_path / "output" / "AU1=0.5_AU4" / "AU1=0.5_AU4.png").is_file()
@@ -113,7 +113,7 @@ def test_express_on_another_mesh(tmp_path, run):
 
 
 @pytest.mark.slow
-def test_long_mixtures_have_short_file_names(tmp_path, capsys):
+def test_long_mixtures_have_short_file_names(tmp_path):
     name = ",".join(load_atlas().muscles)
     assert len(name) > 255
     few = ["--frames", "1", "--size", "40", "--max-level", "1", "--depth", "0.1", "--no-movie"]

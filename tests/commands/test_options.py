@@ -25,7 +25,7 @@ def test_a_face_with_another_atlas(tmp_path):
     assert "brows" in face.bound_hair
 
 
-def test_a_face_of_somebody(tmp_path):
+def test_a_face_of_somebody():
     face = FaceOptions(identity="jaw=0.5, age=1").load()
     expected = fw.default_face(fw.Identity(jaw=0.5, age=1.0))
     assert np.array_equal(face.points, expected.points)

@@ -256,7 +256,7 @@ def test_a_set_that_other_code_began_is_not_mixed(small, tmp_path):
         generate(SPEC, other, count=3)
 
 
-def test_a_shard_that_was_begun_again_is_not_done(small, tmp_path, remembered, backwards, monkeypatch):
+def test_a_shard_that_was_begun_again_is_not_done(small, tmp_path, remembered, backwards):
     other, spec = tmp_path / "other", Spec.of(SPEC)
     shutil.copytree(small, other)
     failures = other / "shard-000001.failed.json"

@@ -126,7 +126,7 @@ def test_the_bound_can_be_left_out(papers):
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_w_is_exactly_zero_where_no_muscle_makes_it(papers, played, name):
+def test_w_is_exactly_zero_where_no_muscle_makes_it(played, name):
     play = played(name)
     w, fields = play.top["W"], play.held.fields
     making = [m for m, rate in play.held.rates.items() if rate > 0.0]

@@ -400,7 +400,7 @@ def test_files_are_saved_into_the_folder(page, studio, saved):
     until(lambda: "sim.express" in page.inner_text("#panel-save"))
 
 
-def test_a_movie_is_cancelled(page, studio):
+def test_a_movie_is_cancelled(page):
     page.get_by_role("button", name="Save …").click()
     page.get_by_role("button", name="Movie", exact=True).click()
     page.get_by_role("button", name="Cancel").click()
@@ -698,7 +698,7 @@ def test_opening_and_saving_are_found_at_once(page, studio):
     until(hint.is_hidden)
 
 
-def test_a_program_that_cannot_be_made_is_told(page, studio):
+def test_a_program_that_cannot_be_made_is_told(page):
     page.get_by_role("button", name="Save …").click()
     page.evaluate("() => { app.connection.ask = async () => { throw new Error('It cannot be made.'); }; }")
     page.get_by_role("button", name="Copy as Python").click()

@@ -209,7 +209,7 @@ def test_kept_expressions_of_an_atlas_mean_nothing_else(face, tmp_path):
 
 
 @pytest.mark.slow
-def test_movies_animations_and_atlases_are_saved(studio, saved):
+def test_movies_animations_and_atlases_are_saved(studio):
     key = {"unit": "AU26", "weight": 1.0, "onset": 0.0, "apex": 0.1, "offset": 0.2, "end": 0.2}
     timeline = {"length": 0.2, "loop": False, "keys": {"k": key}}
     studio.change(timeline=timeline, mixtures={"My smile": {"AU12": 1.0}}, look={"size": [320, 240]})

@@ -219,7 +219,7 @@ def test_the_same_again_is_the_same_picture():
     np.testing.assert_array_equal(pixels(), pixels())
 
 
-def test_every_baseline_is_compared_and_small(pytestconfig):
+def test_every_baseline_is_compared_and_small():
     names = {f"{kind}_{name}" for kind, name, _ in WRINKLES} | {f"looks_{name}" for name in LOOKS}
     names |= {f"field_{name}" for name in FIELDS} | {f"tears_{name}" for name in TEARS}
     files = list(BASELINES.glob("*.png"))

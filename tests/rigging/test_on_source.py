@@ -93,7 +93,7 @@ def test_what_nothing_is_near_is_said(given, shapes):
     assert np.flatnonzero(~shapes.reached).tolist() == [loose]
 
 
-def test_another_mesh_is_refused(rig, face):
+def test_another_mesh_is_refused(rig):
     with pytest.raises(ParameterError, match="made of another mesh .*fit the face to this mesh"):
         fw.on_source(rig, pv.Sphere())
 

@@ -103,7 +103,7 @@ def documented():
     return re.findall(r"``([^`]+)``", "\n".join(re.findall(r"^   \* - (``.*)$", PAGE.read_text("utf-8"), re.M)))
 
 
-def test_the_page_lists_every_array_of_a_frame(face, tmp_path):
+def test_the_page_lists_every_array_of_a_frame(face):
     lists = documented()
     starts = tuple(name.removesuffix("...") for name in lists if name.endswith("..."))
     dimple = fw.PatternLayer.preset("dimple_l", face)

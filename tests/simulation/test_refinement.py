@@ -45,7 +45,7 @@ def test_split_gamma_is_eq_19(face, name):
 
 
 @pytest.mark.parametrize("name", PAPER)
-def test_triangle_counts_are_those_of_the_paper_roughly(face, played, name):
+def test_triangle_counts_are_those_of_the_paper_roughly(played, name):
     counts = [frame.n_cells for frame in played(name).frames]
     assert counts[0] == 4517
     assert 5000 <= counts[-1] <= 9500

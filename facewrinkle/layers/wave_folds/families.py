@@ -151,10 +151,10 @@ def _around(triangles: npt.NDArray[np.int32], n: int) -> csr_array:
     return csr_array((np.ones(ends.shape[1]), ends), shape=(n, n))
 
 
-def _evened(values: Array, around: csr_array, rounds: int = 3) -> Array:
-    """Return values (n, d), each replaced by the mean of itself and its neighbors' mean, some times over."""
+def _evened(values: Array, around: csr_array) -> Array:
+    """Return values (n, d), each replaced by the mean of itself and its neighbors' mean, three times over."""
     count = np.maximum(around.sum(axis=1), 1.0)[:, None]
-    for _ in range(rounds):
+    for _ in range(3):
         values = 0.5 * (values + (around @ values) / count)
     return values
 

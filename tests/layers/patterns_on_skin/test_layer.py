@@ -73,7 +73,7 @@ def test_spacing_is_the_number_in_mm(name, across, unit):
 # --- on a surface -------------------------------------------------------------------------------
 
 
-def test_depth_is_in_mm_whatever_the_unit(slab):
+def test_depth_is_in_mm_whatever_the_unit():
     center = (2.0, 2.0, 0.0)  # a vertex
     for unit in (1.0, 10.0):
         face = fw.surface(pv.Plane(i_size=100 / unit, j_size=100 / unit, i_resolution=50, j_resolution=50), unit)

@@ -265,7 +265,7 @@ def test_lines_of_raised_brows_end_at_the_hairline(face):
     assert height[under_hair].max() < 0.1 * height.max()
 
 
-def test_age_furrows_the_face_at_rest_and_stretch_smooths_it(sheet, vertically, pressed):
+def test_age_furrows_the_face_at_rest_and_stretch_smooths_it(vertically, pressed):
     young = pressed(WaveFolds(families=vertically, age=0.0), (0.0, 0.0))[1]
     assert not young["W"].any()
     old, stretched = (pressed(WaveFolds(families=vertically, age=1.0), (0.0, -s))[1] for s in (0.0, 0.2))
@@ -293,7 +293,7 @@ def test_none_here_and_more_there(sheet, vertically, pressed):
         assert 0.8 <= share[0] <= 1.25
 
 
-def test_more_lines_where_they_are_denser(sheet, vertically, pressed):
+def test_more_lines_where_they_are_denser(vertically, pressed):
     lines = []
     for density in (0.7, 1.4):
         sim, frame = pressed(WaveFolds(families=vertically, density=density, **EVEN), PRESSED, level=4)
