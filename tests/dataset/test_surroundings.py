@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.ndimage import binary_erosion
 
 from facewrinkle.dataset import SampleMaker, Spec, generate
 from facewrinkle.dataset.plan import plan_of
@@ -162,7 +163,7 @@ def test_the_environment_is_seen_behind(tmp_path):
     right = np.arange(SIZE) >= SIZE / 2
     for turn, factor in ((0.0, 2.0), (90.0, 0.0)):
         sample = made(Spec.of({**written, "lights": {**written["lights"], "turn": turn}}, tmp_path))
-        behind = sample.labels["part"] == 0
+        behind = binary_erosion(sample.labels["part"] == 0)  # not at tips of hairs that cover a part of a pixel
         assert sample.image[behind & right].mean() > factor * sample.image[behind & ~right].mean()
     assert np.ptp(sample.image[behind]) <= 1  # turned out of sight: the plain room
 
