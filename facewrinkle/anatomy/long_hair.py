@@ -47,7 +47,7 @@ COMBED, WEIGHT = 65.0, 0.8
 LIFT, LOOSE, GROWTH = 8.0, 5.0, 0.02
 """Height over the head: of the sheet, of the loosest strands above it, and what is added along their length."""
 
-ROUNDING, LEAST = 2.5, 5.0
+ROUNDING, LEAST = 2.5, 6.0
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
 it; no hair is lower than the second.
 """
@@ -55,7 +55,10 @@ it; no hair is lower than the second.
 CHEEK = 38.0
 """Hair slides over the face as far forward of the zygion as this, and over all that is above the brows."""
 
-UNEVEN, HEM, SHORTEST = 5.0, 6.0, 0.55
+TURNING, TURNED_IN = 0.55, 14.0
+"""Share of its length from which hair turns in, and how far its tips do."""
+
+UNEVEN, HEM, SHORTEST = 3.0, 6.0, 0.55
 """Deviation of the height of the hem, its height over the chin at length 1, and the share of the way from the brows to
 there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
 """
@@ -137,6 +140,8 @@ def long_hair(head: Head, length: float) -> Part:
     hem = brows + down * (chin - brows) + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
     lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
     lines, ends = _grown(hull, roots, comb, lift, hem)
+    turn = np.clip((np.arange(STEPS + 1) / ends[:, None] - TURNING) / (1.0 - TURNING), 0.0, 1.0)
+    lines -= TURNED_IN * turn[..., None] ** 2 * hull(lines)[1]
     sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])
     strands = _strands(random, hull, lines[COLUMNS:], ends[COLUMNS:])
     places = np.concatenate([sheet.reshape(-1, 3), strands.reshape(-1, 3)])
