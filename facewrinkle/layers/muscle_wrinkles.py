@@ -123,6 +123,8 @@ class MuscleWrinkles(Layer):
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
         amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, tuple(relief))
         self._ask(k0 + kept, state.vertices, relief)
+        if not self.waves:  # the paper's profile keeps the volume of even folds alone
+            self._relief = relief = relief.leveled(state.areas)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
     def _ask(self, k0: Array, vertices: SurfacePoints, relief: Relief) -> None:

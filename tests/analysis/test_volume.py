@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from small_meshes import arrays, enclosed_volume
 
 from analysis.profiles import EPSILON, sheet
+from analysis.subjects import names, subject
 from analysis.surfaces import plate, settled, squeezed, uniform, wrinkled_surface
 from analysis.swept import swept_areas, swept_volumes
 from analysis.volume import displaced_exactly, in_the_plane, ladder, quadrature, regions, share, volumes
@@ -70,6 +71,17 @@ def test_the_ladder_ends_with_what_the_frames_hold(face):
 @pytest.fixture(scope="module")
 def ball():
     return arrays(pv.Icosphere(radius=1.0, nsub=3))
+
+
+@pytest.mark.parametrize("name", ["head-0", "makehuman", "mediapipe"])
+def test_puckers_keep_their_volume_on_coarse_faces(name):
+    """Their rays are folds of the paper beside waves; triangles around the mouth are up to 5 mm long."""
+    if name not in names():
+        pytest.skip(f"{name} is not beside the repository")
+    for expression in ("AU18", "kiss"):
+        parts = volumes(wrinkled_surface(settled(subject(name), expression, folds="wave")))
+        assert np.abs(parts).sum() > 50.0
+        assert abs(share(parts)) < 2.0
 
 
 def test_between_two_closed_surfaces_lies_the_difference_of_their_volumes(ball):
