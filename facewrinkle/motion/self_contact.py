@@ -45,7 +45,7 @@ FACES_AWAY = 0.3
 STEEPEST = 0.1
 """Cosine of the slope of triangles that are steeper than what lips meet with."""
 
-FACING = -0.3
+FACING = -0.25
 """Product of the upward shares of the normals of a sample and a triangle below which they face each other: their angle
 does not tell, as closed lips turn outwards along their front edge.
 """

@@ -29,7 +29,7 @@ and the plates of lids press harder.
 """
 
 CUT = 0.05
-"""Depth to which an edge between two samples on a surface may cut it, mm."""
+"""Depth to which an edge between two vertices on a surface may cut it, mm."""
 
 AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
@@ -198,9 +198,8 @@ def samples_of(
     allowed: float = 0.0,
     edges: IntArray | None = None,
 ) -> Samples:
-    """Return samples: the `near` vertices; the middles of edges that are so long that they would cut a surface of a
-    given radius, mm, by more than `CUT`; and the middles of triangles that would still cut it with those of their
-    edges on it.
+    """Return samples: the `near` vertices, and the middles of edges that are so long that they would cut a surface of a
+    given radius, mm, by more than `CUT`.
 
     Parameters
     ----------
@@ -232,13 +231,8 @@ def samples_of(
     edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit
     edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
-    triangles = face.triangles[near[face.triangles].all(axis=1)].astype(np.int64)
-    ends = face.points[triangles] * face.unit
-    lengths = ((ends - np.roll(ends, 1, axis=1)) ** 2).sum(axis=(1, 2))
-    triangles = triangles[lengths > 72.0 * radius * CUT]
-    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]], triangles])
-    which = np.repeat([0, 1, 2], [len(vertices), len(edges), len(triangles)])
-    shares = np.array([[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1 / 3, 1 / 3, 1 / 3]])[which]
+    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
+    shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
     own, met = (shares * stiffness[corners]).sum(axis=1), np.full_like(corners, partner)
     return Samples(corners, shares, met, np.full(len(corners), allowed), own)
 
