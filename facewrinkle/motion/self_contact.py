@@ -45,7 +45,7 @@ FACES_AWAY = 0.3
 STEEPEST = 0.1
 """Cosine of the slope of triangles that are steeper than what lips meet with."""
 
-FACING = -0.25
+FACING = -0.3
 """Product of the upward shares of the normals of a sample and a triangle below which they face each other: their angle
 does not tell, as closed lips turn outwards along their front edge.
 """
@@ -88,7 +88,7 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
         faces = near & own & (side * looks_up < FACES_AWAY)
         surface = (near & other & (side * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)
-        samples = samples_of(face, faces, STIFFNESS * area, LIP_ROUNDING, allowed=LIP_DISTANCE)
+        samples = samples_of(face, faces, STIFFNESS * area, LIP_ROUNDING, allowed=LIP_DISTANCE, middles=True)
         found.append(_faced(face, samples, face.triangles[surface].astype(np.int64), side))
     return Samples.joined(found)
 

@@ -29,7 +29,7 @@ and the plates of lids press harder.
 """
 
 CUT = 0.05
-"""Depth to which an edge between two vertices on a surface may cut it, mm."""
+"""Depth to which an edge between two samples on a surface may cut it, mm."""
 
 AROUND_EYE = 1.6
 """Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
@@ -197,6 +197,7 @@ def samples_of(
     partner: int = 0,
     allowed: float = 0.0,
     edges: IntArray | None = None,
+    middles: bool = False,
 ) -> Samples:
     """Return samples: the `near` vertices, and the middles of edges that are so long that they would cut a surface of a
     given radius, mm, by more than `CUT`.
@@ -214,6 +215,8 @@ def samples_of(
         See :class:`Samples`.
     edges : ndarray of int, shape (m, 2), optional
         Default: those between two near vertices.
+    middles : bool
+        Add the middles of triangles that would still cut the surface with those of their edges on it.
 
     Examples
     --------
@@ -231,8 +234,13 @@ def samples_of(
     edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit
     edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
-    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]]])
-    shares = np.concatenate([np.tile([1.0, 0, 0], (len(vertices), 1)), np.tile([0.5, 0.5, 0], (len(edges), 1))])
+    triangles = face.triangles[near[face.triangles].all(axis=1)].astype(np.int64)
+    ends = face.points[triangles] * face.unit
+    lengths = ((ends - np.roll(ends, 1, axis=1)) ** 2).sum(axis=(1, 2))
+    triangles = triangles[middles & (lengths > 72.0 * radius * CUT)]
+    corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]], triangles])
+    which = np.repeat([0, 1, 2], [len(vertices), len(edges), len(triangles)])
+    shares = np.array([[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1 / 3, 1 / 3, 1 / 3]])[which]
     own, met = (shares * stiffness[corners]).sum(axis=1), np.full_like(corners, partner)
     return Samples(corners, shares, met, np.full(len(corners), allowed), own)
 
