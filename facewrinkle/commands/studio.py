@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -52,8 +52,8 @@ def studio(
     source, report = (source or FaceOptions()).of(mesh), Report(quiet=False)
     check_whole("port", port, 0, 65535)
     start = source.session()
-    files: dict[str, Any] = {part: Path(file) if (file := getattr(start, part)) else None for part in ("face", "atlas")}
-    face = replace(source, **files, identity=None).load(report)
+    mesh, atlas = (Path(file) if file else None for file in (start.face, start.atlas))
+    face = replace(source, face=mesh, atlas=atlas, identity=None).load(report)  # the session has its identity
     with report.waiting("Getting ready"):
         window = Studio(face, host=host, port=port, save_to=save_to, browser=browser, start=start, listen=listen)
     with window:

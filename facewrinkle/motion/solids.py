@@ -233,11 +233,13 @@ def samples_of(
         edges = edges[near[edges].all(axis=1)]
     edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit
+    # An edge whose length has the square e cuts a sphere by e / 8 r; the middle of a triangle with the middles of its
+    # edges on the sphere, by the sum of its three e / 72 r.
     edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
-    triangles = face.triangles[near[face.triangles].all(axis=1)].astype(np.int64)
+    triangles = face.triangles[near[face.triangles].all(axis=1) & middles].astype(np.int64)
     ends = face.points[triangles] * face.unit
-    lengths = ((ends - np.roll(ends, 1, axis=1)) ** 2).sum(axis=(1, 2))
-    triangles = triangles[middles & (lengths > 72.0 * radius * CUT)]
+    squares = ((ends - np.roll(ends, 1, axis=1)) ** 2).sum(axis=(1, 2))
+    triangles = triangles[squares > 72.0 * radius * CUT]
     corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]], triangles])
     which = np.repeat([0, 1, 2], [len(vertices), len(edges), len(triangles)])
     shares = np.array([[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1 / 3, 1 / 3, 1 / 3]])[which]
