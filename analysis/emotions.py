@@ -34,6 +34,7 @@ SHAPES: Mapping[str, tuple[float, str]] = {
     "AU7": (1.0, "eyeSquint_L+eyeSquint_R"),
     "AU9": (1.0, "noseSneer_L+noseSneer_R"),
     "AU10": (1.0, "mouthUpperUp_L+mouthUpperUp_R"),
+    "AU11": (1.0, "mouthUpperUp_L+mouthUpperUp_R"),
     "AU12": (1.0, "mouthSmile_L+mouthSmile_R"),
     "AU12R": (1.0, "mouthSmile_R"),
     "AU14R": (1.0, "mouthDimple_R"),
@@ -41,10 +42,11 @@ SHAPES: Mapping[str, tuple[float, str]] = {
     "AU17": (1.0, "mouthShrugLower"),
     "AU20": (1.0, "mouthStretch_L+mouthStretch_R"),
     "AU24": (1.0, "mouthPress_L+mouthPress_R"),
+    "AU25": (0.5, "mouthLowerDown_L+mouthLowerDown_R"),
     "AU26": (0.6, "jawOpen"),
 }
 """Captured shapes of these units, and the share of them that the unit is: a jaw that drops is not stretched open
-(AU27).
+(AU27), lips that part are not drawn down (AU16). AU11 has no shape of its own.
 """
 
 
