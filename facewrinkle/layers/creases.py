@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import zlib
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +11,7 @@ from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_range, check_whole
 from ..geometry import Change, closest, interpolated, unit
-from .base import Displacement, SurfacePoints, SurfaceState
+from .base import SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
 from .wave_folds.tissue import kept_at_rest
@@ -59,6 +58,11 @@ class Creases(MuscleWrinkles):
         self.age = None if age is None else check_range("age", age, 0.0, 1.0, "0 has no lines at rest.")
         self.seed = check_whole("seed", seed, 0, 2**63)
 
+    @property
+    def leveled(self) -> bool:
+        """True: creases hold no net volume."""
+        return True
+
     def draws(self, pattern: Muscle) -> bool:
         """Tell whether the folds of a muscle are a crease."""
         return isinstance(pattern, Crease)
@@ -87,12 +91,6 @@ class Creases(MuscleWrinkles):
         middles = np.array([self._muscles[k].path[1] for k in rows]).reshape(-1, 3)
         self._kept[rows] = KEPT * self._worn_on(face) * kept_at_rest(face, middles)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
-
-    def displacement(self, state: SurfaceState) -> Displacement:
-        """See :class:`facewrinkle.Layer`."""
-        found = super().displacement(state)
-        self._relief = relief = self._relief.leveled(state.areas)
-        return replace(found, height=relief.height, shading_offset=relief.shown - relief.height)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
         """See :class:`facewrinkle.Layer`."""

@@ -61,6 +61,13 @@ class MuscleWrinkles(Layer):
         self.inextensible = check_flag("inextensible", inextensible)
         self.waves = check_flag("waves", waves)
 
+    @property
+    def leveled(self) -> bool:
+        """Whether bulges or furrows are lowered until all hold no net volume, which the profile keeps for even folds
+        alone: beside waves, not in the paper's own wrinkles.
+        """
+        return not self.waves
+
     def draws(self, pattern: Muscle) -> bool:
         """Tell whether this layer draws the folds of a muscle, given by its fold pattern."""
         return not isinstance(pattern, Crease) and (self.waves or not pattern.wrinkles.waves)
@@ -123,7 +130,7 @@ class MuscleWrinkles(Layer):
         k0, kept = self._k0 * self.rates, self._k0 * self._kept
         amplitudes((folds.starts, *folds.columns), self._epsilon, k0, kept, tuple(relief))
         self._ask(k0 + kept, state.vertices, relief)
-        if not self.waves:  # the paper's profile keeps the volume of even folds alone
+        if self.leveled:
             self._relief = relief = relief.leveled(state.areas)
         return Displacement(relief.height, relief.spacing, relief.across, relief.active, relief.shown - relief.height)
 
