@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from ..array_types import Array
 from ..errors import ParameterError, check_range, check_whole, unknown_name
@@ -75,6 +76,14 @@ LONGEST = 0.5
 CHILDREN = 0.1
 """Share of random people that are children."""
 
+EVEN = (*COLORS, "age", "eye_fold")
+"""Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
+
+DISTINCT = 3.0
+"""Exponent of the distribution of how far random people are feminine or masculine, and children childlike: few are in
+between.
+"""
+
 ON_EYE = (1.17, 1.76)
 """Distances from the middle of an eyeball, in its radii, up to which aging skin stays, and from which it goes whole."""
 
@@ -116,23 +125,25 @@ class Identity:
     chin : float
         From a receding to a strong chin.
     nose_length, nose_width : float
-        From a short to a long, and a narrow to a broad nose.
+        From a short to a long nose that stands out, and from a narrow nose with a high bridge to a broad, low one.
     mouth : float
         From a narrow to a wide mouth.
     brow : float
-        From a flat to a heavy ridge above the eyes.
+        From a flat to a heavy ridge above the eyes, and from high to low brows.
     eye_spacing : float
         From close to wide-set eyes.
     eye_fold : float
-        From a deep crease of the upper lid to none, with a fold over the inner corner of the eye.
+        From a deep crease of the upper lid to none, with a fold over the inner corner of the eye, and the outer one
+        higher.
     lips : float
         From thin to full lips.
     cheeks : float
-        From hollow to full cheeks.
+        From hollow cheeks and a thin neck to full cheeks and a double chin.
     age : float
-        From younger to older: brows, cheeks and jowls sag, lips get thinner, folds deeper.
+        From younger to older: brows, cheeks and jowls sag, cheeks and temples sink, lips get thinner, folds deeper.
     sex : float
-        From feminine, with thin brows and longer cropped hair, to masculine.
+        From feminine, with full lips, high, thin brows and longer cropped hair, to masculine: larger, with a long
+        face, strong jaw, chin, nose and brow ridge, lean cheeks and a broad neck.
     child : float
         From mature proportions to those of a child: a short face, a small nose, a narrow jaw, full cheeks.
     skin : float
@@ -213,7 +224,8 @@ class Identity:
     def random(cls, seed: int | None = None, spread: float = 0.9) -> Self:
         """Return a random person, with all parameters in [-spread, spread]; the same for the same seed.
 
-        One in ten is a child, most women have long hair, and the colors are :meth:`plausible`.
+        Half are women and half men, whose measures differ and spread as people's do; one in ten is a child, most women
+        have long hair, and the colors are :meth:`plausible`.
 
         Examples
         --------
@@ -224,10 +236,15 @@ class Identity:
         if seed is not None:
             seed = check_whole("seed", seed, 0, 2**63)
         random = np.random.default_rng(seed)
-        somebody = cls(*random.uniform(-spread, spread, len(dataclasses.fields(cls)) - 1).tolist())
-        child = abs(somebody.child) if random.random() < CHILDREN else 0.0
-        hair_length = float(np.clip(random.uniform(-spread, spread) - somebody.sex, -spread, spread))
-        return dataclasses.replace(somebody, child=child, hair_length=hair_length).plausible()
+        names = [field.name for field in dataclasses.fields(cls)]
+        usual = random.normal(0.0, 0.5 * spread, len(names)).clip(-spread, spread)
+        even = random.uniform(-spread, spread, len(names))
+        drawn = dict(zip(names, np.where(np.isin(names, EVEN), even, usual).tolist(), strict=True))
+        sex, child = spread * random.power(DISTINCT, 2)
+        drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
+        drawn["child"] = float(child) if random.random() < CHILDREN else 0.0
+        drawn["hair_length"] = float(np.clip(drawn["hair_length"] - drawn["sex"], -spread, spread))
+        return cls(**drawn).plausible()
 
     @property
     def monk(self) -> int:
@@ -338,7 +355,9 @@ def _shifts(weights: Mapping[str, float], names: list[str], cage: Array, eye: Ar
     # The eyeball and what lies on it move in one piece, or the lids would not fit.
     inner, outer = typed["socket"]
     free = smoothstep((np.linalg.norm(places - eye, axis=1) - inner) / (outer - inner))[:, None]
-    shift += (1.0 - free) * (shift[-1] - shift)
+    turn = np.radians(sum(weight * typed["parameters"][name].get("turn", 0.0) for name, weight in weights.items()))
+    turned = (places - eye) @ Rotation.from_rotvec([0.0, 0.0, turn]).as_matrix().T - (places - eye)
+    shift += (1.0 - free) * (shift[-1] + turned - shift)
     for name, weight in weights.items():
         for point, offset in typed["parameters"][name]["points"].items():
             shift[names.index(point)] += weight * np.array(offset)
@@ -425,7 +444,7 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     >>> small = {"width": 0.5, "length": -1.0, "nose_length": -1.0, "chin": -1.0, "jaw": -1.0, "age": -1.0}
     >>> faces = fw.default_face(), fw.default_face(small)
     >>> [round(childlike(face.landmarks, face.frame), 1) for face in faces]
-    [0.0, 0.9]
+    [0.0, 1.0]
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance

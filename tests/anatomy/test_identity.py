@@ -358,6 +358,29 @@ def test_women_and_men_differ_as_people_do() -> None:
         assert 0.4 < (man[name] - woman[name]) / (men[0] - women[0]) < 2.5, name
 
 
+def test_random_women_and_men_differ_and_spread_as_people_do() -> None:
+    adults = [someone for someone in map(Identity.random, range(300)) if someone.child == 0.0]
+    women, men = ([measured(someone) for someone in adults if sign * someone.sex > 0.0] for sign in (-1.0, 1.0))
+    assert 0.4 < len(women) / len(adults) < 0.6
+    for name, survey in SURVEY.items():
+        his, hers = (np.array([person[name] for person in group]) for group in (men, women))
+        assert 0.7 < (his.mean() - hers.mean()) / (survey[0][0] - survey[1][0]) < 1.3, name
+        for values, (_, deviation) in zip((his, hers), survey, strict=True):
+            assert 0.5 < values.std() / deviation < 1.2, name
+
+
+def test_women_have_higher_brows_fuller_lips_and_thinner_necks_for_their_faces() -> None:
+    shares = []
+    for sex in (-0.7, 0.7):
+        head = head_of(Identity(sex=sex))
+        neck = np.ptp(head.points[np.abs(load_head().points[:, 1] + 92.0) < 6.0, 0])
+        height, width = gap(head, "sellion", "menton", 1), gap(head, "zygion_l", "zygion_r", 0)
+        brow, lips = gap(head, "brow_l_mid", "eye_l_centre", 1), gap(head, "upper_lip_mid", "lower_lip_mid", 1)
+        shares.append(np.array([brow / height, lips / height, width / neck]))
+    her, him = shares
+    assert (her > [1.1, 1.1, 1.02] * him).all()
+
+
 def test_children_look_young_and_no_hair_or_iris_is_fairer_than_the_skin() -> None:
     people = [Identity.random(seed) for seed in range(300)]
     children = [someone for someone in people if someone.child > 0.0]
