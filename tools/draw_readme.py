@@ -21,6 +21,9 @@ GROWN = {"age": 0.45}
 EMOTIONS = ("happiness", "surprise", "anger", "sadness", "disgust")
 """Those of the columns of people."""
 
+SEED = 20
+"""Of the first of twenty people."""
+
 
 def shown(face: fw.Face, expression: str | None, style: Style) -> Image:
     """Return a picture of a face that holds an expression."""
@@ -37,7 +40,8 @@ def main() -> None:
     print(save_picture(side_by_side(images), IMAGES / "smile.jpg"))
     rows = []
     for row in range(4):
-        people = [fw.default_face(fw.Identity.random(row * len(EMOTIONS) + k)) for k in range(len(EMOTIONS))]
+        first = SEED + row * len(EMOTIONS)
+        people = [fw.default_face(fw.Identity.random(first + k)) for k in range(len(EMOTIONS))]
         images = [shown(face, emotion, Style((280, 300))) for face, emotion in zip(people, EMOTIONS, strict=True)]
         rows.append(side_by_side(images, gap=0))
     print(save_picture(stacked(rows, gap=0), IMAGES / "people.jpg"))
