@@ -357,7 +357,8 @@ class Face:
     @cached_property
     def behind_lips(self) -> float:
         """Distance from the front of the lips back to the upper incisors, mm on a face of average size."""
-        return behind_lips(self.points, self.landmarks, self.frame)
+        skin = np.concatenate([self.points, self.points[self.edges].mean(axis=1)])
+        return behind_lips(skin, self.landmarks, self.frame)
 
     @cached_property
     def mandible(self) -> Mandible | None:

@@ -25,18 +25,26 @@ EDGE_THICKNESS = (0.28, 0.28, 0.4, 0.75, 0.8, 0.85, 0.85)
 """Thickness of the crowns at the edge, relative to that at the gum."""
 
 CUSPS, CUSP_HEIGHT = (0, 0, 1, 2, 2, 4, 4), 1.1
-"""Number of cusps of the crowns, and their height over the grooves between them, mm; incisors have an edge."""
+"""Number of cusps of the crowns, and their height over the grooves between them, mm, twice that of canines; incisors
+have an edge.
+"""
+
+SHORT = {"upper": (0.0, 0.7, 0.0, 0.3, 0.3, 0.0, 0.0), "lower": (0.0,) * 7}
+"""How far the crowns end before the edge of the first incisor, mm."""
+
+BETWEEN = 0.4
+"""Share of the light that crowns take from each other's sides."""
 
 ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 """Half width and depth of the arch's outer border, mm."""
 
-BEHIND_LIPS = 10.5
+BEHIND_LIPS = 9.5
 """From the front of the lips back to the upper incisors, mm, unless the lining of the lips reaches farther."""
 
 BELOW_LIPS = 3.2
 """From the line where the lips meet down to the edges of the upper incisors, mm."""
 
-OVERJET, OVERBITE = 2.5, 3.2
+OVERJET, OVERBITE = 2.0, 3.2
 """From the edges of the upper incisors back, and up, to those of the lower ones, mm."""
 
 CROWN_BULGE = 0.25
@@ -47,6 +55,9 @@ END_RADIUS = 5.0
 
 BEHIND_TEETH = 3.0
 """Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
+
+OVER_GUM = 4.0
+"""Skin that lies before the gum at rest, no farther from the crowns than this, mm, slides over these."""
 
 
 ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
@@ -100,7 +111,7 @@ def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
     Examples
     --------
     >>> place_of("upper"), place_of("lower")
-    ((3.2, 10.5), (0.0, 13.0))
+    ((3.2, 9.5), (0.0, 11.5))
     """
     return (BELOW_LIPS, behind_lips) if jaw == "upper" else (BELOW_LIPS - OVERBITE, behind_lips + OVERJET)
 
@@ -108,13 +119,13 @@ def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
 def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     """Return the distance from the front of the lips back to the upper incisors, mm on a face of average size.
 
-    The arches stand behind the lining of the lips, at the heights of the crowns. Skin that lies much farther back lines
-    the mouth.
+    The arches stand behind the lining of the lips, at the heights of the crowns and a little beyond. Skin that lies
+    much farther back lines the mouth.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
-        The skin at rest.
+        Places on the skin at rest.
     landmarks : mapping of str to ndarray, shape (3,)
         Middles of the lips and corners of the mouth.
     frame : FaceFrame
@@ -126,7 +137,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> behind_lips(face.points, face.landmarks, face.frame)
-    10.5
+    9.5
     >>> lining = lips_middle(face.landmarks) - 12.0 * face.frame.scale * face.frame.axes[2]
     >>> round(behind_lips(lining[None], face.landmarks, face.frame), 2)
     12.3
@@ -136,7 +147,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     for jaw, (half, depth) in ELLIPSE.items():
         side, (down, back) = 1.0 if jaw == "upper" else -1.0, place_of(jaw)
         left, up, forward = local.T + np.array([[0.0], [down], [depth + back]])
-        before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]))
+        before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]) + OVER_GUM)
         before &= depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         left, up, forward = left[before], up[before], forward[before]
         room = CROWN_BULGE + 0.05 - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
@@ -191,9 +202,11 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         place += width
         crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k], CUSPS[k])
         along = np.array([outward[2], 0.0, -outward[0]])
-        left = centre + crown[:, :1] * along + crown[:, 1:2] * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
+        rise = crown[:, 1:2] + SHORT[jaw][k]
+        left = centre + crown[:, :1] * along + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
-        paint = ENAMEL + (CROWN_NECK - ENAMEL) * share**2
+        beside = (2.0 * crown[:, :1] / width) ** 4
+        paint = (ENAMEL + (CROWN_NECK - ENAMEL) * share**2) * (1.0 - BETWEEN * beside)
         parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]
@@ -216,15 +229,16 @@ def _crown(width: float, height: float, thickness: float, edge: float, cusps: in
     """Points (along the arch, up from the edge, out) of a crown, ring by ring from its edge into the gum."""
     level = np.linspace(0.0, 1.0, CROWN_RINGS)[:, None] ** 1.5
     turn = 2.0 * np.pi * np.arange(CROWN_SIDES) / CROWN_SIDES
-    boxy = np.where(np.cos(turn) > 0.0, 0.7, 1.0)  # towards the lips; towards the tongue crowns are round
+    boxy = np.where(np.cos(turn) > 0.0, 0.8, 1.0)  # towards the lips; towards the tongue crowns are round
     across, out = (np.sign(f) * np.abs(f) ** boxy for f in (np.sin(turn), np.cos(turn)))
-    round_off = 1.0 - 0.35 * np.exp(-level / 0.02)  # the edge is rounded
+    round_off = 1.0 - 0.2 * np.exp(-level / 0.02)  # the edge is rounded
     half = 0.5 * width * (0.98 - 0.13 * level**2 - 0.04 * (1.0 - level) ** 4) * round_off
     deep = 0.5 * thickness * (edge + (1.0 - edge) * level**0.8) * round_off
     bulge = 0.7 * np.sin(np.pi * np.minimum(1.3 * level, 1.0)) - 0.5
-    rise = 1.15 * height * level + 0.25 * np.exp(-level / 0.02) * across**2
+    rise = 1.15 * height * level + (0.4 + 0.15 * across) * np.exp(-level / 0.15) * across**2  # more so on the far side
     first = 0.25 * np.pi if cusps == 4 else 0.0  # of four, two are on each side
-    rise += CUSP_HEIGHT * np.exp(-level / 0.1) * np.sin(0.5 * cusps * (turn - first)) ** 2
+    steep = 2.0 if cusps == 1 else 1.0
+    rise += steep * CUSP_HEIGHT * np.exp(-level / (0.1 * steep)) * np.sin(0.5 * cusps * (turn - first)) ** 2
     # The outer face stays upright; the inner one leans to the edge.
     rings = np.stack([half * across, rise, deep * (out - 1.0) + bulge], axis=-1)
     pit = [0.0, CUSP_HEIGHT if cusps > 1 else 0.0, 0.0]
@@ -237,7 +251,7 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     share = np.array([0.0, 0.06, 0.16, 0.33, 0.5, 0.67, 0.84, 0.94])
     place = np.append(ends[:, None] + (share - 1.0) * np.array(CROWN_WIDTHS[jaw])[:, None], ends[-1])
     inside = np.append(np.tile(share, len(ends)), 1.0)
-    height = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_HEIGHTS[jaw])
+    height = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), np.add(CROWN_HEIGHTS[jaw], SHORT[jaw]))
     thick = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_THICKNESS)
     border, outward = _on_border(jaw, place)
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3

@@ -27,8 +27,16 @@ third, in distances between the pupils: the flesh around reflects red.
 
 TONGUE_COLOR = (176, 92, 88)
 
-POCKET_COLORS = ((58, 22, 20), (42, 15, 14), (26, 9, 9), (12, 4, 5))
+POCKET_COLORS = np.array([[84, 34, 31], [58, 22, 20], [26, 9, 9], [12, 4, 5]])
 """Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
+
+FROM_ABOVE = 0.25
+"""Share by which what looks up in the pocket is lighter, and what looks down darker."""
+
+POCKET_RINGS, OVAL_HEIGHT = ((0.34, 0.05), (0.46, 0.3), (0.45, 0.85)), 0.75
+"""Half width of the rings behind the lips and their depth behind these, in distances between the pupils; their height,
+relative to their width.
+"""
 
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
 """Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
@@ -157,16 +165,24 @@ class Mouth:
         """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest."""
         return self.opens and self._gap(points) - self._rest_gap > PARTED * self._size
 
-    def pocket(self, points: Array) -> pv.PolyData:
-        """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3)."""
+    def pocket(self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None) -> pv.PolyData:
+        """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3).
+
+        It is fixed to the jaws beyond the gums; for the angle and the matrix of the mandible see :meth:`inside`.
+        """
         rim = points[self.loop]
-        middle, size = rim.mean(axis=0), self._size
-        rings = [rim]
         wide, rest = (float(np.ptp(place @ self._axes[0])) for place in (rim, self._rest_rim))
-        narrow = min(wide / rest, 1.0)  # pursed lips take the cheeks along
-        for half, depth in ((0.38 * narrow, 0.12), (0.47 * narrow, 0.3), (0.45, 0.85)):
-            rings.append(middle + (half * self._oval - [0.0, 0.0, depth]) * size @ self._axes)
-        return reshaped(self._blank_pocket, np.vstack([*rings, rings[-1].mean(axis=0)]))
+        narrow = np.array([min(wide / rest, 1.0), 1.0, 1.0])  # pursed lips take the cheeks along
+        middle = self._rest_rim.mean(axis=0)
+        back = np.outer((middle - self._rest_rim) @ self._axes[2] / self._size, [0.0, 0.0, 1.0])
+        rings = [
+            middle + narrow * (half * self._oval - back - [0.0, 0.0, depth]) * self._size @ self._axes
+            for half, depth in POCKET_RINGS
+        ]
+        closed = np.vstack([*rings, rings[-1].mean(axis=0)])
+        lower = np.append(np.tile(0.5 - self._oval[:, 1] / (2.0 * OVAL_HEIGHT), len(rings)), 0.5)[:, None]
+        turn, shift = self.motion(points, jaw_angle, mandible)
+        return reshaped(self._blank_pocket, np.vstack([rim, closed + lower * (closed @ turn.T + shift - closed)]))
 
     @cached_property
     def _oval(self) -> Array:
@@ -180,14 +196,14 @@ class Mouth:
         upper = one if local[one, 1].mean() > local[~one, 1].mean() else ~one
         up = np.sqrt(1.0 - (local[:, 0] / np.abs(local[:, 0]).max()) ** 2) * np.where(upper, 1.0, -1.0)
         oval = np.stack([local[:, 0] / (0.4 * self._size), up, np.zeros(n)], axis=1)
-        return np.asarray(unit(oval) * [1.0, 0.65, 1.0])
+        return np.asarray(unit(oval) * [1.0, OVAL_HEIGHT, 1.0])
 
     @cached_property
     def _blank_pocket(self) -> pv.PolyData:
         """The pocket with its triangles and paint, but no shape."""
         n = len(self.loop)
-        tints = np.array([*POCKET_COLORS, POCKET_COLORS[-1]], np.uint8)
-        paint = np.repeat(tints, [n, n, n, n, 1], axis=0)
+        light = 1.0 - FROM_ABOVE * self._oval[:, 1:2] / OVAL_HEIGHT
+        paint = np.rint(np.vstack([*(light * tint for tint in POCKET_COLORS), POCKET_COLORS[-1]])).astype(np.uint8)
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})
 

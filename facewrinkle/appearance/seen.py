@@ -155,8 +155,8 @@ class Seen:
     @cached_property
     def pocket(self) -> pv.PolyData | None:
         """The dark behind lips that are a hole of the mesh."""
-        mouth = self._of.mouth
-        return mouth.pocket(self._points) if len(mouth.loop) else None
+        mouth, state = self._of.mouth, self._state
+        return mouth.pocket(self._points, state.jaw_angle, state.mandible) if len(mouth.loop) else None
 
     @cached_property
     def parted(self) -> bool:

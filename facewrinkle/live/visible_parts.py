@@ -165,7 +165,7 @@ class VisibleParts:
     def _mouth_parts(self, points: Array, state: FrameState) -> list[Part]:
         mouth, parts = self._mouth, []
         if len(mouth.loop):
-            parts.append(self._mesh("mouth", mouth.pocket(points), "plain"))
+            parts.append(self._mesh("mouth", mouth.pocket(points, state.jaw_angle, state.mandible), "plain"))
         shown = bool(self._teeth) and mouth.parted(points)
         turn, shift = mouth.motion(points, state.jaw_angle, state.mandible) if shown else (np.eye(3), np.zeros(3))
         for name, arrays in self._teeth.items():

@@ -129,7 +129,8 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
 
     Eyeballs push off skin as far as there is room at rest between the margins of the lids and the ball; the middles of
     edges are samples, too, as chords cut the balls most. The dental arches are half cylinders that end at the edges of
-    the incisors: the upper one is part of the skull, the lower one goes with the mandible.
+    the incisors: the upper one is part of the skull, the lower one goes with the mandible. A mouth that does not open
+    has none.
 
     Parameters
     ----------
@@ -158,7 +159,7 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
         room = (1.0 / LID_ROOM - 1.0) * radius
         found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
         solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))
-    for jaw, own in (("upper", 0.0), ("lower", angle)):
+    for jaw, own in (("upper", 0.0), ("lower", angle)) if face.mouth_opens else ():
         origin, axes, half, near, edges = _arch(face, jaw)
         bulge = CROWN_BULGE * face.frame.scale * face.unit
         radius = half[0] ** 2 / half[1]

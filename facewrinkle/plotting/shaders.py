@@ -398,7 +398,7 @@ TEETH_MATERIAL = Material(
     "0.05, 0.045, 0.04",
     "0.10, 0.10, 0.11",
     "0.25, 0.2, 0.15",
-    "0.02 * near8 + 0.25 * C.g * near32 * near32 * near32",
+    "0.02 * near8 + 0.5 * C.g * near32 * near32 * near32",
     gloss="smoothstep(0.02, 0.2, albedo.g)",
 )
 
