@@ -21,6 +21,15 @@ PUPIL, IRIS = 9.0, 28.5
 ANGLES = np.concatenate([np.linspace(0.0, 8.0, 4), np.linspace(8.5, 34.0, 27), np.linspace(37.0, 97.0, 11)])
 """Angles between the axis of the eye and the rings of vertices, degrees."""
 
+LIMBUS, CORNEA, CHAMBER, INDEX = 29.0, 0.65, 0.3, 1.336
+"""Angle between the axis of the eye and the border of the cornea, degrees; the radius of its curvature, 7.8 mm, and its
+distance from the iris, 3.6 mm, in radii of an adult's eye; and the index of refraction between them (Emsley's schematic
+eye).
+"""
+
+FREED = 6.0
+"""Angle from the margin of a lid at which the cornea stands out of the ball all the way, degrees."""
+
 SPOKES = 96
 """Vertices of each ring."""
 
@@ -92,8 +101,8 @@ class PaintedEye:
         )
         adult = RADIUS * face.frame.pupil_distance  # irises are as large in larger eyes
         self.angles = angle * eye.radius / adult
-        self.tints = _eye_paint(self.angles, spoke, face.iris)
-        self.sphere = _directions(angle, spoke)
+        self.tints, self._iris = _eye_paint(self.angles, spoke, face.iris), face.iris
+        self.sphere, self._adult = _directions(angle, spoke), adult / eye.radius
         bulge = 1.0 - smoothstep((angle - 25.0) / 9.0)
         self.cornea = _directions(angle * (1.0 + 0.5 * bulge), spoke)
         self.quads = ring_quads(SPOKES, len(ANGLES))[:, [0, 3, 2, 1]].astype(int)
@@ -103,23 +112,52 @@ class PaintedEye:
         """True if the skin has an opening before the eye; if not, lids or an eye of the mesh cover it."""
         return self.margins is not None
 
-    def at(self, points: Array, gaze: Array | None = None) -> pv.PolyData:
+    def at(self, points: Array, gaze: Array | None = None, camera: Array | None = None) -> pv.PolyData:
         """Return the eyeball, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3).
 
-        Its normals are those of the cornea, which is more curved than the ball.
+        Its normals are those of the cornea, which is more curved than the ball. For a `camera` (3,) the cornea stands
+        out between the lids, and its paint is what is seen through it of the iris, which lies behind; `angle` says
+        where that is, as :attr:`angles`.
         """
         gaze = self.eye.gaze if gaze is None else gaze
         eye, axes = self.eye, self.axes(gaze)
         directions = self.sphere @ axes
-        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * directions, self.quads)
+        heights = None if self.margins is None else self._heights(directions, points)
+        places, tints, angles = self.sphere, self.tints, self.angles
+        if camera is not None and heights is not None:
+            rise = smoothstep(np.minimum(*heights) / FREED) * (_out_of_ball(self.angles) - 1.0) * self._adult
+            places = (1.0 + rise)[:, None] * self.sphere
+            angles, spoke = self._behind_cornea(places, axes @ (camera - eye.centre) / eye.radius)
+            tints = _eye_paint(angles, spoke, self._iris)
+        ball = pv.PolyData.from_regular_faces(eye.centre + eye.radius * places @ axes, self.quads)
         ball.point_data["Normals"] = self.cornea @ axes
         inner = self.corners[0] - eye.centre
         from_corner = np.degrees(np.arccos(np.clip(directions @ inner / np.linalg.norm(inner), -1.0, 1.0)))
-        paint = _mixed(self.tints, TINTS["caruncle"], 1.25 - from_corner / 11.0)
-        if self.margins is not None:
-            paint = self._between_lids(paint, directions, points)
+        paint = _mixed(tints, TINTS["caruncle"], 1.25 - from_corner / 11.0)
+        if heights is not None:
+            paint = _between_lids(paint, *heights)
         ball.point_data["paint"] = np.rint(np.clip(paint, 0.0, 255.0)).astype(np.uint8)
+        if camera is not None:
+            ball.point_data["angle"] = angles
         return ball
+
+    def _behind_cornea(self, places: Array, camera: Array) -> tuple[Array, Array]:
+        """Angles (k,), degrees, and spokes (k,), radians, of what a camera (3,) sees of the iris through places (k, 3).
+
+        All are [aside, up, ahead] from the centre, in radii of the ball.
+        """
+        sight = unit(places - camera)
+        slope = -np.minimum((sight * self.cornea).sum(axis=1), 0.0)
+        bent = slope - np.sqrt(INDEX**2 - 1.0 + slope**2)
+        sight += bent[:, None] * self.cornea
+        iris = 1.0 + (_out_of_ball(np.zeros(1)) - 1.0 - CHAMBER) * self._adult
+        way = (places[:, 2] - iris) / np.maximum(-sight[:, 2], 1e-3)
+        hit = places + np.clip(way, 0.0, 2.0)[:, None] * sight
+        away = np.degrees(np.arcsin(np.minimum(np.hypot(hit[:, 0], hit[:, 1]), 1.0))) / self._adult
+        share = smoothstep((LIMBUS - self.angles) / 3.0)
+        angles = self.angles + share * (np.minimum(away, LIMBUS) - self.angles)
+        seen = self.sphere + share[:, None] * (hit - self.sphere)
+        return angles, np.arctan2(seen[:, 1], seen[:, 0])
 
     def axes(self, gaze: Array) -> Array:
         """Return the unit vectors (3, 3) [aside, up, ahead] of the ball that looks along a gaze."""
@@ -148,16 +186,27 @@ class PaintedEye:
             heights.append(np.interp(places, across[order] / self.eye.radius, elevation[order]))
         return np.array(heights)
 
-    def _between_lids(self, paint: Array, directions: Array, points: Array) -> Array:
-        """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
+    def _heights(self, directions: Array, points: Array) -> tuple[Array, Array]:
+        """How far points (k,) in directions (k, 3) are below the upper and above the lower lid, degrees."""
         lateral, up, forward = self.lid_axes
         height = np.degrees(np.arctan2(directions @ up, directions @ forward))
         upper, lower = self.lid_heights(points, directions @ lateral)
-        below, above = np.maximum(upper - height, 0.0), height - lower
-        wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
-        shade = 0.62 * np.exp(-below / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
-        lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
-        return np.asarray((paint + wet[:, None] * (TINTS["tears"] - paint)) * lit)
+        return upper - height, height - lower
+
+
+def _out_of_ball(angle: Array) -> Array:
+    """Distances (k,) of cornea and ball from the centre at angles from the axis, degrees, in radii of the ball."""
+    border, inside = np.radians(LIMBUS), np.radians(np.minimum(angle, LIMBUS))
+    ahead = np.cos(border) - np.sqrt(CORNEA**2 - np.sin(border) ** 2)
+    return np.asarray(ahead * np.cos(inside) + np.sqrt(CORNEA**2 - (ahead * np.sin(inside)) ** 2))
+
+
+def _between_lids(paint: Array, below: Array, above: Array) -> Array:
+    """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
+    wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
+    shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
+    lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
+    return np.asarray((paint + wet[:, None] * (TINTS["tears"] - paint)) * lit)
 
 
 def coarser(ball: pv.PolyData, step: int) -> pv.PolyData:

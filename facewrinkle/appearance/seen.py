@@ -147,6 +147,12 @@ class Seen:
         """Painted eyes by side, seen or not."""
         return {ball.eye.side: ball.at(self._points, self._state.gazes.get(ball.eye.side)) for ball in self._of.balls}
 
+    def eyes_from(self, camera: Array) -> dict[str, pv.PolyData]:
+        """Return painted eyes by side as a camera at a place (3,) of the frame sees them."""
+        state = self._state
+        place = state.to_rest(camera[None])[0]
+        return {ball.eye.side: ball.at(self._points, state.gazes.get(ball.eye.side), place) for ball in self._of.balls}
+
     @cached_property
     def lid_margins(self) -> dict[str, pv.PolyData]:
         """Flesh between lids and eyeballs, by side."""

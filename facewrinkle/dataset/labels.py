@@ -84,7 +84,7 @@ def labels_of(
         Of a clip: it numbers furrows as in the frame before.
     """
     buffer = TriangleBuffer(camera)
-    buffer.draw(solid := solid_parts(seen))
+    buffer.draw(solid := solid_parts(seen, camera))
     hits, others = buffer.hits("skin"), buffer.part > 0
     pixel = float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])  # its width at the face
     before = {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, pixel)
@@ -108,9 +108,10 @@ def labels_of(
     return arrays, facts
 
 
-def solid_parts(seen: Seen) -> dict[str, pv.PolyData]:
+def solid_parts(seen: Seen, camera: Camera) -> dict[str, pv.PolyData]:
     """Return the meshes that hide what is behind them, the skin first, where they are in the frame."""
-    on_head = {f"eye {side}": mesh for side, mesh in seen.eyes.items() if f"eye_{side}" not in seen.own}
+    eyes = seen.eyes_from(camera.place)
+    on_head = {f"eye {side}": mesh for side, mesh in eyes.items() if f"eye_{side}" not in seen.own}
     on_head |= {f"skin at eye {side}": mesh for side, mesh in seen.lid_margins.items()}
     on_head |= {"mouth": seen.pocket} if seen.pocket is not None else {}
     on_head |= seen.inside_mouth
@@ -140,7 +141,7 @@ def label_irises(
         name = f"eye {ball.eye.side}"
         if name in solid and solid[name].n_points == len(ball.angles):
             hits = buffer.hits(name)
-            angle, own = hits.interpolated(ball.angles), part[hits.rows, hits.columns]
+            angle, own = hits.interpolated(solid[name].point_data["angle"]), part[hits.rows, hits.columns]
             inner = np.where(angle < PUPIL, PARTS.index("pupil"), PARTS.index("iris"))
             seen = (own == PARTS.index("eye")) & (angle < IRIS)
             part[hits.rows, hits.columns] = np.where(seen, inner, own)

@@ -55,6 +55,11 @@ class Camera:
         intrinsic = np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
         return cls(intrinsic, extrinsic, size, float(camera.clipping_range[0]))
 
+    @property
+    def place(self) -> Array:
+        """Where the camera is (3,)."""
+        return np.asarray(-self.extrinsic[:3, 3] @ self.extrinsic[:3, :3])
+
     def local(self, points: Array) -> Array:
         """Return points (n, 3) in the camera's coordinates."""
         return np.asarray(points @ self.extrinsic[:3, :3].T + self.extrinsic[:3, 3])

@@ -96,7 +96,8 @@ class Scene:
         self.drawn_parts: dict[str, frozenset[str]] = {}
         self._actors: dict[str, pv.Actor] = {}
         self._drawing: Callable[[], Image] | None = None
-        self._shown: tuple[pv.PolyData, Any] | None = None
+        self._shown: tuple[pv.PolyData, int] | None = None
+        self._seen_from: tuple[float, ...] | None = None
         pixel = height_of(face, self.style) / self._window[1]
         self._appearance = appearance = Appearance.of(face)
         plain = not self.style.wireframe and self.style.scalars is None
@@ -177,15 +178,23 @@ class Scene:
     def show(self, frame: pv.PolyData) -> None:
         """Put a frame of :meth:`facewrinkle.Simulation.step`, or ``face.mesh``, in place of the one before.
 
-        The same frame is not sent to the graphics card again, unless it was modified as VTK counts it.
+        The same frame is not sent to the graphics card again, unless it was modified as VTK counts it; its eyes are, if
+        the camera moved.
         """
         self._wait()
         check_type("frame", frame, pv.PolyData)
-        by_view = self._visible is not None and self._visible.by_view
-        now = frame.GetMTime(), tuple(self.plotter.camera.position) if by_view else None
-        if self._shown is not None and self._shown[0] is frame and self._shown[1] == now:
+        now, camera = (frame, frame.GetMTime()), tuple(self.plotter.camera.position)
+        known = self._shown is not None and self._shown[0] is frame and self._shown[1] == now[1]
+        if known and self._seen_from == camera:
             return
         seen = self._appearance.at(frame)
+        if known and not (self._visible is not None and self._visible.by_view):
+            self._show_eyes(seen)
+        else:
+            self._show_parts(seen)
+        self._shown, self._seen_from = now, camera
+
+    def _show_parts(self, seen: Seen) -> None:
         self._key = self._key_light(seen)
         self._show_skin(seen)
         if self._key is not None:
@@ -198,7 +207,6 @@ class Scene:
             look = {"material": "hair", **STRAND_LIGHTING} if name == "hair" and texture is None else lighting
             self._put(part, f"{OWN_PREFIX}{name}", texture=texture, **look)
         self._pose(seen.pose)
-        self._shown = frame, now
 
     def show_muscles(self, frame: pv.PolyData, rates: Mapping[str, float]) -> None:
         """Show the fibers of muscles in a frame, as if its skin were translucent, colored by contraction.
@@ -308,7 +316,11 @@ class Scene:
             self._actors["in mouth"].visibility = bool(seen.inside_mouth)
 
     def _show_eyes(self, seen: Seen) -> None:
-        eyes = {f"eye_{side}": seen.eyes[side] for side in self._eyes}
+        camera = np.array(self.plotter.camera.position)
+        if self.style.follow:
+            camera = (seen.pose @ np.append(camera, 1.0))[:3]
+        shown = seen.eyes_from(camera)
+        eyes = {f"eye_{side}": shown[side] for side in self._eyes}
         if self.style.clay:
             eyes = {name: eye.copy(deep=False) for name, eye in eyes.items()}
             for eye in eyes.values():

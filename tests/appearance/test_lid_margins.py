@@ -103,6 +103,38 @@ def test_pupil_is_where_the_eye_looks(face):
             np.testing.assert_allclose(np.linalg.norm(ball.points - eye.centre, axis=1), eye.radius, rtol=1e-5)
 
 
+def test_a_camera_sees_the_cornea_stand_out_between_the_lids_and_not_below_them(face):
+    """Its border is 11.7 mm wide, and its top about a millimeter in front of the ball of the sclera."""
+    for eye in face.eyes:
+        painted = PaintedEye(eye, face)
+        for points, out in ((face.points, 1.1), (blink(face), 0.0)):
+            away = np.asarray(painted.at(points, camera=eye.centre + 500.0 * eye.gaze).points, float) - eye.centre
+            rise = np.linalg.norm(away, axis=1) - eye.radius
+            assert rise.max() == pytest.approx(out, abs=0.1)
+            assert rise.min() > -1e-3
+            aside = np.linalg.norm(away - np.outer(away @ eye.gaze, eye.gaze), axis=1)
+            assert rise[aside > 6.0].max() < 0.01
+            lateral, up, ahead = painted.lid_axes @ (away / eye.radius).T
+            upper, lower = painted.lid_heights(points, lateral)
+            height = np.degrees(np.arctan2(up, ahead))
+            assert np.abs(rise[(height > upper + 0.5) | (height < lower - 0.5)]).max() < 0.01
+
+
+def test_a_pupil_is_seen_where_the_cornea_shows_it(face):
+    """The entrance pupil of Emsley's schematic eye lies 3.05 mm behind the top of the cornea."""
+    eye = face.eyes[0]
+    for turn in np.radians([20.0, 30.0, 40.0]):
+        towards = np.cos(turn) * eye.gaze + np.sin(turn) * np.cross(eye.up, eye.gaze)
+        camera = eye.centre + 600.0 * towards
+        ball = PaintedEye(eye, face).at(face.points, camera=camera)
+        middle = np.asarray(ball.points, float)[np.argmin(ball["angle"])]
+        top = np.max((ball.points - eye.centre) @ eye.gaze)
+        sight = (middle - camera) / np.linalg.norm(middle - camera)
+        across = eye.gaze - (eye.gaze @ sight) * sight  # the place on the axis that is the nearest to the line of sight
+        place = (camera - eye.centre) @ across / (eye.gaze @ across)
+        assert top - place == pytest.approx(3.05, abs=0.4)
+
+
 def test_eye_is_darker_under_the_upper_lid_wherever_it_is(face):
     eye = face.eyes[0]
     painted = PaintedEye(eye, face)

@@ -81,8 +81,9 @@ def test_depth_is_that_of_rays_through_the_middles_of_pixels(face, front, frame)
 def test_triangles_are_those_that_vtk_draws(face, frame, front):
     """VTK draws the same meshes flat, in colors that number their triangles."""
     _, _, camera = front
-    meshes = solid_parts(Appearance.of(face).at(frame))
-    buffer = TriangleBuffer(Camera.of(camera, SIZE))
+    own = Camera.of(camera, SIZE)
+    meshes = solid_parts(Appearance.of(face).at(frame), own)
+    buffer = TriangleBuffer(own)
     buffer.draw(meshes)
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     plotter.disable_anti_aliasing()
