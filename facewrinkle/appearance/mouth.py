@@ -168,7 +168,8 @@ class Mouth:
     def pocket(self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None) -> pv.PolyData:
         """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3).
 
-        It is fixed to the jaws beyond the gums; for the angle and the matrix of the mandible see :meth:`inside`.
+        It is fixed to the jaws beyond the gums, and stays behind the skin; for the angle and the matrix of the mandible
+        see :meth:`inside`.
         """
         rim = points[self.loop]
         wide, rest = (float(np.ptp(place @ self._axes[0])) for place in (rim, self._rest_rim))
@@ -182,7 +183,8 @@ class Mouth:
         closed = np.vstack([*rings, rings[-1].mean(axis=0)])
         lower = np.append(np.tile(0.5 - self._oval[:, 1] / (2.0 * OVAL_HEIGHT), len(rings)), 0.5)[:, None]
         turn, shift = self.motion(points, jaw_angle, mandible)
-        return reshaped(self._blank_pocket, np.vstack([rim, closed + lower * (closed @ turn.T + shift - closed)]))
+        opened = closed + lower * (closed @ turn.T + shift - closed)
+        return reshaped(self._blank_pocket, np.vstack([rim, self._behind_skin(opened, points)]))
 
     @cached_property
     def _oval(self) -> Array:
@@ -246,7 +248,7 @@ class Mouth:
     def _behind_skin(self, places: Array, points: Array) -> Array:
         """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).
 
-        Teeth have one size and chins many: gums would come through those that recede.
+        Teeth have one size and chins many: gums and the pocket would come through those that recede.
         """
         local = (points - self._centre) @ self._axes.T / self._size
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1

@@ -57,8 +57,8 @@ def test_teeth_show_behind_an_open_mouth_and_go_with_the_jaw(face):
     assert not white[1][rows, columns].any()
 
 
-def test_the_lower_gum_stays_behind_a_chin_that_is_pushed_back(face):
-    """Teeth have one size: gum would come out through receding chins. Teeth between the lips stay where they are."""
+def test_gum_and_pocket_stay_behind_a_chin_that_is_pushed_back(face):
+    """Teeth have one size: these would come out through receding chins. Teeth between the lips stay where they are."""
     mouth, ahead = Mouth(face), face.frame.axes[2]
     near = np.linalg.norm(face.points - 0.5 * (face.landmarks["pogonion"] + face.landmarks["lower_lip_mid"]), axis=1)
     pushed = face.points - 18.0 * np.exp(-0.5 * (near / 14.0) ** 2)[:, None] * ahead
@@ -72,6 +72,9 @@ def test_the_lower_gum_stays_behind_a_chin_that_is_pushed_back(face):
     assert out(mouth.teeth[1].points[low]) > 5  # or this would test nothing
     drawn = np.asarray(mouth.inside(pushed, 0.0)["lower_teeth"].points, float)
     assert out(drawn[low]) == 0
+    rings = slice(len(mouth.loop), None)
+    assert out(np.asarray(mouth.pocket(face.points).points[rings], float)) > 5
+    assert out(np.asarray(mouth.pocket(pushed).points[rings], float)) == 0
     high = (face.landmarks["lower_lip_mid"] - mouth.teeth[1].points)[:, 1] < 0.0
     np.testing.assert_allclose(drawn[high], mouth.teeth[1].points[high], atol=1e-4)
 
