@@ -41,12 +41,13 @@ SHAPES: Mapping[str, tuple[float, str]] = {
     "AU15": (1.0, "mouthFrown_L+mouthFrown_R"),
     "AU17": (1.0, "mouthShrugLower"),
     "AU20": (1.0, "mouthStretch_L+mouthStretch_R"),
+    "AU23": (0.5, "mouthRollLower+mouthRollUpper"),
     "AU24": (1.0, "mouthPress_L+mouthPress_R"),
     "AU25": (0.5, "mouthLowerDown_L+mouthLowerDown_R"),
     "AU26": (0.6, "jawOpen"),
 }
 """Captured shapes of these units, and the share of them that the unit is: a jaw that drops is not stretched open
-(AU27), lips that part are not drawn down (AU16). AU11 has no shape of its own.
+(AU27), lips that part are not drawn down (AU16), nor are tight ones sucked in (AU28). AU11 has no shape of its own.
 """
 
 

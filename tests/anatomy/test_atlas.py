@@ -121,7 +121,8 @@ def test_emotions_are_made_of_their_action_units(emotion):
     others = {
         "happiness": {"AU11", "AU20", "AU25"},
         "sadness": {"AU7", "AU17"},
-        "anger": {"AU5", "AU10"},
+        "fear": {"AU25"},
+        "anger": {"AU5", "AU15", "AU23"},
         "disgust": {"AU4", "AU6", "AU7", "AU10"},
     }
     assert more == others.get(emotion, set())
