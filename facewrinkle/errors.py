@@ -102,10 +102,10 @@ class UnknownNameError(FaceWrinkleError):
     --------
     >>> import facewrinkle as fw
     >>> try:
-    ...     fw.default_face().atlas.contractions("suprise")
+    ...     fw.default_face().atlas.contractions("hapiness")
     ... except UnknownNameError as error:
     ...     print(error)
-    unknown expression 'suprise'. Did you mean 'surprise' or 'paper_surprise'?
+    unknown expression 'hapiness'. Did you mean 'happiness' or 'sadness' or 'pain'?
     """
 
 

@@ -319,12 +319,12 @@ def action_units_of(simulation: Simulation, expression: dict[str, float]) -> dic
     Examples
     --------
     >>> simulation = Simulation(default_face(), layers=[])
-    >>> simulation.express({"happiness": 0.8})
+    >>> simulation.express({"contempt": 0.8})
     >>> frames = simulation.run(2, ramp=1.0)
     >>> for frame in frames:
-    ...     print(action_units_of(simulation, {"happiness": 0.8}))
-    {'AU6': 0.4, 'AU12': 0.4}
-    {'AU6': 0.8, 'AU12': 0.8}
+    ...     print(action_units_of(simulation, {"contempt": 0.8}))
+    {'AU12R': 0.16, 'AU14R': 0.4}
+    {'AU12R': 0.32, 'AU14R': 0.8}
     """
     atlas, motion = simulation.face.atlas, simulation.motion
     held = motion.rates_of(atlas.contractions(expression))
