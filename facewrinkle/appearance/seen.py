@@ -144,13 +144,13 @@ class Seen:
 
     @cached_property
     def eyes(self) -> dict[str, pv.PolyData]:
-        """Painted eyes by side, seen or not."""
-        return {ball.eye.side: ball.at(self._points, self._state.gazes.get(ball.eye.side)) for ball in self._of.balls}
+        """Painted eyes by side, seen or not, with the iris on the ball."""
+        return self.eyes_from(None)
 
-    def eyes_from(self, camera: Array) -> dict[str, pv.PolyData]:
+    def eyes_from(self, camera: Array | None) -> dict[str, pv.PolyData]:
         """Return painted eyes by side as a camera at a place (3,) of the frame sees them."""
         state = self._state
-        place = state.to_rest(camera[None])[0]
+        place = None if camera is None else state.to_rest(camera[None])[0]
         return {ball.eye.side: ball.at(self._points, state.gazes.get(ball.eye.side), place) for ball in self._of.balls}
 
     @cached_property
