@@ -89,7 +89,7 @@ def measured(sim: fw.Simulation, frame: object) -> Measured:
     base = np.asarray(_base(sim), np.float64)
     bare = interpolated(base, sim.vertices.corners, sim.vertices.barycentric)
     gradient, area = gradients(rest, triangles, height)
-    field = StrainField(face.points * face.unit, face.triangles)
+    field = StrainField(face.points_mm, face.triangles)
     normals = vertex_normals(face.points, face.triangles)
     most, direction = principal_compression(field.strain(base), field.metric, normals)
     host = face.triangles[sim.forest.root]

@@ -183,7 +183,7 @@ class FoldAngle:
 
 def fold_angles(face: fw.Face, shapes: dict[str, Array], pairs: Iterable[tuple[str, str]] = FOLDS) -> list[FoldAngle]:
     """Return the angles of the furrows of each muscle to the principal compression of the captured shape."""
-    points, triangles = face.points * face.unit, face.triangles
+    points, triangles = face.points_mm, face.triangles
     normals, area = vertex_normals(points, triangles), vertex_areas(points, triangles)
     field = StrainField(points, triangles)
     out = []

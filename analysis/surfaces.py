@@ -88,7 +88,7 @@ def wrinkled_surface(
     vertices = SurfacePoints.of_forest(forest, face.points, vertex_normals(face.points, face.triangles))
     moved = SurfacePoints.of_forest(forest, base, vertex_normals(base, face.triangles))
     bare, normals = moved.points, moved.normals
-    field = StrainField(face.points * face.unit, face.triangles)
+    field = StrainField(face.points_mm, face.triangles)
     state = SurfaceState(sim.motion.rates, vertices, forest.triangles, base, bare, sim.time, lambda: field)
     own = [copy(layer) for layer in (sim.layers if layers is None else layers)]
     for layer in own:
@@ -144,7 +144,7 @@ class Given:
     pose, gazes, parts, mandible = None, NONE_BY_NAME, NONE_BY_NAME, None
 
     def __init__(self, face: fw.Face, displacement: Array) -> None:
-        self.names, self.points, self.time_step = tuple(face.muscles), face.points * face.unit, 0.02
+        self.names, self.points, self.time_step = tuple(face.muscles), face.points_mm, 0.02
         self._full = displacement
         self.reset()
 

@@ -92,7 +92,7 @@ class Reference:
 
     def __init__(self, face, state):
         muscles, n = [muscle.fold_pattern for muscle in face.muscles.values()], len(state.bare)
-        metric = StrainField(face.points * face.unit, face.triangles).metric
+        metric = StrainField(face.points_mm, face.triangles).metric
         self.folds = folds = Folds.at(state.vertices, muscles, face.zones, metric, face.unit)
         self.owner = np.repeat(np.arange(n), np.diff(folds.starts))
         entries = np.arange(len(self.owner))
@@ -102,7 +102,7 @@ class Reference:
         self.heights = csr_array((heights, (self.owner, entries)), shape=(n, len(entries)))
         self.steep = csr_array((depth[folds.muscle] * folds.steep, (self.owner, entries)), shape=(n, len(entries)))
         folding = np.isin(face.triangles, face.triangles[face.zones.any(axis=0)]).any(axis=1)
-        self._share_strain(folds, state.vertices, face.points * face.unit, face.triangles[folding])
+        self._share_strain(folds, state.vertices, face.points_mm, face.triangles[folding])
 
     def _share_strain(self, folds, vertices, points, triangles):
         """The metric of a triangle is linear in the products of its sides, and so is m^T T m in that of the entry."""

@@ -237,6 +237,11 @@ class Face:
         """Rest positions (n, 3)."""
         return np.asarray(self.mesh.points, dtype=np.float64)
 
+    @property
+    def points_mm(self) -> Array:
+        """Rest positions (n, 3) in millimeters: where the simulation works."""
+        return self.points * self.unit
+
     @cached_property
     def triangles(self) -> npt.NDArray[np.int32]:
         """Vertices of the triangles (m, 3)."""

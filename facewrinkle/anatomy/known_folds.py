@@ -72,7 +72,7 @@ def to_store(face: Face) -> dict[str, npt.NDArray[Any]]:
     known = known_folds(face)
     if not known.shapes or face.changed_muscles:
         return {}
-    rest = face.points * face.unit
+    rest = face.points_mm
     moves = {SHAPE + name: np.rint((at - rest) / STEP).astype(np.int32) for name, at in known.shapes.items()}
     lines = {LINES + name: values for name, values in known.lines.items()}
     return {KEY: np.array(atlas_key(face.atlas)), **moves, **lines}
@@ -84,7 +84,7 @@ def restore(face: Face, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
     """
     if KEY not in arrays or str(arrays[KEY]) != atlas_key(face.atlas):
         return
-    known, rest = known_folds(face), face.points * face.unit
+    known, rest = known_folds(face), face.points_mm
     moves = {name: values for name, values in arrays.items() if name.startswith(SHAPE)}
     lines = {name: values for name, values in arrays.items() if name.startswith(LINES)}
     of_points = all(values.shape == rest.shape and values.dtype.kind == "i" for values in moves.values())

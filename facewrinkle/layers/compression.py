@@ -60,7 +60,7 @@ class StrainField:
     @classmethod
     def of(cls, face: Face) -> Self:
         """Return the field of the base mesh of a face, in mm."""
-        return per_face(face, "strain", None, lambda: cls(face.points * face.unit, face.triangles))
+        return per_face(face, "strain", None, lambda: cls(face.points_mm, face.triangles))
 
     def strain(self, deformed: Array) -> Array:
         """Return the change of the metric (n, 6) at the vertices of the deformed mesh (n, 3); exactly 0 at rest."""

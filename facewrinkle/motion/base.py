@@ -52,7 +52,7 @@ class Motion(Protocol):
     >>> from facewrinkle.motion.base import Undriven
     >>> class Nod(Undriven):
     ...     def __init__(self, face):
-    ...         self.points, self.time_step, self.steps = face.points * face.unit, 0.02, 0
+    ...         self.points, self.time_step, self.steps = face.points_mm, 0.02, 0
     ...     def reset(self):
     ...         self.steps = 0
     ...     def step(self):
@@ -161,7 +161,7 @@ class Undriven:
     >>> class Swelling(Undriven):
     ...     time_step = 0.02
     ...     def __init__(self, face):
-    ...         self.points, self.normals, self.thickness = face.points * face.unit, face.tissue.normals, 0.0
+    ...         self.points, self.normals, self.thickness = face.points_mm, face.tissue.normals, 0.0
     ...     def reset(self):
     ...         self.thickness = 0.0
     ...     def step(self):
@@ -216,7 +216,7 @@ class Still(Undriven):
     """
 
     def __init__(self, face: Face, time_step: float = 0.02) -> None:
-        self.points = face.points * face.unit
+        self.points = face.points_mm
         self.time_step = check_range("time_step", time_step, 1e-9, 1e9)
 
     def reset(self) -> None:

@@ -61,7 +61,7 @@ def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
     >>> bool((flats.heights > 0.0).all())
     True
     """
-    points, triangles = face.points * face.unit, face.triangles.astype(np.int64)
+    points, triangles = face.points_mm, face.triangles.astype(np.int64)
     double, longest = double_areas(points, triangles), side_lengths(points[triangles]).max(axis=1)
     stiffness = resistance[triangles].mean(axis=1)
     return FlatTriangles(triangles, triangle_normals(points, triangles), double, double / longest, stiffness)
@@ -135,7 +135,7 @@ class Contacts:
     """
 
     def __init__(self, face: Face, area: Array, resistance: Array, mandible: JointWeights | None = None) -> None:
-        self._points, self._mandible = face.points * face.unit, mandible
+        self._points, self._mandible = face.points_mm, mandible
         self._still = np.zeros_like(self._points)
         angles = np.zeros(len(area))
         if mandible is not None:

@@ -62,7 +62,7 @@ class Joints:
     """
 
     def __init__(self, face: Face, names: Sequence[str], tethers: Array, plates: dict[str, Array]) -> None:
-        self._points, muscles = face.points * face.unit, list(names)
+        self._points, muscles = face.points_mm, list(names)
         self._joints: dict[str, _Joint] = {}
         for name, plate in plates.items():
             joint = dataclasses.replace(face.joint_weights[name], centre=face.joint_weights[name].centre * face.unit)

@@ -81,7 +81,7 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     >>> len(lips.allowed) > 100, bool((lips.corners[:, :, None] == lips.partners[:, None]).any())
     (True, False)
     """
-    points, up = face.points * face.unit, face.frame.axes[1]
+    points, up = face.points_mm, face.frame.axes[1]
     near, looks_up = around_mouth(face), vertex_normals(points, face.triangles) @ up
     lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
     found = []
@@ -116,7 +116,7 @@ def tied_lips(face: Face) -> IntArray:
 
 def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Samples:
     """Return the samples that face one of some triangles (m, 3), each with the one that it reaches along the height."""
-    points, up = face.points * face.unit, face.frame.axes[1]
+    points, up = face.points_mm, face.frame.axes[1]
     facing = triangle_normals(points, triangles)
     flat = side * (facing @ up) > STEEPEST
     triangles, facing = triangles[flat], facing[flat]
@@ -209,7 +209,7 @@ def behind_lips(face: Face, area: Array) -> Samples:
     >>> round(float(flesh.allowed.max()), 1)
     3.9
     """
-    points, near = face.points * face.unit, around_mouth(face)
+    points, near = face.points_mm, around_mouth(face)
     normals, triangles = vertex_normals(points, face.triangles), face.triangles[near[face.triangles].any(axis=1)]
     facing, middles = triangle_normals(points, triangles), points[triangles].mean(axis=1)
     vertices, reach = np.flatnonzero(near), THICKEST * face.frame.scale * face.unit
@@ -252,7 +252,7 @@ def closing_forces(face: Face, area: Array) -> Array:
     >>> bool(np.abs(forces.sum(axis=0)).max() < 1e-9), bool((forces @ face.frame.axes[1] != 0.0).sum() < 200)
     (True, True)
     """
-    points, up, near = face.points * face.unit, face.frame.axes[1], around_mouth(face)
+    points, up, near = face.points_mm, face.frame.axes[1], around_mouth(face)
     looks_up, forces = vertex_normals(points, face.triangles) @ up, np.zeros_like(points)
     triangles = face.triangles[near[face.triangles].all(axis=1)]
     slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up

@@ -172,10 +172,10 @@ class Skin:
         iterations = check_whole("iterations", iterations, 1, 1e9)
         m = self.material = material or SkinMaterial()
         self.names = tuple(face.muscles)
-        self.points, self.mesh = face.points * face.unit, SkinMesh.of(face, vertices)
+        self.points, self.mesh = face.points_mm, SkinMesh.of(face, vertices)
         self._joints_of_face = None if self.mesh.face is face else Joints(face, self.names, *self._held(face))
         whole, face = face, self.mesh.face
-        self._rest_points, self._triangles = face.points * face.unit, face.triangles
+        self._rest_points, self._triangles = face.points_mm, face.triangles
         self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face, tied_lips(face) if whole.mouth_half_open else None)
         self._build_tethers(face)

@@ -90,7 +90,7 @@ class SkinMesh:
             lines = np.concatenate([lid_margins(face), lid_ridges(face)])
             chosen, triangles = decimated(face.points, face.triangles, size, lines)
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
-            self._points = face.points * face.unit
+            self._points = face.points_mm
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
             self._areas = vertex_areas(self._points, face.triangles)
             self._untangling = Untangling(self._points, face.triangles, *self._interpolation.rings)

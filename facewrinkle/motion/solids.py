@@ -150,7 +150,7 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     >>> round(float(samples.allowed.max()), 2)
     0.31
     """
-    points = face.points * face.unit
+    points = face.points_mm
     solids: list[tuple[Array, Array, Array, float]] = []
     found: list[Samples] = []
     for eye in face.eyes:
@@ -185,7 +185,7 @@ def _arch(face: Face, jaw: str) -> tuple[Array, Array, Array, BoolArray, IntArra
         return np.asarray(close & outside & (flat[:, 1] > 0.3 * half[1]))
 
     edges = face.edges
-    lips = (face.points * face.unit - local @ face.frame.axes)[0]
+    lips = (face.points_mm - local @ face.frame.axes)[0]
     axes = face.frame.axes[[0, 2, 1]] * [[1.0], [1.0], [-side]]
     return lips + middle @ face.frame.axes, axes, half, before(local), edges[before(local[edges].mean(axis=1))]
 

@@ -73,7 +73,7 @@ class Held(Undriven):
     time_step = 0.02
 
     def __init__(self, face: Face) -> None:
-        self.points = face.points * face.unit
+        self.points = face.points_mm
         self.names = tuple(face.muscles)
         self.reset()
 
@@ -111,7 +111,7 @@ class Posing:
     """
 
     def __init__(self, face: Face) -> None:
-        self.face, self.rest = face, face.points * face.unit
+        self.face, self.rest = face, face.points_mm
         self._skin, self._clearing = Skin(face, STEP), Skin(face, CLEARING)
         self._movements = Movements(face)
         self._untangling = Untangling(self.rest, face.triangles, *vertex_rings(face.triangles, len(self.rest)))

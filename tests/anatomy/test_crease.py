@@ -226,8 +226,8 @@ def test_the_nasolabial_fold_lies_where_captured_skin_creases(real_face, shape):
         shapes = dict(zip(content["names"].tolist(), content["deltas"], strict=True))
     scale = np.linalg.norm(shapes["jawOpen"], axis=1).max() * 10.0  # mm: the shapes are in cm
     assert 20.0 < scale < 80.0
-    moved = face.points * face.unit + 10.0 * shapes[f"{shape}_L"]
-    surfaces = [pv.PolyData.from_regular_faces(p, face.triangles) for p in (face.points * face.unit, moved)]
+    moved = face.points_mm + 10.0 * shapes[f"{shape}_L"]
+    surfaces = [pv.PolyData.from_regular_faces(p, face.triangles) for p in (face.points_mm, moved)]
     hollow = -np.subtract(*(np.asarray(s.curvature("mean")) for s in surfaces[::-1]))
     crease = face.muscles["zygomaticus_major_l"].fold_pattern
     lam, q = crease.coordinates(face.points)

@@ -90,7 +90,7 @@ def test_a_simulation_plays_them_in_mm_and_in_time(cloth, shapes):
 def test_weights_of_zero_leave_the_rest_as_it_is(cloth, shapes):
     recorded = Recorded.of_shapes(shapes, np.zeros((2, 3)), fps=1.0)
     sim = fw.Simulation(cloth, motion=recorded)
-    assert np.array_equal(sim.motion.step(), cloth.points * cloth.unit)
+    assert np.array_equal(sim.motion.step(), cloth.points_mm)
     assert np.array_equal(sim.step().points, cloth.points)
 
 

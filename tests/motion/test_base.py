@@ -29,7 +29,7 @@ class Squeezed(Undriven):
     """Squeezes the mesh along x, by a hundredth more at each step, and turns it."""
 
     def __init__(self, face, time_step=0.1):
-        self.points, self.time_step, self.taken = face.points * face.unit, time_step, 0
+        self.points, self.time_step, self.taken = face.points_mm, time_step, 0
 
     def reset(self):
         self.taken = 0
@@ -214,7 +214,7 @@ class Returning(Undriven):
     time_step = 0.02
 
     def __init__(self, face, positions):
-        self.points, self.positions = face.points * face.unit, positions
+        self.points, self.positions = face.points_mm, positions
 
     def reset(self):
         pass

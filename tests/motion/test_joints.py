@@ -163,7 +163,7 @@ def test_what_a_joint_takes_of_its_muscle(face, joints):
 
 def test_a_face_without_joints_is_never_carried(face):
     class Jointless:
-        points, unit, triangles, joint_weights = face.points, face.unit, face.triangles, {}
+        points_mm, unit, triangles, joint_weights = face.points_mm, face.unit, face.triangles, {}
 
     joints = Joints(Jointless, tuple(face.muscles), np.ones(len(face.points)), {})
     rates = np.ones(len(face.muscles))

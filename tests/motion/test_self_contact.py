@@ -72,7 +72,7 @@ def test_nothing_is_reached_where_there_is_nothing():
 
 @pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
 def test_lips_are_pressed_on_each_other_along_the_height(any_face):
-    up, points = any_face.frame.axes[1], any_face.points * any_face.unit
+    up, points = any_face.frame.axes[1], any_face.points_mm
     forces = closing_forces(any_face, np.ones(len(points)))
     along = forces @ up
     np.testing.assert_allclose(forces, along[:, None] * up, atol=1e-9)

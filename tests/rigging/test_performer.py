@@ -41,7 +41,7 @@ def test_shapes_of_muscles_are_those_of_a_simulation(face):
 
 def test_what_no_muscle_does_is_added(face):
     motion, points = held(face, {"jawLeft": 1.0})
-    np.testing.assert_allclose(points - face.points * face.unit, face.unit * Movements(face).of("jaw_left"), atol=0.3)
+    np.testing.assert_allclose(points - face.points_mm, face.unit * Movements(face).of("jaw_left"), atol=0.3)
     sim = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=motion)
     frame = sim.step()
     now, rest = (companion_meshes(face, f, always=True) for f in (frame, face.mesh))
@@ -60,7 +60,7 @@ def test_mouth_close_seals_an_open_jaw(face, weight):
     _, opened = held(face, {"jawOpen": weight})
     _, closed = held(face, {"jawOpen": weight, "mouthClose": weight})
     _, alone = held(face, {"mouthClose": weight})
-    rest = gap(face.points * face.unit)
+    rest = gap(face.points_mm)
     assert np.median(gap(opened) - rest) > 10.0 * weight
     assert np.abs(gap(closed) - rest).max() < 0.3
     assert np.abs(gap(alone) - rest).max() < 0.3  # the corrective alone does nothing

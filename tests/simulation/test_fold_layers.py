@@ -310,7 +310,7 @@ def test_positions_and_amounts_of_another_face_are_refused_wherever_layers_come_
 def test_lines_of_another_face_are_refused(face, coarse):
     shapes = fold_shapes(face, fw.Skin(face))
     layer = WaveFolds()
-    layer.shapes = FoldShapes({"all": [coarse.points * coarse.unit]}, lines=shapes.lines)
+    layer.shapes = FoldShapes({"all": [coarse.points_mm]}, lines=shapes.lines)
     with pytest.raises(ParameterError, match=r"not of this face, which has \d+ vertices .* Give FoldShapes without"):
         fw.Simulation(coarse, layers=[layer])
 

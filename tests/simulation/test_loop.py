@@ -327,7 +327,7 @@ class Creeping(Undriven):
     time_step = 0.02
 
     def __init__(self, face):
-        self.points, self.steps = face.points * face.unit, 0
+        self.points, self.steps = face.points_mm, 0
 
     def reset(self):
         self.steps = 0

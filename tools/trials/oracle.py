@@ -81,7 +81,7 @@ class Oracle:
     """
 
     def __init__(self, face: fw.Face) -> None:
-        self.face, self.rest, self.triangles = face, face.points * face.unit, face.triangles
+        self.face, self.rest, self.triangles = face, face.points_mm, face.triangles
         self.orientation = Orientation(self.rest, self.triangles)
         self.balls = [
             Ball(self.rest, self.triangles, eye.centre * face.unit, eye.radius * face.unit) for eye in face.eyes

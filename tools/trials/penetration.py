@@ -212,7 +212,7 @@ class Crowns:
     """
 
     def __init__(self, face: fw.Face, arch: Arch, samples: Samples) -> None:
-        self.jaw, rest = arch.jaw, face.points * face.unit
+        self.jaw, rest = arch.jaw, face.points_mm
         points = np.asarray(arch.points * face.unit)
         size = CROWN_SIDES * CROWN_RINGS + 1
         count = 2 * len(CROWN_WIDTHS[arch.jaw])

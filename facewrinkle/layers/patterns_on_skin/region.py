@@ -432,7 +432,7 @@ class RegionCompression:
         inside = laid.base_window
         if not inside.any():
             inside[laid.corners] = 1.0
-        points = face.points * face.unit
+        points = face.points_mm
         self._at = np.flatnonzero(inside)
         share = inside * vertex_areas(points, face.triangles)
         self._share, self._metric = share[self._at] / share.sum(), StrainField.of(face).metric[self._at]

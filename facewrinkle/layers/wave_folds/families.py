@@ -81,7 +81,7 @@ class FoldShapes:
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
-        strain = StrainField(face.points * face.unit, face.triangles)
+        strain = StrainField(face.points_mm, face.triangles)
         area = vertex_areas(face.points, face.triangles)
         basis = orthonormal_tangents(strain.metric, face.normals)
         found = [_compressions(strain, basis, shape) for shape in shapes]
@@ -124,7 +124,7 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
     ParameterError
         If a shape does not have the vertices of the face.
     """
-    strain, around = StrainField(face.points * face.unit, face.triangles), _around(face.triangles, len(face.points))
+    strain, around = StrainField(face.points_mm, face.triangles), _around(face.triangles, len(face.points))
     basis = orthonormal_tangents(strain.metric, face.normals)
     found = {}
     for name, positions in shapes.families.items():

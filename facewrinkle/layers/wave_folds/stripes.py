@@ -117,7 +117,7 @@ class Ground:
         self.triangles = forest.triangles
         self.row = np.where(zone, np.cumsum(zone) - 1, -1)
         self._at = used[forest.corners].astype(np.int32), forest.barycentric
-        self.points = self.at(face.points * face.unit)
+        self.points = self.at(face.points_mm)
 
     def at(self, values: Array) -> Array:
         """Return values (n0,) or (n0, d) of the base vertices, interpolated at the vertices."""

@@ -247,7 +247,7 @@ def edge_distance(face: Face) -> Array:
     >>> edge_distance(face)[at].round(1).tolist()
     [1.7, inf]
     """
-    points = face.points * face.unit / scale_of(face)
+    points = face.points_mm / scale_of(face)
     normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
     out = np.full(len(points), np.inf)
     for depth in PROBES:

@@ -43,7 +43,7 @@ def check(face, layers, strength):
         total = total + ours
     np.testing.assert_allclose(frame["W"], total, atol=1e-12)
     moved = np.asarray(frame.points, float)[:n] * face.unit
-    expected = face.points * face.unit + frame["W"][:n, None] * vertex_normals(face.points, face.triangles)
+    expected = face.points_mm + frame["W"][:n, None] * vertex_normals(face.points, face.triangles)
     np.testing.assert_allclose(moved, expected, atol=2e-5 * face.unit * np.abs(face.points).max())
     return frame
 
