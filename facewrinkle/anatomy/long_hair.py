@@ -1,4 +1,4 @@
-"""Long hair of the built-in head: a sheet that falls from a parting, streaked, with loose strands around it.
+"""Long hair of the built-in head: a sheet that falls from a parting in locks, with loose strands over it.
 
 Lengths are in mm. Hair is opaque, and a hair of the sheet is a row of its points: any program shows it as pictures do.
 """
@@ -17,48 +17,57 @@ from .parts import Part
 SEED = 5
 """All people have the same locks, in their own colors."""
 
-COLUMNS, STRANDS = 400, 160
+COLUMNS, STRANDS = 400, 300
 """Hairs that the sheet is made of, in order around the head, and loose ones."""
 
-KNOTS, STRAND_KNOTS = 14, 12
+KNOTS, STRAND_KNOTS = 18, 10
 """Points along each of them."""
 
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-STRAND = 0.3
-"""Half the width of loose strands."""
+STRAND, ASTRAY = 0.25, 3.0
+"""Half the width of loose strands, and the deviation of their tips to the side."""
+
+SWAY = 3.0
+"""How far hairs swing to the side on their way down."""
+
+LOCK, POINTED, BULGE = 6.0, 11.0, 5.0
+"""Hairs of a lock, and how far its middle hangs below its sides and stands out between them."""
+
+SIDES_DARKER, ROOTS_DARKER = 0.4, 0.45
+"""How much darker the sides of locks are, and the roots of hairs."""
 
 STEP, STEPS = 8.0, 38
 """Length and number of the pieces in which hair grows."""
 
-PARTING = np.array([[5.0, -9.0], [4.0, -105.0]])
+PARTING = np.array([[8.0, -4.0], [5.0, -105.0]])
 """Both ends of the parting: to the left of the middle, and forward from the hairline."""
 
 WHORL = (0.27, 0.73)
 """Shares of the way around the head at which its hairs begin to come from the rear end of the parting, and cease to."""
 
-BACKWARDS = 0.45
+BACKWARDS = 0.35
 """How much further back than straight to the side the foremost hair is combed."""
 
 COMBED, WEIGHT = 65.0, 0.8
 """Length over which hair keeps to the way it was combed, and weight in units of that."""
 
-LIFT, LOOSE, GROWTH = 8.0, 5.0, 0.02
-"""Height over the head: of the sheet, of the loosest strands above it, and what is added along their length."""
+LIFT, LOOSE, GROWTH = 8.0, 6.0, 0.02
+"""Height of the sheet over the head, of the loosest strands over the sheet, and what is added along their length."""
 
 ROUNDING, LEAST = 2.5, 6.0
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
 it; no hair is lower than the second.
 """
 
-CHEEK = 38.0
+CHEEK = 45.0
 """Hair slides over the face as far forward of the zygion as this, and over all that is above the brows."""
 
 TURNING, TURNED_IN = 0.55, 14.0
 """Share of its length from which hair turns in, and how far its tips do."""
 
-UNEVEN, HEM, SHORTEST = 3.0, 6.0, 0.55
+UNEVEN, HEM, SHORTEST = 4.0, 6.0, 0.55
 """Deviation of the height of the hem, its height over the chin at length 1, and the share of the way from the brows to
 there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
 """
@@ -123,34 +132,39 @@ def long_hair(head: Head, length: float) -> Part:
     [False, True]
     """
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
-    behind = (points[:, 1] > marks["gonion_l"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
+    behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
     hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
-    loose = np.repeat([0.0, 1.0], [COLUMNS, STRANDS])
-    even = np.append(_even(random, (COLUMNS,), 14.0), np.zeros(STRANDS))
-    uneven, above = random.normal(size=len(loose)), random.uniform(-LOOSE, LOOSE, len(loose))
-    share = np.append(np.linspace(0.0, 1.0, COLUMNS), random.uniform(0.03, 0.97, STRANDS))  # of the way around
+    even, uneven = _even(random, (COLUMNS,), 14.0), _even(random, (COLUMNS,), 2.0)
+    lock = np.abs(np.sin(np.cumsum(np.pi / LOCK * np.exp(0.7 * _even(random, (COLUMNS,), 3.0)))))
+    share = np.linspace(0.0, 1.0, COLUMNS)  # of the way around
     along = np.interp(share, [0.0, *WHORL, 1.0], [0.0, 1.0, 1.0, 0.0])
     front, back = PARTING + np.array([0.0, marks["trichion"][2]])
     roots = hull.top(front + along[:, None] * (back - front))
-    aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.08 * (even + loose * uneven)
-    comb = np.stack([np.sin(aside), np.zeros(len(aside)), -np.cos(aside)], axis=1)
+    aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
+    comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
     comb[:, 2] -= BACKWARDS * np.clip(roots[:, 2] / front[1], 0.0, 1.0)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
     down = SHORTEST + (1.0 - SHORTEST) * length
-    hem = brows + down * (chin - brows) + UNEVEN * (0.7 * even + (0.5 + 1.5 * loose) * uneven - loose)
-    lift = LIFT * (1.0 + 0.2 * even + 0.03 * uneven) + loose * above
-    lines, ends = _grown(hull, roots, comb, lift, hem)
-    turn = np.clip((np.arange(STEPS + 1) / ends[:, None] - TURNING) / (1.0 - TURNING), 0.0, 1.0)
-    lines -= TURNED_IN * turn[..., None] ** 2 * hull(lines)[1]
-    sheet = _sheet(random, hull, lines[:COLUMNS], ends[:COLUMNS])
-    strands = _strands(random, hull, lines[COLUMNS:], ends[COLUMNS:])
+    hem = brows + down * (chin - brows) + UNEVEN * (even + uneven) - POINTED * (lock**2 - 0.5)
+    lines, ends = _grown(hull, roots, comb, LIFT * (1.0 + 0.15 * even), hem)
+    grown = np.minimum(np.arange(STEPS + 1) / ends[:, None], 1.0)
+    turn = np.maximum(grown - TURNING, 0.0) / (1.0 - TURNING)
+    up = hull(lines)[1]
+    aside = unit(np.cross(np.gradient(lines, axis=1), up))
+    sway = SWAY * grown**1.5 * (np.sin(5.0 * grown + 2.0 * even[:, None]) + _even(random, (COLUMNS,), 6.0)[:, None])
+    lines += sway[..., None] * aside - (TURNED_IN * turn**2 + BULGE * (1.0 - lock[:, None]) * grown)[..., None] * up
+    sheet = _between(lines, ends[:, None] * np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER).swapaxes(0, 1)
+    over = (COLUMNS * random.beta(0.6, 0.6, STRANDS)).astype(int)
+    strands = _strands(random, hull, lines[over], ends[over])
     places = np.concatenate([sheet.reshape(-1, 3), strands.reshape(-1, 3)])
     height, normals = hull(places)
     places += np.maximum(LEAST - height, 0.0)[:, None] * normals
-    quads = np.vstack([_quads(1, COLUMNS, KNOTS), _quads(STRANDS, 2, STRAND_KNOTS) + COLUMNS * KNOTS])
+    quads = np.vstack([_quads(1, COLUMNS, KNOTS), _quads(STRANDS, 3, STRAND_KNOTS) + COLUMNS * KNOTS])
     mesh = to_polydata(places, np.vstack([quads[:, [0, 2, 1]], quads[:, [0, 3, 2]]]))
-    tints = _tints(random, COLUMNS, KNOTS).T, np.repeat(_tints(random, STRANDS, STRAND_KNOTS), 2)
-    colors = np.asarray(head.paint[0].hair) * np.concatenate([tint.ravel() for tint in tints])[:, None]
+    rooted = 1.0 - ROOTS_DARKER * np.maximum(1.0 - 5.0 * np.linspace(0.0, 1.0, KNOTS), 0.0)
+    tint = _tints(random, COLUMNS, KNOTS) * rooted * (1.0 - SIDES_DARKER * (1.0 - lock[:, None]))
+    tints = np.append(tint.T, np.repeat(_tints(random, STRANDS, STRAND_KNOTS), 3))
+    colors = np.asarray(head.paint[0].hair) * tints[:, None]
     mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
     return Part(mesh, follows="skull")
 
@@ -175,33 +189,27 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, lift: Array, hem: Array
     return grown, last + np.clip((above - hem) / (above - below), 0.0, 1.0)
 
 
-def _sheet(random: np.random.Generator, hull: RoundedHull, lines: Array, ends: Array) -> Array:
-    """Return the points (KNOTS, k, 3) of the sheet, which is wavy towards its hem."""
-    share = np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER
-    points = _between(lines, ends[:, None] * share).swapaxes(0, 1)
-    wave = gaussian_filter1d(_even(random, points.shape[:2], 5.0), 1.5, axis=0)
-    wave *= 2.5 * share[:, None] / wave.std()
-    return np.asarray(points + wave[..., None] * hull(points)[1])
-
-
 def _strands(random: np.random.Generator, hull: RoundedHull, lines: Array, ends: Array) -> Array:
-    """Return the points (k, STRAND_KNOTS, 2, 3) of ribbons, which begin somewhere on the way."""
+    """Return the points (k, STRAND_KNOTS, 3, 3) of ribbons, which begin somewhere on the way.
+
+    They are roofs: from the side, too, one sees how wide they are.
+    """
     share, shape = np.linspace(0.0, 1.0, STRAND_KNOTS), (len(lines), 1)
     begin = random.uniform(0.0, 0.5, shape)
-    points = _between(lines, ends[:, None] * (begin + (1.0 - begin) * share))
-    along = np.gradient(points, axis=1)
-    aside = unit(np.cross(along, hull(points)[1]))
-    half = STRAND * random.uniform(0.6, 1.4, shape) * (1.0 - np.abs(2.0 * share - 1.0) ** 4)
-    turn = random.normal(0.0, 0.5, shape)[..., None]
-    across = half[..., None] * (np.cos(turn) * aside + np.sin(turn) * unit(np.cross(aside, along)))
-    return np.stack([points + across, points - across], axis=2)
+    end = begin + (1.07 - begin) * np.sqrt(random.uniform(0.1, 1.0, shape))
+    points = _between(lines, ends[:, None] * (begin + (end - begin) * share))
+    up = hull(points)[1]
+    aside = unit(np.cross(np.gradient(points, axis=1), up))
+    loose = LOOSE * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(share)
+    points += (0.4 + loose)[..., None] * up + (random.normal(0.0, ASTRAY, shape) * share**2)[..., None] * aside
+    half = (STRAND * random.uniform(0.8, 1.2, shape) * (1.0 - 0.4 * share**2))[..., None]
+    return np.stack([points + half * aside, points + half * up, points - half * aside], axis=2)
 
 
 def _tints(random: np.random.Generator, hairs: int, knots: int) -> Array:
-    """Return factors (hairs, knots) of the color: hairs differ, are dark at the parting, and fair at the tips."""
-    share = np.linspace(0.0, 1.0, knots)
+    """Return factors (hairs, knots) of the color: hairs differ, and are fair at the tips."""
     streaks = 0.24 * random.normal(size=(hairs, 1)) + 0.15 * _even(random, (hairs, knots), 1.5)
-    return np.asarray(np.exp(streaks) * (0.55 + 0.45 * np.minimum(5.0 * share, 1.0)) * (1.0 + 0.2 * share**2))
+    return np.asarray(np.exp(streaks) * (1.0 + 0.2 * np.linspace(0.0, 1.0, knots) ** 2))
 
 
 def _even(random: np.random.Generator, shape: tuple[int, ...], reach: float) -> Array:
