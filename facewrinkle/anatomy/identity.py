@@ -79,6 +79,9 @@ CHILDREN = 0.1
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
 
+FIRST = 20
+"""So many parameters of random people are drawn before all others: parameters that come later change nobody's."""
+
 DISTINCT = 3.0
 """Exponent of the distribution of how far random people are feminine or masculine, and children childlike: few are in
 between.
@@ -157,6 +160,20 @@ class Identity:
     hair_length : float
         Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, and at 1 down to
         the chin.
+    nose_bridge : float
+        From a low, scooped bridge of the nose to a high one with a hump.
+    nose_tip : float
+        From an upturned tip of the nose to a drooping one.
+    nose_bulb : float
+        From a fine tip of the nose to a bulbous one.
+    upper_lip : float
+        From a thin upper lip above a full lower one to the opposite.
+    philtrum : float
+        From a short philtrum with a deep groove, above a marked bow of the lip, to a long, flat one.
+    cheekbones : float
+        From flat to prominent cheekbones.
+    ears : float
+        From small, close ears to large ones that stand out.
 
     Raises
     ------
@@ -189,6 +206,13 @@ class Identity:
     hair_density: float = 0.0
     iris: float = 0.0
     hair_length: float = 0.0
+    nose_bridge: float = 0.0
+    nose_tip: float = 0.0
+    nose_bulb: float = 0.0
+    upper_lip: float = 0.0
+    philtrum: float = 0.0
+    cheekbones: float = 0.0
+    ears: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -236,13 +260,18 @@ class Identity:
         if seed is not None:
             seed = check_whole("seed", seed, 0, 2**63)
         random = np.random.default_rng(seed)
+
+        def values_of(names: list[str]) -> dict[str, float]:
+            usual = random.normal(0.0, 0.5 * spread, len(names)).clip(-spread, spread)
+            even = random.uniform(-spread, spread, len(names))
+            return dict(zip(names, np.where(np.isin(names, EVEN), even, usual).tolist(), strict=True))
+
         names = [field.name for field in dataclasses.fields(cls)]
-        usual = random.normal(0.0, 0.5 * spread, len(names)).clip(-spread, spread)
-        even = random.uniform(-spread, spread, len(names))
-        drawn = dict(zip(names, np.where(np.isin(names, EVEN), even, usual).tolist(), strict=True))
+        drawn = values_of(names[:FIRST])
         sex, child = spread * random.power(DISTINCT, 2)
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
         drawn["child"] = float(child) if random.random() < CHILDREN else 0.0
+        drawn |= values_of(names[FIRST:])
         drawn["hair_length"] = float(np.clip(drawn["hair_length"] - drawn["sex"], -spread, spread))
         return cls(**drawn).plausible()
 

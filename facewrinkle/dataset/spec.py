@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 
 from ..anatomy.atlas import load_atlas
-from ..anatomy.identity import Identity
+from ..anatomy.identity import EVEN, Identity
 from ..errors import FaceWrinkleError, ParameterError, unknown_name
 from ..files import bytes_of, toml_of
 from ..schemas import Limits, Share, conforming, plain
@@ -45,6 +45,10 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "background": {"bottom": (0.0, 1.0), "top": (0.0, 1.0), "warmth": (-0.5, 0.5)},
 }  # fmt: skip
 """Numbers that are drawn, by table, and what is allowed of each."""
+
+EVENLY = {"uniform": [-0.9, 0.9]}
+USUALLY = {"normal": [0.0, 0.45], "within": [-0.9, 0.9]}
+"""Parameters of people that the default does not write, of all values alike or mostly near the mean."""
 
 MOST_FILES = 100_000
 """The most files and folders that a pattern may match."""
@@ -390,8 +394,10 @@ def _is_text(line: ast.AST) -> bool:
 
 
 def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is written, and from the default, which has all keys, what is not."""
+    """Return what is written, and from the default what is not; it has all keys but those of usual people."""
     whole = tomllib.loads(DEFAULT.read_text(encoding="utf-8"))
+    people = {name: EVENLY if name in EVEN else USUALLY for name in NUMBERS["identity"]}
+    whole["identity"] = people | whole["identity"]
     for key, value in written.items():
         if key not in whole:
             raise unknown_name("key of a specification", key, whole)

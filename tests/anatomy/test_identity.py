@@ -140,6 +140,10 @@ def test_no_basic_emotion_bares_the_white_below_the_iris(face: Face) -> None:
         ("eye_spacing", "eye_l_inner", "eye_r_inner", 0),
         ("lips", "upper_lip_mid", "lower_lip_mid", 1),
         ("cheeks", "malar_l", "eye_l_centre", 2),
+        ("nose_bridge", "sellion", "menton", 2),
+        ("nose_tip", "nose_tip", "sellion", 1),
+        ("cheekbones", "zygion_l", "zygion_r", 0),
+        ("philtrum", "subnasale", "upper_lip_mid", 1),
     ],
 )
 def test_parameters_do_what_they_say(name: str, first: str, second: str, axis: int) -> None:
@@ -149,6 +153,20 @@ def test_parameters_do_what_they_say(name: str, first: str, second: str, axis: i
     middle = gap(load_head(), first, second, axis) * (-1.0 if name == "chin" else 1.0)
     assert less < middle - 0.4
     assert middle + 0.4 < more
+
+
+def test_tips_of_noses_upper_lips_and_ears_grow() -> None:
+    places = load_head().points
+    tip = (places[:, 2] > 124.0) & (places[:, 1] > -4.0) & (places[:, 1] < 8.0)
+    ear = (places[:, 0] > 74.5) & (places[:, 2] > -22.0) & (places[:, 2] < 16.0) & (places[:, 1] > -10.0)
+    for name, where in (("nose_bulb", tip), ("ears", ear)):
+        sizes = [np.ptp(head_of(Identity(**{name: value})).points[where], axis=0) for value in (-1.0, 0.0, 1.0)]
+        assert np.diff(sizes, axis=0)[:, :2].min() > 0.3, name
+    shares = []
+    for value in (-1.0, 0.0, 1.0):
+        head = head_of(Identity(upper_lip=value))
+        shares.append(gap(head, "upper_lip_mid", "mouth_l", 1) / gap(head, "upper_lip_mid", "lower_lip_mid", 1))
+    assert np.diff(shares).min() > 0.05
 
 
 def test_age_draws_the_face_down_and_sex_makes_it_larger() -> None:

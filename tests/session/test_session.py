@@ -178,7 +178,7 @@ BAD = st.sampled_from(
         ("tears", {"t": {"start": [0.0, 0.0]}}), ("regions", {"ears": 1.0}), ("look", {"view": "behind"}),
         ("time", -1.0), ("patterns", {"p": {"kind": "beard", "center": [0, 0, 0], "size": 9, "depth": 1}}),
         ("timeline", {"keys": {"k": {"unit": "AU4", "weight": 1, "onset": 3, "apex": 2, "offset": 4, "end": 5}}}),
-        ("identity", {"jaw": 99.0}), ("identity", {"ears": 1.0}), ("landmarks", {"ear": [0.0, 0.0, 0.0]}),
+        ("identity", {"jaw": 99.0}), ("identity", {"knees": 1.0}), ("landmarks", {"ear": [0.0, 0.0, 0.0]}),
         ("probes", {"p": [np.nan, 0.0, 0.0]}), ("intensity", "much"), ("mixtures", {"b": {"AU99": 1.0}}),
         ("face", 3), ("nothing", 1.0),
     ]

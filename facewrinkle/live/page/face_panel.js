@@ -6,12 +6,15 @@ const PERSON = { // parameters of the built-in head: what each is called, and wh
   Person: { age: ["Age", "younger", "older"], sex: ["Sex", "feminine", "masculine"], child: ["Child", "mature", "a child's proportions"] },
   "Shape of the head": {
     width: ["Width", "narrow", "wide"], length: ["Length", "short", "long"], jaw: ["Jaw", "narrow", "square"], chin: ["Chin", "receding", "strong"],
-    cheeks: ["Cheeks", "hollow", "full"],
+    cheeks: ["Cheeks", "hollow", "full"], cheekbones: ["Cheekbones", "flat", "prominent"], ears: ["Ears", "small and close", "large, standing out"],
   },
   "Shape of eyes, nose and mouth": {
     brow: ["Brow ridge", "flat", "heavy"], eye_spacing: ["Eye spacing", "close", "wide-set"],
     eye_fold: ["Eyelid fold", "a deep crease", "none, with a fold over the inner corner"], nose_length: ["Nose length", "short", "long"],
-    nose_width: ["Nose width", "narrow", "broad"], mouth: ["Mouth width", "narrow", "wide"], lips: ["Lips", "thin", "full"],
+    nose_width: ["Nose width", "narrow", "broad"], nose_bridge: ["Bridge of the nose", "low and scooped", "high, with a hump"],
+    nose_tip: ["Tip of the nose", "upturned", "drooping"], nose_bulb: ["Breadth of the tip", "fine", "bulbous"],
+    mouth: ["Mouth width", "narrow", "wide"], lips: ["Lips", "thin", "full"],
+    upper_lip: ["Upper lip", "thinner than the lower", "fuller than the lower"], philtrum: ["Philtrum", "short and deep", "long and flat"],
   },
   Colors: {
     skin: ["Skin color", "fair", "dark"], iris: ["Eye color", "blue over gray", "dark brown"], hair: ["Hair color", "fair", "black"],
