@@ -121,6 +121,7 @@ def with_examples():
 EXAMPLES = with_examples()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_examples_change_nothing_that_they_give(name, monkeypatch):
     thing, owner = EXAMPLES[name]

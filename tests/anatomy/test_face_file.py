@@ -247,6 +247,7 @@ def frames(face, fingerprint):
     return [fingerprint(frame) for frame in sim.run(5)]
 
 
+@pytest.mark.slow
 def test_a_face_that_is_read_knows_its_folds(coarse, tmp_path, fingerprint, monkeypatch):
     path = tmp_path / "coarse.face"
     assert known_folds(fw.read_face(fw.write_face(dataclasses.replace(coarse), path))).shapes == {}

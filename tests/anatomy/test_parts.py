@@ -221,6 +221,7 @@ def test_gums_and_tongues_reach_far_back_and_a_fringe_hangs_down(face, radii, wh
     assert [part.removeprefix("lower_").removeprefix("upper_") for part in fitted.parts] == [name]
 
 
+@pytest.mark.slow
 def test_shells_over_the_eyes_and_lashes_do_not_move_their_corners(face):
     """Wet lines, occlusion shells and lashes cover the corners, and close the openings as the template's are closed."""
     pieces = []

@@ -289,6 +289,7 @@ def test_a_turning_head_wrinkles_as_a_still_one(clip, wrinkled):
     np.testing.assert_allclose(frame.points, moved, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_clip_reads_as_action_units(clip):
     assert clip.recorded.action_units(0.0) == {}
     smile = clip.recorded.action_units(0.75)

@@ -149,6 +149,7 @@ def tip_before_incisors(face, frame, tongue):
     return ((np.asarray(tongue.points) - edge) @ ahead).max() / face.frame.scale
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
 def test_a_tongue_comes_out_over_the_lip_between_the_teeth(any_face):
     """Nothing passes through anything, on the whole way out and back; people reach 20 to 30 mm beyond their teeth

@@ -102,6 +102,7 @@ def test_express_draws_waves_of_a_seed(tmp_path, monkeypatch):
     assert (waves.style.seed, waves.age, waves.depth) == (5, 0.5, 2.0)
 
 
+@pytest.mark.slow
 def test_express_on_another_mesh(tmp_path, run):
     head = fw.default_face()
     head.mesh.scale(0.001).save(tmp_path / "head.vtp")
@@ -192,6 +193,7 @@ def test_the_readme_shows_what_is_drawn_today(folds, tmp_path):
     assert abs(shown - bare)[side + 4 : 2 * side + 4].mean() > 0.5
 
 
+@pytest.mark.slow
 def test_an_expression_becomes_a_session_which_is_shown(tmp_path):
     """The picture is that of the session, in the view that the command asks for."""
     path, few = tmp_path / "mine.json", ["--size", "64", "--no-movie", "--quiet"]

@@ -89,6 +89,7 @@ def test_a_cycle_runs_through_t(tmp_path):
     np.testing.assert_allclose(w[10] / strength[1], -w[6] / strength[0], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_t_and_the_share_of_valid_vertices(tmp_path):
     options = ["--t", "2", "--valid-share", "0.5", "--series", "--quiet", "--out", str(tmp_path)]
     assert main(["pattern", "forehead", *FEW, *options]) == 0
@@ -99,6 +100,7 @@ def test_t_and_the_share_of_valid_vertices(tmp_path):
     np.testing.assert_allclose(found["W"][:n], expected["W"][:n], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_expression_brings_it_out(tmp_path):
     arguments = [
         "pattern",

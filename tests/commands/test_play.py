@@ -34,6 +34,7 @@ def clip(face, played, tmp_path_factory):
     return folder / "brows.glb", folder / "brows.json"
 
 
+@pytest.mark.slow
 def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     options = ["--out", str(tmp_path), "--series", "--moments", "2", *SMALL]
@@ -62,6 +63,7 @@ def test_play_writes_pictures_a_movie_and_a_series(clip, tmp_path, run):
             np.testing.assert_allclose(frame.points[: rest.n_points], rest.points, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_head_that_only_goes_along_is_told(face, tmp_path, run):
     frames = [face.mesh.translate((shift, 0.0, 0.0)) for shift in (0.0, 5.0, 10.0)]
     file = fw.export.write_series(frames, [0.0, 0.1, 0.2], tmp_path / "away.vtkhdf")
@@ -72,6 +74,7 @@ def test_a_head_that_only_goes_along_is_told(face, tmp_path, run):
     assert "(0.00 mm)" in out
 
 
+@pytest.mark.slow
 def test_play_options(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     options = ["--speed", "0.5", "--fps", "10", "--no-movie", "--depth", "0", "--view", "forehead", "--moments", "1"]
@@ -116,6 +119,7 @@ def test_bad_input_is_one_line_and_nothing_is_written(clip, options, message, tm
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_shapes_in_place_of_an_animation(clip, tmp_path, run):
     file, landmarks = map(str, clip)
     play = ["play", file, "--landmarks", landmarks, "--out", str(tmp_path), *SMALL, "--fps", "4"]
@@ -126,6 +130,7 @@ def test_shapes_in_place_of_an_animation(clip, tmp_path, run):
     assert "animations 0" in told
 
 
+@pytest.mark.slow
 def test_a_take_of_a_phone_on_a_face(tmp_path, run):
     take = tmp_path / "take.csv"
     take.write_text("time,browInnerUp,tongueOut,HeadYaw,HeadPitch,HeadRoll\n0,0,0,0,0,0\n0.2,0.6,0,0.2,0,0\n")

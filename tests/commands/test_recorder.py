@@ -70,6 +70,7 @@ def test_without_movie_and_series_frames_are_watched_only(clip, tmp_path, monkey
     ]
 
 
+@pytest.mark.slow
 def test_a_scene_that_has_drawn_other_frames_draws_the_same(face, played):
     frames = [face.mesh, played("paper_surprise").top, face.mesh]
     styles = [Style((48, 48), view) for view in ("front", "forehead")]

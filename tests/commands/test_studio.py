@@ -83,6 +83,7 @@ def test_a_change_just_before_a_signal_is_in_the_session(tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == ["session.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "expected"),
     [

@@ -71,6 +71,7 @@ def test_a_person_is_always_the_same():
     assert all(person_of(spec, k).identity["hair"] >= person_of(spec, k).identity["skin"] for k in range(50))
 
 
+@pytest.mark.slow
 def test_skin_tones_are_even():
     people = [person_of(Spec.of(), k) for k in range(2000)]
     tones = Counter(person.monk for person in people)

@@ -128,6 +128,7 @@ def test_a_scan_does_not_become_another_person(face):
     assert document.session == START
 
 
+@pytest.mark.slow
 def test_what_is_wished_during_the_last_step_is_not_lost(face, monkeypatch):
     """As when a phone falls silent at the very moment at which the face comes to rest."""
     step, last = Player.step, []

@@ -86,6 +86,7 @@ def test_a_crease_becomes_deeper_in_the_other_kinds(face):
         assert heights(deeper, folds=folds)[furrow] < 1.5 * heights(face, folds=folds)[furrow] < 0.0
 
 
+@pytest.mark.slow
 def test_waves_say_that_they_take_nothing_from_a_muscle(face):
     finer = changed(face, "frontalis_inner_l", count=7)
     with pytest.warns(FaceWrinkleWarning, match="frontalis_inner_l were changed, and its lines are drawn as waves"):
@@ -223,6 +224,7 @@ def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
     assert not any(np.allclose(other[:5], ours[:5], atol=0.1) for other in others)
 
 
+@pytest.mark.slow
 def test_lines_of_a_fine_mesh_are_those_of_its_simulated_skin_and_run_on_over_its_edges(face):
     """Phases at the ends of an edge differ by what the wave there turns along it, and spacing is that of the head."""
     mesh = face.mesh.subdivide(1, "loop")
