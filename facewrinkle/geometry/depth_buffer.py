@@ -126,6 +126,9 @@ RAISED, FADE = 1.3, 2.0
 """How far places are raised, along their normals and towards a lamp, before it is asked what hides them; depth of
 what hides a ray only in part. Both in widths of a ray."""
 
+GRAZING = 0.25
+"""Cosine with the direction of a lamp below which a surface counts as no steeper: it does not hide the lamp itself."""
+
 
 class Lamp:
     """A lamp afar, and a mesh that hides it.
@@ -171,12 +174,14 @@ class Lamp:
             Points count as hidden whose normals have no larger cosine with the direction.
         """
         step = self._step
-        asked = normals @ self._axes[2] > least
+        local = normals @ self._axes.T
+        asked = local[:, 2] > least
         place = (points[asked] + RAISED * step * normals[asked]) @ self._axes.T
         place[:, :2] = (place[:, :2] - self._low) / step
         place[:, 2] += RAISED * step
+        rise = -step * local[asked, :2] / np.maximum(local[asked, 2:], GRAZING)
         out, found = np.ones(len(points)), np.empty(len(place))
-        _hidden(place, soft / step * on_disk(rays), self._depth, FADE * step, found)
+        _hidden(place, rise, soft / step * on_disk(rays), self._depth, FADE * step, found)
         out[asked] = found
         return out
 
@@ -219,10 +224,10 @@ def openness(points: Array, normals: Array, mesh: tuple[Array, IntArray], *, ste
 
 
 @compiled
-def _hidden(places, rays, depth, fade, out):
+def _hidden(places, rise, rays, depth, fade, out):
     """Share of rays (k, 2), offsets in nodes, on which places (n, 3), [column, row, z], lie below a depth buffer.
 
-    It grows over `fade` of z.
+    It grows over `fade` of z. Rays start on the level to which the surface itself has risen (n, 2), in z by the node.
     """
     rows, columns = depth.shape
     for i in range(len(places)):
@@ -230,6 +235,7 @@ def _hidden(places, rays, depth, fade, out):
         for k in range(len(rays)):
             column, row = int(places[i, 0] + rays[k, 0] + 0.5), int(places[i, 1] + rays[k, 1] + 0.5)
             if 0 <= column < columns and 0 <= row < rows:
-                t = min(max((depth[row, column] - places[i, 2]) / fade, 0.0), 1.0)
+                level = places[i, 2] + max(rise[i, 0] * rays[k, 0] + rise[i, 1] * rays[k, 1], 0.0)
+                t = min(max((depth[row, column] - level) / fade, 0.0), 1.0)
                 total += t * t * (3.0 - 2.0 * t)
         out[i] = total / len(rays)

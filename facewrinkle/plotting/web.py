@@ -15,7 +15,7 @@ from ..anatomy import MEAN_PUPIL_DISTANCE, Face
 from ..appearance.fibers import BENEATH, CONTRACTED, OPACITY, RELAXED
 from ..appearance.flush import ABSORBANCE, MOST
 from ..appearance.smooth_skin import BEND
-from ..geometry.depth_buffer import FADE, RAISED, on_disk
+from ..geometry.depth_buffer import FADE, GRAZING, RAISED, on_disk
 from ..geometry.smooth_split import LARGEST, ROUNDS
 from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP
 from .scene import BACKGROUND
@@ -68,6 +68,7 @@ def _materials() -> str:
             "rays": on_disk(RAYS).tolist(),
             "raised": RAISED,
             "fade": FADE,
+            "grazing": GRAZING,
             "least": LEAST,
             "in_shade": IN_SHADE,
             "texels": TEXELS,

@@ -85,8 +85,9 @@ def test_nothing_hides_a_lamp_from_a_ball_on_its_side():
     towards = np.array([0.3, 0.2, 1.0])
     lamp = Lamp((points, np.asarray(mesh.regular_faces)), towards, 0.5)
     facing = points @ towards / 10.0 / np.linalg.norm(towards)
+    for soft in (1.0, 3.0):
+        assert lamp.hidden(points, points / 10.0, soft=soft, rays=16)[facing > 0.0].max() == 0.0
     hidden = lamp.hidden(points, points / 10.0, soft=1.0, rays=16)
-    assert hidden[facing > 0.5].max() == 0.0
     assert hidden[facing < -0.6].min() > 0.99
     assert (lamp.hidden(points, points / 10.0, soft=1.0, rays=16, least=0.5)[facing < 0.49] == 1.0).all()
 

@@ -39,7 +39,9 @@ float key_light(vec3 place, vec3 normal) {
   vec3 at = before_lamp(place + float(${KEY.raised}) * ray * (out_of + lamp[2]));
   vec2 spot = float(${KEY.texels / 2}) * (1.0 + at.xy);
   float far = 0.5 - 0.5 * at.z, wide = float(${KEY.texels / 2}) * border / ball.w;
-  float sum = ${KEY.rays.map(([x, y]) => `hidden(spot + wide * vec2(${x}, ${y}), far)`).join(" + ")};
+  vec3 facing = out_of * lamp;
+  vec2 rise = -0.5 * border / ball.w * facing.xy / max(facing.z, float(${KEY.grazing}));
+  float sum = ${KEY.rays.map(([x, y]) => `hidden(spot + wide * vec2(${x}, ${y}), far - max(dot(rise, vec2(${x}, ${y})), 0.0))`).join(" + ")};
   return 1.0 - sum / ${KEY.rays.length}.0;
 }
 `;
