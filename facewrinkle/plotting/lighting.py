@@ -13,7 +13,7 @@ from ..appearance.smooth_skin import on_base, open_to
 from ..array_types import Array
 from ..geometry import Lamp, interpolated, smoothstep
 
-STEP, SOFT, RAYS = 1.0, 6.5, 24
+STEP, SOFT, RAYS = 1.0, 10.0, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
 DULL = 0.8

@@ -115,7 +115,7 @@ Lamp = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 LIGHTS: tuple[Lamp, ...] = (
     ((-0.75, 0.75, 0.7), (1.0, 0.94, 0.86), 1.12),
-    ((0.75, -0.05, 0.8), (0.97, 0.96, 1.0), 0.3),
+    ((0.75, -0.05, 0.8), (1.0, 0.96, 0.95), 0.3),
     ((0.75, 0.35, -0.6), (1.0, 0.97, 0.92), 0.75),
 )
 """A warm key light, a white fill light and a rim light: direction [right, up, towards the camera], color, intensity."""
