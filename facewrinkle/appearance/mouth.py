@@ -27,7 +27,7 @@ third, in distances between the pupils: the flesh around reflects red.
 
 TONGUE_COLOR = (176, 92, 88)
 
-POCKET_COLORS = np.array([[84, 34, 31], [58, 22, 20], [26, 9, 9], [12, 4, 5]])
+POCKET_COLORS = np.array([[116, 52, 48], [72, 29, 27], [30, 11, 11], [12, 4, 5]])
 """Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
 
 FROM_ABOVE = 0.25
@@ -153,8 +153,8 @@ class Mouth:
         return to_polydata(points, triangles, {"Normals": vertex_normals(points, triangles), "paint": shaded})
 
     def _facing(self, normals: Array) -> Array:
-        """Share (n, 1) of the light that comes in between the lips: little on sides that face the tongue."""
-        return 0.25 + 0.75 * smoothstep((normals @ self._axes[2] + 0.5) / 1.0)[:, None]
+        """Share (n, 1) of the light that comes in between the lips: less on sides that face the tongue."""
+        return 0.75 + 0.25 * smoothstep((normals @ self._axes[2] + 0.5) / 1.0)[:, None]
 
     @property
     def opens(self) -> bool:

@@ -144,7 +144,7 @@ class VisibleParts:
         open_ones = np.vstack([self._visible.across(frame, triangles), np.asarray(drawn)[~lined]])
         kind = np.uint16 if len(self.origin) <= LARGEST else np.uint32
         return {
-            "reached": in_bytes(light_at_rest(self.face, frame)[self.origin]),
+            "reached": light_at_rest(self.face, frame)[self.origin],
             "index": open_ones.astype(kind),
             "lined": np.asarray(drawn)[lined].astype(kind),
             "color" if texture is None else "texture": own,

@@ -9,15 +9,20 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face, hair_cover, per_face
 from ..appearance.seen import Seen
+from ..appearance.skin_paint import lips
 from ..appearance.smooth_skin import on_base, open_to
 from ..array_types import Array
 from ..geometry import Lamp, interpolated, smoothstep
+from ..mesh.arrays import in_bytes
 
 STEP, SOFT, RAYS = 1.0, 10.0, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
 DULL = 0.8
 """Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
+
+WET = 2.4
+"""Gloss of lips relative to that of skin."""
 
 BELOW_CHIN, FADE = 25.0, 50.0
 """The bust ends below the chin by more than the first; there it fades over the second, mm on a face of average size."""
@@ -50,8 +55,8 @@ class KeyLight:
     def on_skin(self) -> npt.NDArray[np.float32]:
         """Return what the shader needs of each vertex of the smooth skin (n, 4).
 
-        These are its openness, the share of the key light that it gets, that of gloss which hair leaves to it, and how
-        far it is from the end of the bust, where the picture fades: from 0 to 1.
+        These are its openness, the share of the key light that it gets, its gloss relative to that of bare skin, and
+        how far it is from the end of the bust, where the picture fades: from 0 to 1.
         """
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
@@ -70,25 +75,27 @@ class KeyLight:
         return self._lamp.hidden(points, normals, soft=SOFT * self._scale, rays=RAYS, least=LEAST)
 
 
-def light_at_rest(face: Face, skin: pv.PolyData) -> Array:
-    """What the shader needs of each vertex (n, 4) of a frame, or of a mesh at rest whose first vertices are the face's,
-    as if the face were at rest, without shadows; see :meth:`KeyLight.on_skin`.
+def light_at_rest(face: Face, skin: pv.PolyData) -> npt.NDArray[np.uint8]:
+    """What the shader of a page needs of each vertex (n, 4) of a frame, or of a mesh at rest whose first vertices are
+    the face's, as if the face were at rest, without shadows; see :meth:`KeyLight.on_skin`. Here gloss is relative to
+    that of lips.
     """
     base = per_face(face, "light at rest", None, lambda: _light_at_rest(face))
-    return np.concatenate([base, interpolated(base, *on_base(face, skin))])
+    return in_bytes(np.concatenate([base, interpolated(base, *on_base(face, skin))]))
 
 
 def _light_at_rest(face: Face) -> Array:
     bare, far = _bust(face)
-    return np.column_stack([open_to(face, face.points), np.ones(len(far)), bare, smoothstep(far)])
+    return np.column_stack([open_to(face, face.points), np.ones(len(far)), bare / WET, smoothstep(far)])
 
 
 def _bust(face: Face) -> tuple[Array, Array]:
-    """Share (n0,) of gloss that hair leaves, and distances (n0,) from the end of the neck, 1 where all is seen."""
+    """Gloss (n0,), of bare skin 1, and distances (n0,) from the end of the neck, 1 where all is seen."""
     bare, far, scale = np.ones(len(face.points)), np.ones(len(face.points)), face.frame.scale
     if not face.landmarks:
         return bare, far
     bare -= DULL * smoothstep(hair_cover(face.points, face.landmarks, face.frame) / 8.0)
+    bare += (WET - 1.0) * lips(face.points, face.landmarks, face.frame)
     neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]

@@ -17,7 +17,7 @@ from ..appearance.flush import ABSORBANCE, MOST
 from ..appearance.smooth_skin import BEND
 from ..geometry.depth_buffer import FADE, GRAZING, RAISED, on_disk
 from ..geometry.smooth_split import LARGEST, ROUNDS
-from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP
+from .lighting import IN_SHADE, LEAST, RAYS, SOFT, STEP, WET
 from .scene import BACKGROUND
 from .shaders import EYE_MATERIAL, SKIN_MATERIAL, TEETH_MATERIAL
 from .views import LIGHTS, VIEW_ANGLE, VIEWS
@@ -71,6 +71,7 @@ def _materials() -> str:
             "grazing": GRAZING,
             "least": LEAST,
             "in_shade": IN_SHADE,
+            "wet": WET,
             "texels": TEXELS,
         },
         "FIBERS": {"relaxed": [*RELAXED], "contracted": [*CONTRACTED], "opacity": OPACITY, "beneath": BENEATH},

@@ -21,7 +21,6 @@ from ..export.model import Model, png_of
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
 from ..files import output_file, write_whole, written
-from ..mesh.arrays import in_bytes
 from ..plotting.lighting import light_at_rest
 from ..plotting.web import bundled, cameras_of, web_files
 from .linear_rig import Rig
@@ -138,7 +137,7 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
     path = output_file(path, (".html",))
     data = web_files(files(__package__) / "data")
     content: dict[str, Any] = {"model": _text(gzip.compress(rig_bytes(rig, binary=True), mtime=0))}
-    content |= {"camera": cameras_of(rig.face), "light": _text(in_bytes(light_at_rest(rig.face, rig.mesh)).tobytes())}
+    content |= {"camera": cameras_of(rig.face), "light": _text(light_at_rest(rig.face, rig.mesh).tobytes())}
     if layers is not None:
         images = [tiled(list(layers.masks.values())), *layers.normals]
         content["maps"] = {"facts": facts_of(layers, ""), "pictures": [_text(png_of(image)) for image in images]}

@@ -58,12 +58,6 @@ WHORL, MIDDLE = np.array([8.0, 115.0, -62.0]), np.array([0.0, 50.0, 0.0])
 FRONT = 50.0
 """Brows and folds of the lids are painted before this plane, mm."""
 
-LIPS = (("mouth_ring1", "mouth_ring2"), ("mouth_ring2", "mouth_ring3"))
-"""Pairs of rings of the cage between which the red of the lips lies."""
-
-PARTED = 0.8
-"""Openness inside the lips. Closed ones would leave none, and keep their lining black wherever they part."""
-
 SHADE = np.array([0.42, 0.30, 0.26])
 """Share of the color that is left where no light comes in: light that bounces between skin is red."""
 
@@ -99,25 +93,29 @@ class HeadPainter:
         rings = [
             np.column_stack([self._cover(*ring[:2], *ring[3:]) for ring in self.data["paint"]["rings"]]),
             self._on_ears.astype(np.float64),
-            np.maximum(*(self._cover(*pair, 0.0, 1.0, 0.2, 99) for pair in LIPS)),
+            self._cover("mouth_ring1", "mouth_ring2", 0.0, 1.0, 0.2, 99)
+            + self._cover("mouth_ring2", "mouth_ring3", 1.0, 1.0, 1.0, 99),
         ]
         return Chart(self.plane, self.triangles, np.column_stack([self.points, self._openness(), *rings]))
 
     def _cover(self, first: str, second: str, outer: float, inner: float, reach: float, last: int) -> Array:
-        """Strength (n,) of a ring's color: goes from `outer` to `inner` over the first share `reach` of the way."""
+        """Strength (n,) of a ring's color: goes from `outer` to `inner` over the first share `reach` of the way.
+
+        The first ring itself belongs to what lies before it: two colors would add up to a line there.
+        """
         inside, share = self.between(first, second, last)
-        return np.where(inside, outer + (inner - outer) * smoothstep(share / reach), 0.0)
+        return np.where(inside & (share > 0.0), outer + (inner - outer) * smoothstep(share / reach), 0.0)
 
     def _openness(self) -> Array:
-        """Share (n,) of the sky that the points see past the head and the eyeballs; inside the lips, of parted ones."""
+        """Share (n,) of the light that reaches folds of the ears: no triangle shows them.
+
+        All else that keeps light out moves, and is looked for when a picture is drawn; painted, it would count twice.
+        """
         normals = vertex_normals(self.points, self.triangles)
-        ball = np.array(self.data["eye"]["centre"]) + self.data["eye"]["radius"] * _sphere(2000)
-        cloud = np.vstack([self.points, self.points[self.triangles].mean(axis=1), ball])
-        sky = openness(self.points, normals, np.vstack([cloud, cloud * [-1.0, 1.0, 1.0]]))
-        sky = averaged(sky, self.triangles, 3) * self._ear_folds(normals)
-        meeting = self._cover("mouth_ring2", "mouth_ring3", 0.0, 1.0, 1.0, 99)
-        inside = np.maximum(meeting, self._cover("mouth_ring3", "mouth_ring4", 1.0, 1.0, 1.0, 99))
-        return sky + inside * (PARTED - sky)
+        cloud = np.vstack([self.points, self.points[self.triangles].mean(axis=1)])
+        sky = averaged(openness(self.points, normals, cloud), self.triangles, 3) * self._ear_folds(normals)
+        ear = averaged(self._on_ears.astype(np.float64), self.triangles, 3)
+        return 1.0 + ear * (sky - 1.0)
 
     @cached_property
     def _on_ears(self) -> BoolArray:

@@ -106,7 +106,7 @@ in vec3 position;
 in vec4 small_normal;
 in vec3 color;
 in vec2 texture_place;
-in vec4 reach; // shares of light: from all sides, of the key light, of gloss; and how much of the place is drawn
+in vec4 reach; // shares of light: from all sides, of the key light, of the gloss of lips; and how much of the place is drawn
 in float value, blood, lit;
 uniform bool textured;
 out vec3 place, normal, tint;
@@ -121,7 +121,7 @@ void main() {
   vec3 flush = exp(-blood * ${vec(BLOOD)});
   tint = (textured ? vec3(1.0) : color) * (1.0 - small_normal.w * vec3(0.75, 1.0, 1.0)) * flush / max(max(flush.r, flush.g), max(flush.b, 1.0));
   texture_at = vec2(texture_place.x, 1.0 - texture_place.y);
-  reached = reach * vec4(1.0, lit, 1.0, 1.0);
+  reached = reach * vec4(1.0, lit, ${KEY.wet}, 1.0);
   shown = value;
   label = value;
   gl_Position = projection * at;
