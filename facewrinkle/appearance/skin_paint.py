@@ -52,7 +52,7 @@ SHAVED = 0.10
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
-LIP_COLOR = (178.0, 104.0, 96.0)
+LIP_COLOR = (172.0, 96.0, 88.0)
 
 CAVITY_COLORS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
 """Colors in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
@@ -63,7 +63,7 @@ NOSTRIL_RATE, NOSTRIL_RIM = 2.2, 1.3
 NOSTRIL_TILT = 40.0
 """Depth in nostrils is measured as seen from this far below, degrees: from the front, wings and sill hide it."""
 
-HIDDEN_DEPTH = 20.0
+HIDDEN_DEPTH = 11.0
 """Lining that cannot be seen from the front has the color of this depth."""
 
 LID, FLESH, DEEP_FLESH = (
