@@ -10,6 +10,7 @@ import numpy as np
 
 from ..anatomy import Face
 from ..array_types import Array
+from ..errors import ParameterError
 from ..geometry import Change, EdgeWeights, anisotropy, vertex_rings
 from .base import Displacement, Layer, SurfacePoints, SurfaceState
 from .compression import StrainField
@@ -24,8 +25,9 @@ class PrintedWrinkles(Layer):
     -----
     Two sentences of the paper contradict each other. Section 4.3 saves H At "averaged by the number of iterations", and
     each of these applies it times A: heights add up, and stay when the muscle lets go. Section 3.2.2 has that "wrinkles
-    disappear unless the skin surface is compressed". Here, each time step applies H At times the change of k0 A
-    since the last one. All steps together make Eq. 3, whatever their number, and what relaxes is smooth again.
+    disappear unless the skin surface is compressed". Here H At is saved for each vertex, and each time step multiplies
+    it by k0 A as they are now: the same as adding H At times the change of k0 A in each. Heights are those of Eq. 3,
+    whatever the number of steps, and what relaxes is smooth again.
 
     The paper weights edges by ``cos(theta)`` (Eq. 9), whose sum over the edges around a vertex is 0 where they are
     symmetric; here it is ``|cos(theta)|``. All else is as printed, if the muscles have ``ends="paper"``,
@@ -64,6 +66,11 @@ class PrintedWrinkles(Layer):
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
         folds, n = self._folds, len(state.bare)
+        if len(state.rates) != len(self._muscles):
+            raise ParameterError(
+                "wrinkles as printed are as deep as muscles are contracted, and nothing contracts them here: a motion "
+                "that no muscle drives moves the surface. Use MuscleWrinkles, which reads the compression of the skin."
+            )
         self._epsilon = self._compression(state)
         k0 = self._depth * state.rates  # in proportion to the contraction rate (Section 5)
         self._rates, self._heights = state.rates, k0[folds.muscle] * folds.height * anisotropy(self._epsilon)

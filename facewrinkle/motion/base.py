@@ -190,7 +190,8 @@ class Undriven:
         if rates:
             raise ParameterError(
                 f"this surface is moved by {type_of(self)}, and no muscle of it can be contracted; asked for "
-                f"were {', '.join(map(str, rates))}. Leave motion out to have the muscles of a face move its skin."
+                f"were {', '.join(map(str, rates))}. Muscles move the skin of a face, one with landmarks (fit_face), "
+                "where motion is left out."
             )
         return np.empty(0)
 

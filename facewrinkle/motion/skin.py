@@ -20,7 +20,15 @@ from scipy.sparse import csr_array, diags_array
 
 from ..anatomy import Face, Muscle, SphincterMuscle, per_face, within
 from ..array_types import Array, IntArray
-from ..errors import ParameterError, check_positive, check_range, check_type, check_whole, unknown_name
+from ..errors import (
+    LandmarkError,
+    ParameterError,
+    check_positive,
+    check_range,
+    check_type,
+    check_whole,
+    unknown_name,
+)
 from ..geometry import cotangent_laplacian, double_areas, graph_laplacian, triangle_normals, unique_edges, vertex_areas
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
@@ -122,6 +130,11 @@ class Skin:
         A face with more than 1.5 times as many vertices is simulated on a coarser mesh of about this many, which its
         own vertices follow smoothly. None: every vertex is simulated, however many there are.
 
+    Raises
+    ------
+    LandmarkError
+        For a surface without landmarks.
+
     Attributes
     ----------
     points : ndarray, shape (n, 3)
@@ -168,6 +181,11 @@ class Skin:
     ) -> None:
         check_type("face", face, Face)
         check_type("material", material, SkinMaterial, optional=True)
+        if not face.landmarks:
+            raise LandmarkError(
+                "a Skin is held by bone, lids and lips, which are placed by landmarks, and this surface has none. Use "
+                "fit_face(mesh), or move the surface by a Recorded or a motion of your own (facewrinkle.Motion)."
+            )
         self.time_step = check_positive("time_step", time_step, "It is in seconds.")
         iterations = check_whole("iterations", iterations, 1, 1e9)
         m = self.material = material or SkinMaterial()

@@ -21,7 +21,7 @@ from expressions import after
 from flat_layers import Flat
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError
+from facewrinkle.errors import FaceWrinkleWarning, LandmarkError, MeshError, ParameterError, UnknownNameError
 from facewrinkle.motion.base import Still, Undriven
 
 
@@ -185,11 +185,20 @@ HALF = types.SimpleNamespace(names=(), rates=np.empty(0), points=np.empty(0), ti
         (lambda face, _: fw.Simulation(face, motion=fw.Skin(only(face, "mentalis_l"))), "all 48 muscles"),
         (lambda face, _: fw.Simulation(face, motion=Still(face)).express("AU1"), "moved by a Still.*frontalis"),
         (lambda face, _: fw.Simulation(face, motion=Still(face)).skin, "no skin.*Still"),
+        (lambda face, _: fw.Simulation(face, folds="printed", motion=Still(face)).step(), "Use MuscleWrinkles"),
     ],
 )
 def test_motions_that_do_not_fit_are_refused(face, cloth, make, said):
     with pytest.raises(ParameterError, match=said):
         make(face, fw.surface(cloth))
+
+
+def test_muscles_pull_no_surface_without_landmarks(cloth):
+    pulled = fw.surface(cloth).with_muscles({"pull": fw.LinearMuscle((0, 0, -1), (0, 1, 0), 0.5, 2.0)})
+    with pytest.raises(LandmarkError, match="a Skin is held by bone.*fit_face"):
+        fw.Skin(pulled)
+    with pytest.raises(ParameterError, match="one with landmarks"):
+        fw.Simulation(pulled).contract({"pull": 1.0})
 
 
 def test_a_motion_may_have_the_time_step_that_is_asked_for_and_be_told_to_rest(face):
