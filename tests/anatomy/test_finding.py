@@ -451,6 +451,7 @@ THINGS = {
     "lump": _lump,
     "half a face": _half,
     "back of a head": _back,
+    "flat sheet": lambda _: pv.Plane(i_size=80.0, j_size=80.0, i_resolution=40, j_resolution=40),
 }
 
 

@@ -144,6 +144,8 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
         if profile[row] > max(profile[row - 1], profile[row + 1], clear):
             rows = np.abs(np.arange(len(profile)) - row) <= 2
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
+            if full == 0.0:  # fewer than half of the columns have a furrow
+                continue
             gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
             sides = [_end(gain, rows, start, side, place) for side, place in zip((1, -1), expected[:2], strict=True)]
             if sum(value for value, _ in sides) > best:
