@@ -105,7 +105,7 @@ class UnknownNameError(FaceWrinkleError):
     ...     fw.default_face().atlas.contractions("hapiness")
     ... except UnknownNameError as error:
     ...     print(error)
-    unknown expression 'hapiness'. Did you mean 'happiness' or 'sadness' or 'pain'?
+    unknown expression, action unit or muscle 'hapiness'. Did you mean 'happiness' or 'sadness' or 'pain'?
     """
 
 

@@ -122,11 +122,10 @@ class Atlas:
         True
         """
         check_range("intensity", intensity, 0.0, 1.0, "An expression at 1 is at its strongest.")
-        kind = "expression" if isinstance(what, str) else "muscle"
         total: dict[str, float] = {}
         for name, weight in self._weights_of(what).items():
             check_range(f"the weight of {name}", weight, 0.0, 1.0)
-            for muscle, rate in self.resolve(name, kind).items():
+            for muscle, rate in self.resolve(name, "expression, action unit or muscle").items():
                 total[muscle] = max(total.get(muscle, 0.0), intensity * weight * rate)
         return total
 

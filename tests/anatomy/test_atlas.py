@@ -335,7 +335,7 @@ def test_an_atlas_of_ones_own(read):
     ("text", "message"),
     [
         ("[muscles.m\n", "not valid TOML"),
-        ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown muscle 'm'"),
+        ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown expression, action unit or muscle 'm'"),
         (MUSCLE + "[expressions]\nodd = { m = 2.0 }\n", "must lie in"),
         (bytes(range(256)), "is not valid TOML"),
     ],
@@ -497,7 +497,7 @@ def test_names_in_a_list_count_whole_and_case_does_not_matter():
     assert atlas.contractions(["AU1", "AU2"]) == atlas.contractions({"AU1": 1.0, "AU2": 1.0})
     assert atlas.contractions("Surprise", 0.5) == atlas.contractions("surprise", 0.5)
     for wrong in ("Suprise", "AU1+", "AU1++AU2", "AU1=strong", "AU1+AU1", ["AU1", 2], 3):
-        with pytest.raises(FaceWrinkleError, match=r"unknown expression|such as|twice"):
+        with pytest.raises(FaceWrinkleError, match=r"unknown expression, action unit or muscle|such as|twice"):
             atlas.contractions(wrong)
 
 

@@ -351,7 +351,7 @@ def simulated(face, **options):
         (
             lambda face, sheet: simulated(face, families={"brows": ["AU999"]}),
             UnknownNameError,
-            r"unknown expression 'AU999'",
+            r"unknown expression, action unit or muscle 'AU999'",
         ),
         (
             lambda face, sheet: simulated(face, families={"brows": "AU1"}),
