@@ -99,7 +99,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
     size = check_size(changes.pop("size", entry["size"])) * frame.pupil_distance
     given: dict[str, Any] = {
         "center": _outside(
-            face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry["offset"])
+            face, face.landmarks[of_side(entry["landmark"], side)] + to_place @ (outward * entry.get("offset", 0.0))
         ),
         "up": frame.axes.T @ (outward * entry.get("up", [0.0, 1.0, 0.0])),
         "depth": entry["depth"] * frame.pupil_distance * face.unit / MEAN_PUPIL_DISTANCE,
