@@ -360,6 +360,9 @@ def surface(
 ) -> Face:
     """Return any surface as a face without anatomy: no landmarks, eyes or muscles, and no tissue under it.
 
+    Nothing moves or folds by itself: give a simulation patterns or other `layers`, and a recording as `motion`. Muscles
+    that are added (``with_muscles``) do not pull, but fold the surface where a recording compresses it.
+
     Parameters
     ----------
     mesh : PolyData, or anything that `read_surface` takes
@@ -389,6 +392,17 @@ def surface(
     (10.0, 0)
     >>> fw.Simulation(cloth).step().n_points == cloth.mesh.n_points
     True
+
+    A sheet that a recording makes a fifth shorter, with a muscle that folds it:
+
+    >>> sheet = surface(pv.Plane(i_size=60.0, j_size=60.0, i_resolution=30, j_resolution=30))
+    >>> muscle = fw.LinearMuscle((-25, 0, 0), (5, 0, 0), max_angle=0.6, radius=40.0, wrinkles=fw.Wrinkles(depth=2.0))
+    >>> positions = np.stack([sheet.points, sheet.points * [0.8, 1.0, 1.0]])
+    >>> clip = fw.Recorded.of_positions(positions, fps=2, rest=sheet.points)
+    >>> sim = fw.Simulation(sheet.with_muscles({"folder": muscle}), motion=clip, time_step=0.1)
+    >>> *_, frame = sim.run(6)
+    >>> bool(frame["W"].min() < -0.5), float(frame["epsilon"].max().round(2))
+    (True, 0.2)
     """
     source = read_surface(mesh)
     clean = prepare(source)
