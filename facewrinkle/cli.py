@@ -47,7 +47,7 @@ COMMANDS = {
     "rig": ("rig:rig", "Write a rig with blend shapes that wrinkle, for other programs."),
     "blender": ("blender:blender", "Write the extension for Blender."),
     "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
-    "compile": ("compile:compile_all", "Compile ahead of time, so that no first run has to wait."),
+    "compile": ("compile:compile_all", "Compile ahead of time, so that the first run does not have to wait."),
     "atlas": ("info:atlas", "Print the atlas of muscles, action units and expressions as TOML, to edit."),
     "take": ("play:take", "Print a recorded take as a table of weights by ARKit's names."),
     "dataset": ("dataset:dataset", "Generate labeled pictures of faces for training."),

@@ -24,7 +24,7 @@ TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0
 
 
 def compile_all(*, quiet: bool = False) -> None:
-    """Compile the inner loops ahead of time, so that no first run has to wait.
+    """Compile the inner loops ahead of time, so that the first run does not have to wait.
 
     Useful for container images, clusters and classrooms. Without it, commands compile what they need on their first
     run.

@@ -66,7 +66,7 @@ def express(
         An expression, action unit or muscle, or a mixture such as AU1=0.7+AU4. See `facewrinkle info`. The paper's
         surprise and fear, which move the brows alone, are paper_surprise and paper_fear.
     session
-        Show a session instead, all that was set in the studio or in Python (JSON): its picture, movie and mesh.
+        Show a session (JSON) instead, with all that was set in the studio or in Python: its picture, movie and mesh.
     write_session
         Also write face, folds and expression as a session to this file.
     intensity

@@ -44,7 +44,7 @@ def fit(
     Parameters
     ----------
     file
-        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format.
+        A mesh of a face: OBJ, OFF, PLY, STL, glTF, USD or a VTK format.
     landmarks
         JSON file with the coordinates of some or all landmarks; the rest are detected.
     units

@@ -205,8 +205,8 @@ class FaceOptions:
     Parameters
     ----------
     face
-        A mesh of a face: OBJ, PLY, STL, glTF or a VTK format; a .face file from `facewrinkle fit`; or a session (JSON),
-        whose face it is, with its landmarks, identity and atlas. Default: the built-in head.
+        A mesh of a face: OBJ, OFF, PLY, STL, glTF, USD or a VTK format; a .face file from `facewrinkle fit`; or a
+        session (JSON), for the face in it, with its landmarks, identity and atlas. Default: the built-in head.
     landmarks
         JSON file with landmark coordinates for --face. Default: all are detected.
     units
