@@ -27,7 +27,7 @@ for side in (-1, 1):
     turned = eye.point_normals @ [side * 0.55, 0.05, 0.83]  # cosine of the angle from where it looks
     eye["Colors"] = np.select(
         [
-            (eye.point_normals @ [side * 0.45, 0.45, 0.77] > 0.985)[:, None],
+            glint[:, None],
             turned[:, None] > 0.93,
             turned[:, None] > 0.6,
         ],
