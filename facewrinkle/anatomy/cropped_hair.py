@@ -13,7 +13,7 @@ from .head import BoundHairs, Head
 SEED = 3
 """All people have the same hairs, in their own colors."""
 
-HAIRS, KNOTS = 30000, 3
+HAIRS, KNOTS = 45000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
 WHORL = np.array([8.0, 115.0, -62.0])
@@ -25,10 +25,10 @@ ASTRAY = 0.35
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
 """Least and greatest length of cropped hair where it is dense, and what women and children may have beyond."""
 
-FEWEST = 0.25
+FEWEST = 0.12
 """Share of hair in the color of the skin up to which none grows."""
 
-THIN = 0.3
+THIN = 0.2
 """Share of that length that hairs have where hardly any grow."""
 
 SLOPE, BENT = (0.2, 0.6), 0.5

@@ -140,6 +140,9 @@ class Brows(Hairs):
     STRANDS = 3
     """Hairs drawn for each given one, shifted and with random lengths: brows are dense, and their hairs thin."""
 
+    ENDS = 0.3
+    """Share of a brow's length over which its hairs get finer towards either end."""
+
     STIFF, FINE = 0.5, 0.05
     """Shares of a brow's length: bends shorter than the first and longer than the second are straightened."""
 
@@ -155,9 +158,12 @@ class Brows(Hairs):
         share = np.linspace(0.0, 1.0, p)
         shape = (k, self.STRANDS, 1)
         self._length = random.uniform(0.55, 1.05, shape[:2])
-        aside, bend = random.uniform(-8.0, 8.0, shape), random.normal(0.0, 3.5, shape)
+        aside, bend = random.normal(0.0, 7.0, shape), random.normal(0.0, 3.5, shape)
         self._aside = width * (aside * (1.0 - 0.5 * share) + bend * share**2)
-        self.half = np.broadcast_to(0.5 * width * (1.0 - 0.85 * share**2), (k * self.STRANDS, p))
+        fine = np.empty(k)
+        for brow in self._sides:
+            fine[brow.hairs] = 0.25 + 0.75 * smoothstep(np.minimum(brow.place, 1.0 - brow.place) / self.ENDS)
+        self.half = 0.5 * width * np.repeat(fine, self.STRANDS)[:, None] * (1.0 - 0.85 * share**2)
         self.tint = hairs.color * random.uniform(0.65, 1.35, (k * self.STRANDS, 1))
 
     def lines(
@@ -203,7 +209,7 @@ class CroppedHair(Hairs):
     HALF = 0.003
     """Half the width of the longest at their roots, in distances between the pupils: each stands for some thin ones."""
 
-    BRIGHTER = 1.4
+    BRIGHTER = 1.25
     """Color of hairs relative to that of the scalp, which light reaches from more sides."""
 
     def __init__(self, hairs: BoundHairs, face: Face) -> None:
@@ -213,7 +219,7 @@ class CroppedHair(Hairs):
         tall = hairs.heights.max(axis=1, keepdims=True)
         thick = self.HALF * np.minimum(tall / np.median(tall), 1.0) * random.uniform(0.5, 1.2, (shape[0], 1))
         self.half = face.frame.pupil_distance * thick * (1.0 - 0.85 * along**2)
-        self.tint = self.BRIGHTER * hairs.color * np.exp(0.25 * random.normal(size=(shape[0], 1)))
+        self.tint = self.BRIGHTER * hairs.color * np.exp(0.18 * random.normal(size=(shape[0], 1)))
         turn = random.normal(0.0, 0.6, (shape[0], 1, 1))
         self._turned = np.cos(turn), np.sin(turn)
 
@@ -243,6 +249,7 @@ class _Stiffness:
         along, knots = rest[hairs] @ length, np.linspace(0.0, 1.0, 25)
         place = (along - along[:, 0].min()) / np.ptp(along[:, 0])
         self._smooth = _local_lines(place[:, 0], knots, stiff) - _local_lines(place[:, 0], knots, fine)
+        self.place = place[:, 0]
         at = np.clip(place, 0.0, 1.0) * (len(knots) - 1.0)
         self._below = np.minimum(at.astype(int), len(knots) - 2)
         self._share = at - self._below

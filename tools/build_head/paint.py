@@ -154,7 +154,7 @@ class HeadPainter:
         halves = []
         for side in (-1.0, 1.0):
             places = values[:, :3] * [side, 1.0, 1.0]
-            ragged = cover + 0.07 * noise(places, 9.0, 21) + 0.06 * combed(places, 0.5, 4.0, 22)
+            ragged = cover + 0.08 * noise(places, 9.0, 21) + 0.08 * combed(places, 0.5, 4.0, 22)
             halves.append((_bytes(shaded(skin * mottled(places, lip), sky)), hair(ragged, sky, strands(places))))
         (right, right_hair), (left, left_hair) = halves
         shape = TEXELS, TEXELS // 2
@@ -210,7 +210,7 @@ def mottled(places: Array, lip: Array) -> Array:
 
 def strands(places: Array) -> Array:
     """Return factors (n,) for the light and dark of cropped hair: of hairs, tufts, and waves."""
-    light = 0.16 * combed(places, 0.5, 6.0, 31) + 0.03 * combed(places, 1.6, 9.0, 32)
+    light = 0.08 * combed(places, 0.5, 6.0, 31) + 0.03 * combed(places, 1.6, 9.0, 32)
     return 1.0 + light + 0.05 * noise(places, 12.0, 33)
 
 

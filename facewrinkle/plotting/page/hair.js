@@ -38,7 +38,7 @@ export class Ribbons {
     gl.enableVertexAttribArray(PLACES.color);
     gl.vertexAttribPointer(PLACES.color, 3, gl.UNSIGNED_BYTE, true, 4, 0);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint16Array(index), gl.STATIC_DRAW);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(index), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
   }
 

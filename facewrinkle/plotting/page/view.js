@@ -506,7 +506,7 @@ export class View extends Picking {
     gl.uniform1f(uniforms.bias, nearer * this.camera.size);
     gl.uniform1f(uniforms.opacity, opacity);
     gl.bindVertexArray(ribbons.vao);
-    gl.drawElements(gl.TRIANGLES, each * (last - first), gl.UNSIGNED_SHORT, 2 * each * first);
+    gl.drawElements(gl.TRIANGLES, each * (last - first), gl.UNSIGNED_INT, 4 * each * first);
   }
 
   drawLines(part) {
