@@ -306,9 +306,10 @@ def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progres
     if found.confidence < REFUSED and pose_from_landmarks(given) is None:
         missing = [name for name in REQUIRED if name not in mirrored(given)]
         raise LandmarkError(
-            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. Of "
-            "half a face, made to be mirrored, join both halves first. If it is whole, give landmarks: three that are "
-            f"not in a line say where it is; all that are required are, on one side at least, {', '.join(missing)}."
+            f"no face was found on the mesh: likeness {found.confidence:.2f}, at least {REFUSED:.2f} is needed. If it "
+            "has one, give landmarks: three that are not in a line say where it is, and with all of these, on one side "
+            f"at least, nothing is searched: {', '.join(missing)}. Mirror half a face, and join both halves, first. "
+            "Patterns and tears go on any other mesh: facewrinkle.surface(mesh)."
         )
     if found.confidence < DOUBTED:
         warn(
