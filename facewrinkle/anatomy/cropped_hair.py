@@ -1,14 +1,18 @@
-"""Cropped hair of the built-in head: hairs that grow away from a whorl, the shorter, the thinner they stand.
+"""Cropped hair and beard of the built-in head: hairs that grow away from a place, the shorter, the thinner they stand.
 
 Lengths are in mm.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from ..array_types import Array, IntArray
 from ..geometry import double_areas, smoothstep, unit, vertex_normals
 from .head import BoundHairs, Head
+from .landmarks import FaceFrame, frame_of
 
 SEED = 3
 """All people have the same hairs, in their own colors."""
@@ -33,6 +37,12 @@ THIN = 0.2
 
 SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
+
+BEARD_HAIRS, CLEAR, DENSER = 12000, [1.0, 0.0], 1.6
+"""Hairs of a beard; how far beside and above lips none grow; density relative to the shadow of a shaved beard."""
+
+STUBBLE, FULL_BEARD = 0.7, 11.0
+"""Mean length of stubble, and of a full beard where it is dense."""
 
 ROUND = 90.0
 """Radius of the scalp that hairs bend around."""
@@ -69,16 +79,33 @@ def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | No
     grown = random.uniform(FEWEST, 1.0, HAIRS) < image[rows, columns]
     if not grown.any():
         return None
-    triangle, weights, corners = triangle[grown], weights[grown], corners[grown]
+    triangle, weights = triangle[grown], weights[grown]
+    dense = smoothstep(np.einsum("kc,kc->k", weights, head.paint[0].cover()[triangles[triangle]]))
+    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) - SHORTEST) * (1.0 + length)
+    return grown_hairs(head, triangle, weights, WHORL, longest * (THIN + (1.0 - THIN) * dense), random)
+
+
+def grown_hairs(
+    head: Head,
+    triangle: IntArray,
+    weights: Array,
+    start: Array,
+    longest: Array,
+    random: np.random.Generator,
+) -> BoundHairs:
+    """Return hairs in the color of a head's that are rooted in triangles (k,) with weights (k, 3).
+
+    They grow along the skin away from `start` (3,), of random lengths around `longest` (k,).
+    """
+    points, triangles = head.points, head.triangles
+    corners = triangles[triangle]
     count, along = len(triangle), np.linspace(0.0, 1.0, KNOTS)
     normals = vertex_normals(points, triangles)
     root, up = (np.einsum("kc,kci->ki", weights, values[corners]) for values in (points, normals))
-    way = unit(np.cross(np.cross(up, root - WHORL), up))
+    way = unit(np.cross(np.cross(up, root - start), up))
     turn = random.normal(0.0, ASTRAY, (count, 1))
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
-    dense = smoothstep(np.einsum("kc,kc->k", weights, head.paint[0].cover()[corners]))
-    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) - SHORTEST) * (1.0 + length)
-    reach = longest * (THIN + (1.0 - THIN) * dense[:, None]) * random.uniform(0.6, 1.1, (count, 1))
+    reach = longest[:, None] * random.uniform(0.6, 1.1, (count, 1))
     slope = random.uniform(*SLOPE, (count, 1))
     flat = np.sqrt(1.0 - slope**2) * reach * along
     heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * ROUND)
@@ -89,3 +116,49 @@ def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | No
     places = weights[:, None] + flat[..., None] * moved[:, None]
     color = np.asarray(head.paint[0].hair, np.float64)
     return BoundHairs(np.repeat(triangle[:, None], KNOTS, axis=1), places, heights, color)
+
+
+def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
+    """Return the density (0 to 1) of a beard at local points: on jaw, chin and upper lip, fading out around them."""
+    mouth, nose, jaw, chin, ear = (
+        frame.local_mm(landmarks[name]) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
+    )
+    x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
+    # From the nose over the corner of the mouth to the ear, and under the jaw.
+    top = np.interp(
+        x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
+    )
+    bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
+    return np.asarray(
+        smoothstep((top - y) / 14.0) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 14.0) / 14.0)
+    )
+
+
+def beard_hairs(head: Head, fullness: float) -> BoundHairs:
+    """Return the hairs of a beard on the skin of a head.
+
+    Parameters
+    ----------
+    head : Head
+    fullness : float
+        From stubble (0) to a full beard (1).
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.head import load_head
+    >>> hairs = beard_hairs(load_head(), 0.5)
+    >>> hairs.triangles.shape == (len(hairs.triangles), hairs.heights.shape[1])
+    True
+    """
+    random, frame = np.random.default_rng(SEED), frame_of(head.landmarks)
+    corner, upper, lower = (frame.local_mm(head.landmarks[n]) for n in ("mouth_l", "upper_lip_mid", "lower_lip_mid"))
+    where = frame.local_mm(head.points)
+    mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + CLEAR
+    off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, axis=1) - 1.0
+    dense = beard(where, head.landmarks, frame) * smoothstep(6.0 * off_lips)
+    density = np.minimum(DENSER * dense, 1.0)[head.triangles]
+    share = density.min(axis=1) * double_areas(head.points, head.triangles)
+    triangle = random.choice(len(share), BEARD_HAIRS, p=share / share.sum())
+    weights = random.dirichlet(np.ones(3), BEARD_HAIRS)
+    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * (weights * density[triangle]).sum(axis=1)
+    return grown_hairs(head, triangle, weights, head.landmarks["sellion"], longest, random)

@@ -93,7 +93,7 @@ class Face:
     texture : ndarray of uint8, shape (h, w, 3), optional
         Color over the mesh's texture coordinates, first row at the top.
     bound_hair : dict of str to BoundHairs
-        Hair that is bound to the triangles of the mesh: ``brows``, and ``cropped_hair`` of the head.
+        Hair that is bound to the triangles of the mesh: ``brows``, ``cropped_hair`` of the head, and ``beard``.
     confidences : dict of str to float
         Confidence, 0 to 1, in landmarks that were found by the shape of the mesh.
     likeness : float, optional

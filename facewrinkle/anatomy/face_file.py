@@ -39,11 +39,14 @@ HAIR_FORMS: dict[str, dict[str, Form]] = {
         "heights": (_REAL, ("k",), -LARGEST, LARGEST),
         "color": (_REAL, (3,), 0.0, 255.0),
     },
-    "cropped_hair": {
-        "triangles": (_WHOLE, ("cropped hairs", "points"), 0, "m"),
-        "weights": ("f", ("cropped hairs", "points", 3), -1e4, 1e4),
-        "heights": (_REAL, ("cropped hairs", "points"), -LARGEST, LARGEST),
-        "color": (_REAL, (3,), 0.0, 255.0),
+    **{
+        kind: {
+            "triangles": (_WHOLE, (f"{kind} hairs", f"{kind} points"), 0, "m"),
+            "weights": ("f", (f"{kind} hairs", f"{kind} points", 3), -1e4, 1e4),
+            "heights": (_REAL, (f"{kind} hairs", f"{kind} points"), -LARGEST, LARGEST),
+            "color": (_REAL, (3,), 0.0, 255.0),
+        }
+        for kind in ("cropped_hair", "beard")
     },
 }
 """:data:`FORMS` of the bound hair that a file may hold."""

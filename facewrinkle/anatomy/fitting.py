@@ -27,7 +27,7 @@ from ..mesh import (
     to_polydata,
 )
 from .atlas import Atlas
-from .cropped_hair import cropped_hair
+from .cropped_hair import beard_hairs, cropped_hair
 from .face import Face
 from .head import load_head
 from .identity import Identity, head_of
@@ -120,6 +120,8 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
         seen["parts"] = {"hair": long_hair(head, person.hair_length)}
     elif cropped := cropped_hair(head, person.hair_length, min(person.sex, -person.child)):
         hair["cropped_hair"] = cropped
+    if person.beard > 0.0:
+        hair["beard"] = beard_hairs(head, person.beard)
     face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
     if head.points is not load_head().points:
         return dataclasses.replace(face, template=mean_face(face.atlas))

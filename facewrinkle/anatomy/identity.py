@@ -19,7 +19,7 @@ from .eyeball import eye_distance
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 
-COLORS = ("skin", "hair", "hair_density", "iris", "hair_length")
+COLORS = ("skin", "hair", "hair_density", "iris", "hair_length", "beard")
 """Parameters that do not change the shape of the head."""
 
 HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
@@ -174,6 +174,8 @@ class Identity:
         From flat to prominent cheekbones.
     ears : float
         From small, close ears to large ones that stand out.
+    beard : float
+        Up to 0 none; above, from stubble to a full beard in the color of the hair.
 
     Raises
     ------
@@ -213,6 +215,7 @@ class Identity:
     philtrum: float = 0.0
     cheekbones: float = 0.0
     ears: float = 0.0
+    beard: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -290,12 +293,13 @@ class Identity:
         """Return the person with hair and irises that are no fairer than the skin, and parts that go together.
 
         Children look young, and boys and girls alike. A head is at most by 1 wider than long, and so is a nose. The
-        more masculine, the shorter the hair may be: at most 0.5 less `sex`.
+        more masculine, the shorter the hair may be, at most 0.5 less `sex`, and the fuller the beard; children have
+        none.
 
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
-        Identity(..., age=-0.8, sex=0.0, child=0.8, skin=0.5, hair=0.5, hair_density=0.0, iris=0.5, hair_length=0.0)
+        Identity(..., sex=0.0, child=0.8, skin=0.5, hair=0.5, ..., beard=-0.8)
         """
         child = max(self.child, 0.0)
         age = min(self.age, -child) if child > 0.0 else self.age
@@ -313,6 +317,7 @@ class Identity:
             iris=max(self.iris, self.skin),
             age=age,
             hair_length=min(self.hair_length, LONGEST - sex),
+            beard=min(self.beard, -child if child > 0.0 else sex),
         )
 
 

@@ -235,7 +235,13 @@ class CroppedHair(Hairs):
         return HairLines(lines, self._turned[0] * side + self._turned[1] * up, up)
 
 
-KINDS: dict[str, type[Brows] | type[CroppedHair]] = {"brows": Brows, "cropped_hair": CroppedHair}
+class Beard(CroppedHair):
+    """The hairs of a beard, each of which stands for fewer."""
+
+    HALF = 0.0014
+
+
+KINDS: dict[str, type[Brows] | type[CroppedHair]] = {"brows": Brows, "cropped_hair": CroppedHair, "beard": Beard}
 """What draws the bound hair of a face, by name."""
 
 

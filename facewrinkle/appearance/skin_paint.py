@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Cavities, Face, FaceFrame, hair_cover, of_side
 from ..anatomy.cavities import INSIDE_DEPTH
+from ..anatomy.cropped_hair import beard
 from ..anatomy.head import HAIR_COLOR
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import smoothstep
@@ -165,22 +166,6 @@ def flesh(behind: Array) -> Array:
     """Return the color (n, 3) of flesh at depths (n,) between the margin of a lid (0) and the ball (1)."""
     t = behind[:, None]
     return np.asarray(np.where(t < 0.4, LID + (FLESH - LID) * t / 0.4, FLESH + (DEEP_FLESH - FLESH) * (t - 0.4) / 0.6))
-
-
-def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
-    """Return the density (0 to 1) of a beard at local points: on jaw, chin and upper lip, fading out around them."""
-    mouth, nose, jaw, chin, ear = (
-        frame.local_mm(landmarks[name]) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
-    )
-    x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
-    # From the nose over the corner of the mouth to the ear, and under the jaw.
-    top = np.interp(
-        x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
-    )
-    bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
-    return np.asarray(
-        smoothstep((top - y) / 14.0) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 14.0) / 14.0)
-    )
 
 
 def lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:

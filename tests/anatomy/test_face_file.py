@@ -163,6 +163,8 @@ DAMAGE = {
     "cropped_hair/triangles": [10**6, -1],
     "cropped_hair/weights": [np.nan, 1e9],
     "cropped_hair/heights": [np.nan, np.zeros(3)],
+    "beard/triangles": [10**6, -1],
+    "beard/weights": [np.nan, 1e9],
     "point_data/Texture Coordinates": [np.nan],
     "parts/eye_l/points": [np.nan],
     "parts/eye_l/triangles": [np.zeros((0, 3), np.int64), 10**6],
@@ -176,7 +178,10 @@ def arrays_of_all(tmp_path_factory):
     face = fw.default_face()
     ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
     whole = dataclasses.replace(
-        face, parts={"eye_l": Part(ball, "eye", "l")}, source_points=np.arange(face.mesh.n_points)
+        face,
+        parts={"eye_l": Part(ball, "eye", "l")},
+        source_points=np.arange(face.mesh.n_points),
+        bound_hair=face.bound_hair | fw.default_face({"beard": 0.5}).bound_hair,
     )
     with np.load(fw.write_face(whole, tmp_path_factory.mktemp("face") / "a.face")) as stored:
         return dict(stored) | {f"folds/{name}": values for name, values in folds_of_head().items()}

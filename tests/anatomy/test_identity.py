@@ -20,7 +20,7 @@ from facewrinkle.mesh import to_polydata
 from tools.self_intersections import self_intersections
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
-PAINTED = ("skin", "hair", "hair_density", "iris", "hair_length")
+PAINTED = ("skin", "hair", "hair_density", "iris", "hair_length", "beard")
 """What leaves the shape of the head as it is."""
 
 SINGLES = [Identity(**{name: value}) for name in NAMES if name not in PAINTED for value in (-1.0, 1.0)]
@@ -437,6 +437,14 @@ def test_hair_of_old_men_recedes_and_that_of_old_women_does_not() -> None:
         grown = (paint.colors() != bare.colors()).any(axis=2)
         assert (grown[mean.share == 255]).mean() > 0.9
         assert (grown[(mean.share > 40) & (mean.share < 150)].mean() < 0.05) == (sex > 0.0)
+
+
+def test_beards_are_men_s() -> None:
+    people = [Identity.random(seed) for seed in range(300)]
+    bearded = [someone for someone in people if someone.beard > 0.0]
+    men = [someone for someone in people if someone.sex > 0.0 and someone.child == 0.0]
+    assert 0.3 < len(bearded) / len(men) < 0.7
+    assert all(someone.sex >= someone.beard and someone.child == 0.0 for someone in bearded)
 
 
 def test_irises_go_from_blue_to_brown() -> None:

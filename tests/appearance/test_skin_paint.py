@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from synthetic_faces import head_with, ring
 
 import facewrinkle as fw
+from facewrinkle.anatomy.cropped_hair import beard
 from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of, lips_middle
 from facewrinkle.appearance.skin_paint import (
@@ -16,7 +17,6 @@ from facewrinkle.appearance.skin_paint import (
     FLESH,
     LID,
     SkinPainter,
-    beard,
     cavity_shading,
     complexion,
     flesh,
