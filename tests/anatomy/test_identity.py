@@ -356,6 +356,7 @@ def measured(identity: Identity) -> dict[str, float]:
     return {**out, "nose breadth": float(np.ptp(head.points[wings, 0]))}
 
 
+@pytest.mark.slow
 def test_random_adults_measure_as_people_do() -> None:
     """Means within a deviation of the survey's, deviations .4 to 1.6 of its, and 98 in 100 within its percentiles."""
     adults = [someone for someone in map(Identity.random, range(120)) if someone.child == 0.0]
@@ -376,6 +377,7 @@ def test_women_and_men_differ_as_people_do() -> None:
         assert 0.4 < (man[name] - woman[name]) / (men[0] - women[0]) < 2.5, name
 
 
+@pytest.mark.slow
 def test_random_women_and_men_differ_and_spread_as_people_do() -> None:
     adults = [someone for someone in map(Identity.random, range(300)) if someone.child == 0.0]
     women, men = ([measured(someone) for someone in adults if sign * someone.sex > 0.0] for sign in (-1.0, 1.0))

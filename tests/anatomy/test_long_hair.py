@@ -117,6 +117,7 @@ def test_files_have_it(grown):
     assert np.ptp(model.colors, axis=0).min() > 20
 
 
+@pytest.mark.slow
 def test_data_sets_label_it_and_what_it_hides():
     woman = {
         "identity": {"hair_length": 1.0, "sex": -0.9, "child": 0.0},

@@ -110,6 +110,7 @@ def test_a_scan_is_known_by_its_content(tmp_path):
     assert Spec.of(written, tmp_path).digest != first.digest
 
 
+@pytest.mark.slow
 def test_the_digest_is_of_what_can_change_a_pixel(tmp_path):
     package = Path(facewrinkle.__file__).parent
     copy = shutil.copytree(package, tmp_path / "copy", ignore=shutil.ignore_patterns("__pycache__", "page"))

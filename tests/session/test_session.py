@@ -117,12 +117,14 @@ def check_one_frame(parts, folder):
     same(words["frame"], page)
 
 
+@pytest.mark.slow
 @settings(max_examples=3, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(DOCUMENTS)
 def test_program_and_command_give_the_frame_of_the_studio(tmp_path, parts):
     check_one_frame(parts, tmp_path)
 
 
+@pytest.mark.slow
 def test_what_the_page_saves_everybody_can_make(tmp_path):
     """With tears, which lie on the frame: one .glb of the page, of the command line and of the program."""
     pytest.importorskip("aiohttp")
@@ -275,6 +277,7 @@ def test_every_part_is_explained():
     assert all(f"    {field.name} : " in explained for field in fields(Session))
 
 
+@pytest.mark.slow
 def test_a_movie_shows_the_frames_and_a_picture_the_moment(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     session = Session(mixture={"AU26": 1.0}, look={"size": (64, 48), "fps": 5.0})
