@@ -38,7 +38,7 @@ THIN = 0.2
 SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
 
-BEARD_HAIRS, CLEAR, DENSER = 12000, [1.0, 0.0], 1.6
+BEARD_HAIRS, CLEAR, DENSER = 24000, [1.0, 0.0], 1.6
 """Hairs of a beard; how far beside and above lips none grow; density relative to the shadow of a shaved beard."""
 
 STUBBLE, FULL_BEARD = 0.7, 11.0
@@ -124,9 +124,9 @@ def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
         frame.local_mm(landmarks[name]) for name in ("mouth_l", "subnasale", "gonion_l", "menton", "zygion_l")
     )
     x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
-    # From the nose over the corner of the mouth to the ear, and under the jaw.
+    # From the nose past the corner of the mouth to the hair before the ear, and under the jaw.
     top = np.interp(
-        x, [0.0, 14.0, mouth[0] + 10.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 2.0, ear[1], ear[1]]
+        x, [0.0, 14.0, mouth[0] + 8.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 9.0, ear[1], ear[1] + 40.0]
     )
     bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
     return np.asarray(
@@ -157,8 +157,10 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, axis=1) - 1.0
     dense = beard(where, head.landmarks, frame) * smoothstep(6.0 * off_lips)
     density = np.minimum(DENSER * dense, 1.0)[head.triangles]
-    share = density.min(axis=1) * double_areas(head.points, head.triangles)
+    share = density.max(axis=1) * double_areas(head.points, head.triangles)
     triangle = random.choice(len(share), BEARD_HAIRS, p=share / share.sum())
     weights = random.dirichlet(np.ones(3), BEARD_HAIRS)
-    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * (weights * density[triangle]).sum(axis=1)
-    return grown_hairs(head, triangle, weights, head.landmarks["sellion"], longest, random)
+    here = (weights * density[triangle]).sum(axis=1)
+    grown = random.uniform(0.0, density.max(axis=1)[triangle]) < here
+    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * here[grown]
+    return grown_hairs(head, triangle[grown], weights[grown], head.landmarks["sellion"], longest, random)
