@@ -60,7 +60,7 @@ OVER_GUM = 4.0
 """Skin that lies before the gum at rest, no farther from the crowns than this, mm, slides over these."""
 
 
-ENAMEL, CROWN_NECK = np.array([228.0, 216.0, 196.0]), np.array([206.0, 186.0, 158.0])
+ENAMEL, CROWN_NECK = np.array([240.0, 232.0, 218.0]), np.array([222.0, 206.0, 182.0])
 """Colors of a crown at its edge and at the gum."""
 
 GUM = np.array([172.0, 92.0, 88.0])

@@ -395,8 +395,8 @@ EYE_MATERIAL = Material(
     " * smoothstep(0.0, 0.04, 0.115 - abs(mirrored.y)) * (1.0 - 0.5 * smoothstep(0.016, 0.006, abs(mirrored.y)))",
 )
 TEETH_MATERIAL = Material(
-    "0.05, 0.045, 0.04",
-    "0.10, 0.10, 0.11",
+    "0.12, 0.10, 0.09",
+    "0.16, 0.155, 0.15",
     "0.25, 0.2, 0.15",
     "0.02 * near8 + 0.5 * C.g * near32 * near32 * near32",
     gloss="smoothstep(0.02, 0.2, albedo.g)",
