@@ -152,15 +152,15 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     """
     random, frame = np.random.default_rng(SEED), frame_of(head.landmarks)
     corner, upper, lower = (frame.local_mm(head.landmarks[n]) for n in ("mouth_l", "upper_lip_mid", "lower_lip_mid"))
-    where = frame.local_mm(head.points)
-    mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + CLEAR
-    off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, axis=1) - 1.0
-    dense = beard(where, head.landmarks, frame) * smoothstep(6.0 * off_lips)
-    density = np.minimum(DENSER * dense, 1.0)[head.triangles]
-    share = density.max(axis=1) * double_areas(head.points, head.triangles)
+    corners = frame.local_mm(head.points)[head.triangles]
+    share = beard(corners.reshape(-1, 3), head.landmarks, frame).reshape(-1, 3).max(axis=1)
+    share *= double_areas(head.points, head.triangles)
     triangle = random.choice(len(share), BEARD_HAIRS, p=share / share.sum())
     weights = random.dirichlet(np.ones(3), BEARD_HAIRS)
-    here = (weights * density[triangle]).sum(axis=1)
-    grown = random.uniform(0.0, density.max(axis=1)[triangle]) < here
-    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * here[grown]
+    where = np.einsum("kc,kci->ki", weights, corners[triangle])
+    mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + CLEAR
+    off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, 4, axis=1) - 1.0
+    dense = np.minimum(DENSER * beard(where, head.landmarks, frame), 1.0) * smoothstep(6.0 * off_lips)
+    grown = random.uniform(0.0, 1.0, BEARD_HAIRS) < dense
+    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * dense[grown]
     return grown_hairs(head, triangle[grown], weights[grown], head.landmarks["sellion"], longest, random)
