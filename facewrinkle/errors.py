@@ -53,10 +53,10 @@ class FaceWrinkleError(ValueError):
 
     >>> import facewrinkle as fw
     >>> try:
-    ...     fw.default_face({"jaws": 0.5})
+    ...     fw.default_face({"agee": 0.5})
     ... except fw.FaceWrinkleError as error:
     ...     print(f"{type(error).__name__}: {error}")
-    UnknownNameError: unknown parameter of an identity 'jaws'. Did you mean 'jaw'?
+    UnknownNameError: unknown parameter of an identity 'agee'. Did you mean 'age'?
     """
 
 
