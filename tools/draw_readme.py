@@ -15,7 +15,7 @@ from facewrinkle.plotting.views import View
 IMAGES = Path(__file__).parents[1] / "docs" / "images"
 
 PORTRAIT = Style((470, 560), View((0.5, 0.03, 1.0), "nose_tip", (0.32, 0.1, -0.9), 4.0))
-FIFTY = {"age": 0.6, "sex": 0.8, "beard": 0.3}
+GROWN = {"age": 0.6, "sex": 0.8, "beard": 0.3}
 """Who is on the first picture."""
 
 EMOTIONS = ("happiness", "surprise", "anger", "sadness", "disgust")
@@ -35,7 +35,7 @@ def shown(face: fw.Face, expression: str | None, style: Style) -> Image:
 
 def main() -> None:
     """Draw all of them."""
-    face = fw.default_face(FIFTY)
+    face = fw.default_face(GROWN)
     images = [shown(face, expression, PORTRAIT) for expression in (None, "smile", "paper_surprise")]
     print(save_picture(side_by_side(images), IMAGES / "smile.jpg"))
     rows = []

@@ -39,7 +39,9 @@ SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
 
 BEARD_HAIRS, CLEAR, DENSER = 24000, [1.0, 0.0], 1.6
-"""Hairs of a beard; how far beside and above lips none grow; density relative to the shadow of a shaved beard."""
+"""Hairs of a beard, of which those grow that stand where it is dense; how far beside and above lips none grow; density
+relative to the shadow of a shaved beard.
+"""
 
 STUBBLE, FULL_BEARD = 0.7, 11.0
 """Mean length of stubble, and of a full beard where it is dense."""
