@@ -85,14 +85,22 @@ class SmoothSkin:
 
     @cached_property
     def occluder(self) -> tuple[Array, IntArray]:
-        """Points and triangles, on the head at rest, of what casts shadows: the face's own mesh as it is now."""
+        """Points and triangles, on the head at rest, of what casts shadows: the face's own mesh now, and hair."""
+        base, triangles, hair = self._base, self._face.triangles, _hair_of(self._face)
+        if hair is None:
+            return base, triangles
+        return np.concatenate([base, hair[0]]), np.concatenate([triangles, hair[1] + len(base)])
+
+    @cached_property
+    def _base(self) -> Array:
+        """The vertices (n0, 3) of the face on the head at rest."""
         base = np.asarray(self._skin.points, np.float64)[: len(self._face.points)]
-        return (base - self._pose[:3, 3]) @ self._pose[:3, :3], self._face.triangles
+        return (base - self._pose[:3, 3]) @ self._pose[:3, :3]
 
     @cached_property
     def openness(self) -> Array:
         """Share (n,) of the light from all sides that reaches the vertices."""
-        base, _ = self.occluder  # many pictures are of one frame
+        base = self._base  # many pictures are of one frame
         return self.from_base(per_face(self._face, "openness", base.tobytes(), lambda: open_to(self._face, base)))
 
     def from_base(self, values: Array) -> Array:
@@ -103,8 +111,20 @@ class SmoothSkin:
 
 def open_to(face: Face, points: Array) -> Array:
     """Share (n0,) of the light from all sides that reaches the vertices of a face when they are at `points` (n0, 3)."""
-    skin, upright = (points, face.triangles), vertex_normals(points, face.triangles)
-    return openness(points, upright, skin, step=STEP * face.frame.scale)
+    step, upright = STEP * face.frame.scale, vertex_normals(points, face.triangles)
+    out, hair = openness(points, upright, (points, face.triangles), step=step), _hair_of(face)
+    if hair is None:
+        return out
+    # Hair hangs from the skull: what it hides stays the same.
+    return out * per_face(face, "below hair", None, lambda: openness(face.points, face.normals, hair, step=step))
+
+
+def _hair_of(face: Face) -> tuple[Array, IntArray] | None:
+    """Points and triangles of the hair that hangs from a head."""
+    if "hair" not in face.parts:
+        return None
+    mesh = face.parts["hair"].mesh
+    return np.asarray(mesh.points, np.float64), np.asarray(mesh.regular_faces)
 
 
 def on_base(face: Face, skin: pv.PolyData) -> tuple[IntArray, Array]:

@@ -63,10 +63,11 @@ class KeyLight:
         bare, far = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
         return np.column_stack([smooth.openness, lit, bare, smoothstep(far)]).astype(np.float32)
 
-    def on_part(self, part: pv.PolyData) -> pv.PolyData:
-        """Return a part on the head at rest with its `paint` in the shadow of the skin."""
-        shaded = part.copy(deep=False)
-        hidden = self._hidden(np.asarray(part.points, np.float64), np.asarray(part.point_data["Normals"], np.float64))
+    def on_part(self, part: pv.PolyData, posed: bool = False) -> pv.PolyData:
+        """Return a part on the head at rest, or where the frame has it, with its `paint` in the shadow of the skin."""
+        shaded, pose = part.copy(deep=False), self._seen.pose if posed else np.eye(4)
+        points = (np.asarray(part.points, np.float64) - pose[:3, 3]) @ pose[:3, :3]
+        hidden = self._hidden(points, np.asarray(part.point_data["Normals"], np.float64) @ pose[:3, :3])
         left = np.sqrt(1.0 - (1.0 - IN_SHADE) * hidden)[:, None]
         shaded.point_data["paint"] = np.rint(left * np.asarray(part.point_data["paint"])).astype(np.uint8)
         return shaded

@@ -204,7 +204,9 @@ class Scene:
         self._show_hair(seen)
         for name, part in seen.own.items():
             texture, lighting = self._own_textures[name], EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
-            look = {"material": "hair", **STRAND_LIGHTING} if name == "hair" and texture is None else lighting
+            strands = name == "hair" and texture is None
+            look = {"material": "hair", **STRAND_LIGHTING} if strands else lighting
+            part = self._key.on_part(part, posed=True) if strands and self._key is not None else part
             self._put(part, f"{OWN_PREFIX}{name}", texture=texture, **look)
         self._pose(seen.pose)
 

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import SMALL, difference, on_screen
+from scipy.spatial import cKDTree
 
+import facewrinkle as fw
+from facewrinkle.appearance.seen import Appearance
 from facewrinkle.plotting import Scene, Style
 
 
@@ -34,6 +37,19 @@ def test_the_neck_lies_in_the_shadow_of_the_chin(face, clay):
 def test_a_lamp_from_above_leaves_the_eyes_in_the_dark(face):
     frontal, above = (brightness(face, Style(SMALL), ["eye_l_centre"], lamp)[0] for lamp in ((0, 0.2, 1), (0, 1, 0.25)))
     assert above < 0.8 * frontal
+
+
+def test_long_hair_leaves_the_skin_below_it_in_the_dark():
+    """Before the ear and at the jaw, not on the nose."""
+    open_to_all = []
+    for length in (0.0, 0.6):
+        face = fw.default_face({"hair_length": length})
+        marks = [face.landmarks[name] for name in ("gonion_r", "zygion_r", "nose_tip")]
+        nearest = cKDTree(face.points).query(marks)[1]
+        open_to_all.append(Appearance.of(face).at(face.mesh).smooth.openness[nearest])
+    bare, under = open_to_all
+    assert (under < [0.3, 0.3, 1.1] * bare).all()
+    assert under[2] > 0.95 * bare[2]
 
 
 def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
