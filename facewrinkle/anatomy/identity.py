@@ -154,11 +154,11 @@ class Identity:
     hair : float
         From fair to black hair; with `age` it turns gray, and on masculine heads recedes.
     hair_density : float
-        From a shaved head to dense hair.
+        From a shaved head to dense hair; if it is long, from fine, straight hair to full waves.
     iris : float
         From blue over gray to dark brown irises.
     hair_length : float
-        Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, and at 1 down to
+        Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, and at 1 below
         the chin.
     nose_bridge : float
         From a low, scooped bridge of the nose to a high one with a hump.

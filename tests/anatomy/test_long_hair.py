@@ -96,6 +96,33 @@ def test_cropped_hair_is_no_part(face, length):
     assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"]).all()
 
 
+def test_the_rounder_a_face_the_farther_aside_is_the_parting():
+    partings = [parting_of(fw.default_face({"hair_length": 0.7, "width": w, "length": -w})) for w in (-0.5, 0.0, 0.5)]
+    assert partings[0] < partings[1] - 10.0 < partings[2] - 20.0
+
+
+def parting_of(face) -> float:
+    """How far to the left the darkest hairs above the forehead are, mm: roots are dark."""
+    hair, hairline = hair_of(face), face.landmarks["trichion"]
+    points, brightness = np.asarray(hair.points), hair.point_data["Colors"].sum(axis=1)
+    front = (points[:, 1] > hairline[1] - 5.0) & (points[:, 2] > hairline[2] - 30.0)
+    return float(np.median(points[front & (brightness < np.quantile(brightness[front], 0.08)), 0]))
+
+
+def test_dense_hair_is_fuller_and_waves():
+    fine, dense = (hair_of(fw.default_face({"hair_length": 0.7, "hair_density": d})) for d in (-0.9, 0.9))
+    assert dense.bounds[1] > fine.bounds[1] + 3.0
+    assert roughness(dense) > 1.5 * roughness(fine)
+
+
+def roughness(hair) -> float:
+    """Spread of how far hair at the side faces up or down."""
+    hair = hair.compute_normals(split_vertices=False)
+    x, y, z = np.asarray(hair.points).T
+    side = (x > 0.8 * hair.bounds[1]) & (abs(y) < 60.0) & (abs(z) < 40.0)
+    return float(np.asarray(hair.point_data["Normals"])[side, 1].std())
+
+
 def test_it_has_the_color_of_the_person():
     means = [
         hair_of(fw.default_face({"hair_length": 1.0, "hair": hair})).point_data["Colors"].mean() for hair in (-1, 0, 1)
