@@ -38,7 +38,7 @@ TINTS = {
     for name, color in {
         "pupil": (8, 8, 10),
         "limbus": (34, 38, 42),
-        "sclera": (212, 204, 199),
+        "sclera": (200, 191, 186),
         "corner": (202, 148, 138),
         "caruncle": (196, 120, 108),
         "tears": (226, 186, 180),
@@ -204,7 +204,8 @@ def _out_of_ball(angle: Array) -> Array:
 def _between_lids(paint: Array, below: Array, above: Array) -> Array:
     """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
     wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
-    shade = 0.62 * np.exp(-np.maximum(below, 0.0) / 6.5) + 0.22 * np.exp(-np.maximum(above - 1.0, 0.0) / 4.0)
+    near, under = (np.exp(-np.maximum(below, 0.0) / reach) for reach in (4.0, 16.0))
+    shade = 0.36 * near + 0.4 * under + 0.26 * np.exp(-np.maximum(above - 1.0, 0.0) / 6.0)
     lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
     return np.asarray((paint + wet[:, None] * (TINTS["tears"] - paint)) * lit)
 
