@@ -194,13 +194,15 @@ DEPTH, OLD_DEPTH = 0.06, 0.075
 
 STRONGER = (
     # landmark, reach in mm, strength there
-    ("nose_tip", 13.0, 1.5),
-    ("ala", 9.0, 1.4),
-    ("malar", 17.0, 1.2),
-    ("eye_centre", 13.0, 0.6),
+    ("nose_tip", 13.0, 1.8),
+    ("ala", 10.0, 1.7),
+    ("malar", 15.0, 1.5),
+    ("pogonion", 10.0, 1.4),
+    ("forehead_mid", 26.0, 0.6),
+    ("eye_centre", 15.0, 0.3),
     ("eye_outer", 8.0, 0.8),
 )
-"""Places where pores are wider, or skin is thinner, than elsewhere."""
+"""Places where pores are wider, or skin is thinner or tighter, than elsewhere."""
 
 
 def relief_strength(points: Array, face: Face) -> Array:
@@ -215,7 +217,7 @@ def relief_strength(points: Array, face: Face) -> Array:
     ... )
     >>> at = np.array([nose, forehead, np.mean(lips, axis=0)])
     >>> relief_strength(at, face).round(1).tolist()
-    [1.5, 1.0, 0.0]
+    [1.8, 0.6, 0.0]
     """
     frame, marks = face.frame, face.landmarks
     where, strength = frame.local_mm(points), np.ones(len(points))

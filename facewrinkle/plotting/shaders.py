@@ -168,7 +168,7 @@ BUMPS = """
   }
   vec2 dent = vec2(next - nearest, pore) * vec2(1.0 / 1.2e9, 1.0 / 3.6e8);
   dent = max(1.0 - dent * dent, 0.0);
-  float height = -ground.w * dot(dent * dent, vec2(1.0, 1.2));
+  float height = -ground.w * dot(dent * dent, vec2(0.55, 1.8));
   vec2 bump = vec2(dFdx(height), dFdy(height));
   float tilt = clamp(dot(lean, bump), -0.5, 0.5);
 """
@@ -377,7 +377,7 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 
 # Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
-    "0.060, 0.046, 0.040",
+    "0.125, 0.084, 0.066",  # off skin below: cheeks light the sockets above them
     "0.110, 0.112, 0.120",
     "0.22, 0.15, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",
@@ -385,7 +385,7 @@ SKIN_MATERIAL = Material(
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
 )
-CLAY_MATERIAL = replace(SKIN_MATERIAL, bleed="0.14, 0.14, 0.14")  # no light enters it
+CLAY_MATERIAL = replace(SKIN_MATERIAL, below="0.070, 0.062, 0.058", bleed="0.14, 0.14, 0.14")  # no light enters it
 # In an eye one sees the lamps: soft boxes with a bar across.
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
