@@ -33,9 +33,6 @@ from .teeth import behind_lips
 
 T = TypeVar("T")
 
-FOLDS = "known folds"
-"""Name under which a face remembers what is known of its folds."""
-
 REMEMBERED = 4
 """The most things of a name that are remembered with a face."""
 
@@ -102,8 +99,6 @@ class Face:
         In [-1, 1]: above 0, the depth of the lines that :class:`facewrinkle.WaveFolds` draws at rest; below, how young.
     iris : float
         In [-1, 1]: the color of the irises of painted eyes, from blue over gray to dark brown.
-    template : Face, optional
-        The mean head, if this is a variation of it: the same vertices, and muscles of the same names.
     source_points : ndarray of int, shape (n,), optional
         Index of each vertex in the mesh that was given. Default: the same.
     parts : dict of str to Part
@@ -140,7 +135,6 @@ class Face:
     likeness: float | None = None
     age: float = 0.0
     iris: float = 0.0
-    template: Face | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "muscles", Muscles(self.muscles))
@@ -193,13 +187,8 @@ class Face:
         return cls(mesh, {}, {}, [], tissue, unit, load_atlas(), source_points=source_points)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what a copy, also a pickled one, is made from.
-
-        What was found from it is found anew, but its folds, which take seconds.
-        """
-        state = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
-        folds = {name: found for name, found in self._remembered.items() if name == FOLDS}
-        return {**state, "_remembered": folds}
+        """Return what a copy, also a pickled one, is made from; what was found from it is found anew."""
+        return {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
 
     def __repr__(self) -> str:
         return f"Face({self.mesh.n_cells} triangles, {len(self.landmarks)} landmarks, {len(self.muscles)} muscles)"
@@ -602,7 +591,7 @@ class Face:
 
     def _rebuilt(self, mesh: pv.PolyData, landmarks: Mapping[str, Array], **changes: Any) -> Self:
         """The face with its skull, eyes and muscles anew, on a mesh of the same triangles."""
-        kept = "estimated parts confidences texture bound_hair source_points report likeness age iris template"
+        kept = "estimated parts confidences texture bound_hair source_points report likeness age iris"
         others = {name: getattr(self, name) for name in kept.split()} | changes
         return self.from_landmarks(mesh, landmarks, self.unit, self.atlas, **others)
 
@@ -689,9 +678,7 @@ class Face:
         >>> sim = fw.Simulation(face)
         >>> sim.express("smirk")
         """
-        atlas = self.atlas.with_expressions(added)
-        template = self.template and dataclasses.replace(self.template, atlas=atlas)
-        return dataclasses.replace(self, atlas=atlas, template=template)
+        return dataclasses.replace(self, atlas=self.atlas.with_expressions(added))
 
     def with_atlas(self, atlas: Atlas) -> Self:
         """Return the face with the muscles, action units and expressions of another atlas; the tissue stays.
@@ -703,9 +690,7 @@ class Face:
         >>> fw.default_face().with_atlas(printed_atlas())
         Face(4517 triangles, 33 landmarks, 23 muscles)
         """
-        template = self.template and self.template.with_atlas(atlas)
-        muscles = atlas.place(self.landmarks, self.frame)
-        return dataclasses.replace(self, atlas=atlas, muscles=muscles, template=template)
+        return dataclasses.replace(self, atlas=atlas, muscles=atlas.place(self.landmarks, self.frame))
 
 
 def per_face(face: Face, name: str, key: Hashable, make: Callable[[], T]) -> T:

@@ -18,9 +18,7 @@ from ..mesh import CORNERS, PIECE, read_surface, to_polydata
 from ..mesh.arrays import use_texture
 from .atlas import Atlas
 from .face import Face
-from .fitting import mean_face
-from .head import BoundHairs, load_head
-from .known_folds import restore, to_store
+from .head import BoundHairs
 from .parts import Follows, Part
 
 VERSION = 1
@@ -28,7 +26,6 @@ SUFFIX = ".face"
 _DATA = "point_data/"
 _CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
-_FOLDS = "folds/"
 
 Form = tuple[str, tuple[str | int | tuple[int, ...], ...], float, float | str]
 _REAL, _WHOLE = "fiu", "iu"
@@ -79,8 +76,7 @@ LARGEST_FILE = 2**31
 def write_face(face: Face, path: str | Path) -> Path:
     """Write a face, such as :func:`facewrinkle.fit_face` gives, to a file (a zip of NumPy arrays).
 
-    Muscles that were changed are not in it: :func:`read_face` places those of an atlas. If a simulation has found the
-    lines of its wave folds, which takes seconds, they are in the file.
+    Muscles that were changed are not in it: :func:`read_face` places those of an atlas.
 
     Raises
     ------
@@ -118,13 +114,11 @@ def write_face(face: Face, path: str | Path) -> Path:
         "confidences": np.array([face.confidences.get(name, np.nan) for name in names]),
         "estimated": np.array(face.estimated, dtype=str),
         "report": np.array(face.report, dtype=str),
-        "varies_head": face.template is not None and np.array_equal(face.template.points, load_head().points),
     }
     if face.likeness is not None:
         arrays["likeness"] = face.likeness
     for kind, hairs in face.bound_hair.items():
         arrays |= {f"{kind}/{name}": values for name, values in vars(hairs).items()}
-    arrays |= {_FOLDS + name: values for name, values in to_store(face).items()}
     arrays |= _stored("", face.mesh, face.texture, face.source_points)
     for name, part in face.parts.items():
         key = f"{_PARTS}/{name}/"
@@ -313,10 +307,5 @@ def _face(data: dict[str, Any], file: str, atlas: Atlas | None) -> Face:
         "iris": float(data.get("iris", 0.0)),
     }
     if landmarks:
-        face = Face.from_landmarks(mesh, landmarks, unit, atlas, **others)
-    else:
-        face = dataclasses.replace(Face.without_anatomy(mesh, unit), **others)
-    if data["varies_head"]:
-        face = dataclasses.replace(face, template=mean_face(face.atlas))
-    restore(face, _within(data, _FOLDS))
-    return face
+        return Face.from_landmarks(mesh, landmarks, unit, atlas, **others)
+    return dataclasses.replace(Face.without_anatomy(mesh, unit), **others)

@@ -31,7 +31,6 @@ from .cropped_hair import beard_hairs, cropped_hair
 from .face import Face
 from .head import load_head
 from .identity import Identity, head_of
-from .known_folds import folds_of_head, restore
 from .landmarks import (
     DOUBTED,
     MEAN_PUPIL_DISTANCE,
@@ -122,11 +121,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
         hair["cropped_hair"] = cropped
     if person.beard > 0.0:
         hair["beard"] = beard_hairs(head, person.beard)
-    face = Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
-    if head.points is not load_head().points:
-        return dataclasses.replace(face, template=mean_face(face.atlas))
-    restore(face, folds_of_head())
-    return face
+    return Face.from_landmarks(mesh, landmarks, 1.0, atlas, **seen)
 
 
 @lru_cache(maxsize=4)

@@ -20,7 +20,6 @@ from ..mesh import to_polydata
 from ..plotting import Scene, save_picture, side_by_side, stacked
 from ..plotting.images import reduced
 from ..plotting.views import Style
-from ..simulation.fold_layers import find_folds
 from .options import FaceOptions, Report, face_facts
 
 
@@ -66,8 +65,6 @@ def fit(
     for ending in (SUFFIX, ".png"):
         output_target(folder / f"{stem}{ending}")  # before anything is written
     write_landmarks(face.landmarks, folder / f"{stem}.landmarks.json", face.estimated, face.confidences)
-    with report.waiting("Finding its lines"):
-        find_folds(face)
     write_face(face, folder / f"{stem}{SUFFIX}")
     with report.waiting("Drawing"):
         save_picture(stacked([side_by_side(row) for row in _rows(face)]), folder / f"{stem}.png")

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..anatomy import Face, Identity, default_face, load_head
 from ..anatomy.identity import head_of
 from ..errors import FaceWrinkleWarning, ParameterError
@@ -89,7 +91,7 @@ class Library:
     def built_in(self, name: str) -> bool:
         """Return whether a face is the built-in head, which becomes other people."""
         face = self[name].face
-        return not name and not self.source and face.template is None and face.n_points == len(load_head().points)
+        return not name and not self.source and np.array_equal(face.points, load_head().points)
 
     def accepted(self, session: Session) -> Session:
         """Return a session with its places on triangles, of the face that it shows.

@@ -120,11 +120,12 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     facing = triangle_normals(points, triangles)
     flat = side * (facing @ up) > STEEPEST
     triangles, facing = triangles[flat], facing[flat]
+    corners = points[triangles]
     normals = vertex_normals(points, face.triangles)
     places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in (points, normals))
     partners, faced = np.zeros_like(samples.corners), np.zeros(len(places), bool)
     for s, (place, normal) in enumerate(zip(places, normals, strict=True)):
-        k, _, beside = reached(points[triangles], place, up)
+        k, _, beside = reached(corners, place, up)
         if beside < BEYOND and (facing[k] @ up) * (normal @ up) < FACING:
             partners[s], faced[s] = triangles[k], True
     return Samples(*(column[faced] for column in (*samples[:2], partners, *samples[3:])))
@@ -143,7 +144,7 @@ def reached(triangles: Array, place: Array, direction: Array) -> tuple[int, Arra
     [0.0, 2.0]
     """
     away = (triangles - place).reshape(-1, 3)
-    away -= (1.0 - ALONG) * np.outer(away @ direction, direction)
+    away -= ((1.0 - ALONG) * (away @ direction))[:, None] * direction
     number, weights, beside = closest_triangle(away, np.arange(len(away)).reshape(-1, 3), np.zeros(3))
     return int(number), weights, float(beside)
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from ..anatomy import Face, load_atlas, per_face, printed_atlas
-from ..anatomy.known_folds import KnownFolds, known_folds
+from ..anatomy.fitting import mean_face
+from ..anatomy.stored_folds import Lines, Shapes, stored_folds
 from ..animation.action_units import units_of
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
@@ -22,12 +22,9 @@ from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
 from ..layers.printed_wrinkles import PrintedWrinkles
 from ..layers.wave_folds import GROUPS, FoldShapes, WaveFolds
-from ..layers.wave_folds.field import found_lines
 from ..layers.wave_folds.layer import Motions
-from ..layers.wave_folds.stripes import Style
 from ..motion.base import Motion
 from ..motion.skin import Skin
-from ..motion.skin_mesh import SkinMesh
 from .refinement import BENT, PRINTED, Refinement
 
 Folds = Literal["wave", "paper", "printed"]
@@ -154,7 +151,10 @@ STEP, STEPS = 1.0, 3
 
 
 def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:
-    """Return the shapes of a face in full motion, by family.
+    """Return the shapes in full motion that the lines of a face are found from, by family.
+
+    They are those of the mean head, from which lines are carried by landmarks, but for recordings and families of
+    one's own, and for faces whose muscles are not those of their atlas.
 
     Parameters
     ----------
@@ -187,45 +187,20 @@ def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> 
             "WaveFolds finds its lines from the motions of a face: from its muscles, or from a recording that moves "
             "it. This surface has neither. Fit a face with landmarks, or give a recording or families of positions."
         )
-    home = face.template or face
+    home = face if face.changed_muscles else mean_face(face.atlas)
     return per_face(home, "fold shapes", None, lambda: _of_muscles(home))
 
 
 def _of_muscles(face: Face) -> FoldShapes:
-    """Shapes of the action units that the atlas of a face has, in their groups."""
-    known = find_folds(face)
-    return in_families(face, known.shapes, known.lines)
+    """Shapes of the action units that the atlas of a face has, and lines, if they are stored."""
+    of_head = face is mean_face(face.atlas)
+    return in_families(face, *((of_head and stored_folds(face.atlas)) or (relaxed_shapes(face), None)))
 
 
-def find_folds(face: Face) -> KnownFolds:
-    """Return the shapes of a face in full motion and the lines of its wave folds, found unless they are known.
-
-    They go into its file from then on; see :func:`facewrinkle.write_face`.
-
-    Examples
-    --------
-    >>> import facewrinkle as fw
-    >>> list(find_folds(fw.default_face()).shapes)[:3]
-    ['AU1', 'AU2', 'AU4']
-    """
-    known = known_folds(face)
-    needed = {unit for units in unit_groups(face).values() for unit in units}
-    if not known.shapes or not known.shapes.keys() >= needed:
-        known.shapes = relaxed_shapes(face)
-        known.lines = found_lines(face, in_families(face, known.shapes), 1.0, Style())
-    return known
-
-
-def in_families(
-    face: Face, shapes: Mapping[str, Array], lines: Mapping[str, npt.NDArray[Any]] | None = None
-) -> FoldShapes:
-    """Return shapes by action unit in their groups, with the lines that were found from them.
-
-    They are those of the vertices that the skin is simulated at: shapes know nothing of what is between these.
-    """
-    simulated = SkinMesh.of(face)
-    families = {name: [shapes[unit][simulated.vertices] for unit in units] for name, units in unit_groups(face).items()}
-    return FoldShapes(families, face, lines, None if simulated.face is face else simulated.face)
+def in_families(face: Face, shapes: Shapes, lines: Lines | None = None) -> FoldShapes:
+    """Return shapes by action unit in their groups, with the lines that were found from them."""
+    families = {name: [shapes[unit] for unit in units] for name, units in unit_groups(face).items()}
+    return FoldShapes(families, face, lines)
 
 
 def unit_groups(face: Face) -> dict[str, dict[str, dict[str, float]]]:

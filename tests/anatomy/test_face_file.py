@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.known_folds import STEP, folds_of_head, known_folds
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
 from facewrinkle.mesh.arrays import PIECE
-from facewrinkle.simulation import fold_layers
 
 
 def assert_equal(ours, theirs):
@@ -59,7 +56,6 @@ def every_field_set():
         likeness=0.87,
         age=face.age,
         iris=face.iris,
-        template=face.template,
     )
 
 
@@ -184,7 +180,7 @@ def arrays_of_all(tmp_path_factory):
         bound_hair=face.bound_hair | fw.default_face({"beard": 0.5}).bound_hair,
     )
     with np.load(fw.write_face(whole, tmp_path_factory.mktemp("face") / "a.face")) as stored:
-        return dict(stored) | {f"folds/{name}": values for name, values in folds_of_head().items()}
+        return dict(stored)
 
 
 @pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in DAMAGE.items() for value in values])
@@ -202,30 +198,6 @@ def test_damaged_numbers_are_refused_where_they_come_in(arrays_of_all, tmp_path,
         fw.read_face(tmp_path / "a.face")
 
 
-BROKEN = {
-    "shape: AU1": [None, np.zeros((3, 3), np.int32), 0.5],
-    "lines: names": [None, np.array(["brows"] * 9)],
-    "lines: compression 0": [None, np.zeros(3), np.nan],
-    "lines: wave 1": [None, np.zeros((3, 3)), np.inf],
-    "lines: phase 0": [np.zeros(3), np.array(["x"])],
-    "lines: level 0": [None, np.array(60), np.array(-1), np.array("x")],
-}
-
-
-@pytest.mark.parametrize(("name", "value"), [(name, value) for name, values in BROKEN.items() for value in values])
-def test_folds_that_are_damaged_are_found_anew(arrays_of_all, tmp_path, monkeypatch, name, value):
-    changed = dict(arrays_of_all)
-    kept = changed.pop(f"folds/{name}")
-    if value is not None:
-        changed[f"folds/{name}"] = kept + value if isinstance(value, float) else value
-    with (tmp_path / "a.face").open("wb") as file:
-        np.savez(file, **changed)
-    face = fw.read_face(tmp_path / "a.face")
-    monkeypatch.setattr(fold_layers, "relaxed_shapes", Mock(side_effect=InterruptedError("they are found")))
-    with pytest.raises(InterruptedError):
-        fold_layers.find_folds(face)
-
-
 def test_files_that_would_fill_the_memory_are_refused(face, tmp_path, monkeypatch):
     good = fw.write_face(face, tmp_path / "good.face")
     with np.load(good) as stored:
@@ -235,51 +207,3 @@ def test_files_that_would_fill_the_memory_are_refused(face, tmp_path, monkeypatc
         np.savez_compressed(file, **{**arrays, "point_data/x": np.zeros(10_000_000)})
     with pytest.raises(MeshError, match=r"would take .* GB of memory, and a face takes .* at most"):
         fw.read_face(tmp_path / "bomb.face")
-
-
-# --- folds that a file knows ----------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def coarse(face):
-    """The built-in head with half its triangles, which no file knows."""
-    return fw.fit_face(face.mesh.decimate(0.5), face.landmarks)
-
-
-def frames(face, fingerprint):
-    sim = fw.Simulation(face)
-    sim.express("paper_surprise")
-    return [fingerprint(frame) for frame in sim.run(5)]
-
-
-@pytest.mark.slow
-def test_a_face_that_is_read_knows_its_folds(coarse, tmp_path, fingerprint, monkeypatch):
-    path = tmp_path / "coarse.face"
-    assert known_folds(fw.read_face(fw.write_face(dataclasses.replace(coarse), path))).shapes == {}
-    expected = frames(coarse, fingerprint)
-    again = fw.read_face(fw.write_face(coarse, path))
-    monkeypatch.setattr(fold_layers, "relaxed_shapes", lambda *_: pytest.fail("they are in the file"))
-    ours, theirs = known_folds(coarse), known_folds(again)
-    assert list(theirs.shapes) == list(ours.shapes)
-    for name, shape in ours.shapes.items():
-        np.testing.assert_allclose(theirs.shapes[name], shape, rtol=0.0, atol=0.51 * STEP)
-    assert frames(again, fingerprint) == expected
-
-
-def test_what_would_be_found_otherwise_is_not_read(coarse, tmp_path, monkeypatch):
-    fold_layers.find_folds(coarse)
-    path = fw.write_face(coarse, tmp_path / "coarse.face")
-    assert known_folds(fw.read_face(path)).shapes
-    units = {name: rates for name, rates in coarse.atlas.action_units.items() if name != "AU1"}
-    assert not known_folds(fw.read_face(path, dataclasses.replace(coarse.atlas, action_units=units))).shapes
-    monkeypatch.setattr("facewrinkle.anatomy.known_folds.VERSION", 0)
-    assert not known_folds(fw.read_face(path)).shapes
-
-
-def test_folds_of_changed_muscles_are_not_written(coarse, tmp_path):
-    muscle = coarse.muscles["corrugator_l"]
-    changed = coarse.with_muscles({"corrugator_l": dataclasses.replace(muscle, strength=2.0)})
-    known_folds(changed).shapes = fold_layers.find_folds(coarse).shapes
-    with pytest.warns(FaceWrinkleWarning, match="not stored: corrugator_l"):
-        path = fw.write_face(changed, tmp_path / "changed.face")
-    assert not known_folds(fw.read_face(path)).shapes

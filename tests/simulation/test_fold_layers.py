@@ -23,8 +23,9 @@ import pytest
 
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import printed_atlas
-from facewrinkle.anatomy.known_folds import known_folds
+from facewrinkle.anatomy.fitting import mean_face
 from facewrinkle.anatomy.muscles import SheetMuscle
+from facewrinkle.anatomy.stored_folds import stored_folds
 from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry import unique_edges
@@ -33,7 +34,7 @@ from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_layers import FOLDS, find_folds, fold_layers, fold_shapes, relaxed_shapes
+from facewrinkle.simulation.fold_layers import FOLDS, fold_layers, fold_shapes, relaxed_shapes
 
 UNREFINED = fw.Refinement(max_level=0)
 
@@ -176,33 +177,35 @@ def test_action_units_whose_muscles_a_face_lacks_are_left_out(face):
     assert window_of(tensors_of(lacking, FoldShapes(found))["forehead"]).max() == 1.0
 
 
-def test_variations_of_the_head_share_the_lines_of_the_mean_head():
-    one, other = (fw.default_face(identity) for identity in ({"width": 0.5}, {"age": 1.0}))
-    shapes = [fold_shapes(face, fw.Skin(face)) for face in (one, other)]
-    assert shapes[0].face is shapes[1].face is one.template
-    assert fw.default_face().template is None
+def test_every_face_has_the_lines_of_the_mean_head_unless_its_muscles_are_others(face, coarse):
+    """So has one with expressions of its own; another atlas has those that it gives the mean head."""
+    head = mean_face(face.atlas)
+    for one in (face, coarse, fw.default_face({"width": 0.5}), dataclasses.replace(coarse, age=0.5)):
+        assert shapes_of(one) is shapes_of(head)
+    assert shapes_of(head).face is head
+    fewer = dict(list(coarse.muscles.items())[1:])
+    other = dataclasses.replace(coarse, muscles=fewer)
+    assert shapes_of(other).face is other
+    mine = coarse.with_expressions({"mine": {"AU1": 1.0}})
+    assert shapes_of(mine).lines.keys() == shapes_of(head).lines.keys()
+    printed = coarse.with_atlas(printed_atlas())
+    assert shapes_of(printed).face is mean_face(printed.atlas)
+    softer = fw.SkinMaterial(bending=10.0)
+    assert fold_shapes(face, fw.Skin(face, material=softer)) is shapes_of(face)
 
 
 def test_the_stored_shapes_of_the_head_are_those_of_its_skin(face):
-    stored, simulated = find_folds(face).shapes, relaxed_shapes(face)
-    assert known_folds(fw.default_face()).shapes.keys() == simulated.keys(), (
+    (stored, _), simulated = stored_folds(face.atlas) or ({}, {}), relaxed_shapes(face)
+    assert stored.keys() == simulated.keys(), (
         "the built-in head or its atlas is another one: run python -m tools.build_folds"
     )
-    assert list(fold_shapes(face, fw.Skin(face)).families) == list(GROUPS)
+    assert list(shapes_of(face).families) == list(GROUPS)
     for unit, shape in simulated.items():
         change = np.linalg.norm(stored[unit] - shape, axis=1).max()
         assert change < 0.1, (
             f"the stored shape of {unit} and others are not those of the skin any more, by {change:.2f} mm, which "
             "is more than skin at rest may be off: run python -m tools.build_folds"
         )
-
-
-def test_what_is_known_is_known_of_this_face_alone(face):
-    fewer = dict(list(face.muscles.items())[1:])
-    for other in (dataclasses.replace(face, muscles=fewer), dataclasses.replace(face, age=0.5)):
-        assert not known_folds(other).shapes
-    softer = fw.SkinMaterial(bending=10.0)
-    assert fold_shapes(face, fw.Skin(face, material=softer)) is fold_shapes(face, fw.Skin(face))
 
 
 def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
@@ -224,14 +227,9 @@ def test_stored_lines_are_those_that_are_found_from_the_stored_shapes(face):
     assert not any(np.allclose(other[:5], ours[:5], atol=0.1) for other in others)
 
 
-@pytest.mark.slow
-def test_lines_of_a_fine_mesh_are_those_of_its_simulated_skin_and_run_on_over_its_edges(face):
-    """Phases at the ends of an edge differ by what the wave there turns along it, and spacing is that of the head."""
-    mesh = face.mesh.subdivide(1, "loop")
-    fine = fw.fit_face(mesh, face.landmarks, units=face.unit)
-    shapes = shapes_of(fine)
-    assert shapes.coarse.n_points < 0.6 * fine.n_points == 0.6 * mesh.n_points
-    own = lines_of(fine, shapes, 1.0, Style())["forehead"]
+def test_carried_lines_run_on_over_the_edges_of_a_mesh(coarse):
+    """Phases at the ends of an edge differ by what the wave there turns along it."""
+    own = lines_of(coarse, shapes_of(coarse), 1.0, Style())["forehead"]
     ground = own.ground
     i, j = unique_edges(ground.triangles)[0].T
     strong = np.minimum(own.share[i], own.share[j]) > 0.6
@@ -242,10 +240,6 @@ def test_lines_of_a_fine_mesh_are_those_of_its_simulated_skin_and_run_on_over_it
     off = np.angle(np.exp(1j * (sign * own.phase[j] - own.phase[i] - turned)))
     assert len(off) > 300
     assert np.quantile(np.abs(off), 0.9) < 0.4
-    even = Style(irregularity=0.0)
-    both = [lines_of(f, s, 1.0, even)["forehead"] for f, s in ((fine, shapes), (face, shapes_of(face)))]
-    lengths = [np.median(2.0 * np.pi / np.linalg.norm(lines.wave[lines.share > 0.6], axis=1)) for lines in both]
-    assert lengths[0] == pytest.approx(lengths[1], rel=0.02)
 
 
 def shapes_of(face):
@@ -280,12 +274,12 @@ def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_st
     again = fw.Simulation(face, layers=first.layers)
     assert again.layers[-1].shapes is first.layers[-1].shapes
     other = fw.Simulation(coarse, layers=first.layers)
-    assert other.layers[-1].shapes.face is coarse
-    assert first.layers[-1].shapes.face is not coarse
-    own = WaveFolds()
+    assert other.layers[-1].shapes is first.layers[-1].shapes
+    own, cloth = WaveFolds(), fw.surface(coarse.mesh)
     own.shapes = first.layers[-1].shapes
     with pytest.raises(ParameterError, match=r"given are of a face of 4517 triangles, and this one has \d+, or others"):
-        fw.Simulation(coarse, layers=[own])
+        fw.Simulation(cloth, layers=[own])
+    other = fw.Simulation(cloth, layers=[])
     before = other.layers[:]
     with pytest.raises(ParameterError, match=r"Give a new WaveFolds\(\) to the simulation of each face"):
         other.use_layers([own])

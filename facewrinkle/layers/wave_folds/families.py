@@ -55,12 +55,10 @@ class FoldShapes:
     families : mapping of str to list of ndarray, shape (n0, 3)
         Positions of the base vertices, mm.
     face : Face, optional
-        The face whose shapes they are. Default: the one on which they are used. Lines of the mean head are carried to
-        its variations.
+        The face whose shapes they are, from which its lines are carried to others. Default: the one on which they are
+        used.
     lines : mapping of str to ndarray, optional
         Arrays of the lines that were found from the shapes at the default density and style.
-    coarse : Face, optional
-        A coarser mesh of that face, if the shapes are those of its vertices: lines are found on it, and carried over.
 
     Examples
     --------
@@ -76,7 +74,6 @@ class FoldShapes:
     families: Mapping[str, Sequence[Array]]
     face: Face | None = None
     lines: Mapping[str, npt.NDArray[Any]] | None = None
-    coarse: Face | None = None
 
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:

@@ -16,8 +16,8 @@ from ..base import SurfacePoints
 from ..compression import StrainField, along, tangents_of
 from ..entries import Entries, sorted_by_vertex
 from .families import FoldShapes, tensors_of
-from .stripes import KEPT, Ground, Stripes, Style, closest_points, found_stripes, zone_of
-from .tissue import anatomical, firmness, grain, old_depths, wavelengths
+from .stripes import KEPT, Ground, Stripes, Style, carried, found_stripes, zone_of
+from .tissue import anatomical, firmness, grain, old_depths, scale_of, wavelengths
 
 ENOUGH, MOST = 0.2, 4
 """Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
@@ -111,9 +111,18 @@ def lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> di
     Raises
     ------
     ParameterError
-        For shapes with lines of another face.
+        For shapes with lines of another face, and for shapes of a face with other triangles if one has no landmarks.
     """
-    return per_face(face, "lines", (shapes, density, style), lambda: _lines_of(face, shapes, density, style))
+    home, key = shapes.face or face, (shapes, density, style)
+    lines = per_face(home, "lines", key, lambda: _lines_of(home, shapes, density, style))
+    if np.array_equal(home.triangles, face.triangles):
+        return lines
+    if not (home.landmarks and face.landmarks):
+        raise ParameterError(
+            f"the shapes that wave folds were given are of a face of {len(home.triangles)} triangles, and "
+            f"this one has {len(face.triangles)}, or others. Give a new WaveFolds() to the simulation of each face."
+        )
+    return per_face(face, "lines", key, lambda: carried(lines, home, face, wavelengths(face) / density))
 
 
 def _lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, Stripes]:
@@ -136,16 +145,11 @@ def _lines_of(face: Face, shapes: FoldShapes, density: float, style: Style) -> d
 
 def found_lines(face: Face, shapes: FoldShapes, density: float, style: Style) -> dict[str, np.ndarray]:
     """Find the lines of a face; return the arrays that they are stored as, with seven digits."""
-    home = shapes.coarse or face
-    length, under = wavelengths(home) / density, (grain(home), anatomical(home))
-    tensors = tensors_of(home, shapes)
-    if home is not face:
-        own, near = wavelengths(face) / density, closest_points(home, face.points)
+    length, under = wavelengths(face) / density, (grain(face), anatomical(face))
+    tensors = tensors_of(face, shapes)
     arrays: dict[str, np.ndarray] = {"names": np.array(list(tensors), dtype=np.str_)}
     for k, (name, tensor) in enumerate(tensors.items()):
-        stripes = found_stripes(home, name, tensor, length, style, under)
-        if home is not face:
-            stripes = stripes.on(face, own, near, home)
+        stripes = found_stripes(face, name, tensor, length, style, under)
         arrays |= {f"{column} {k}": getattr(stripes, column).astype(kind) for column, kind in KEPT.items()}
         arrays[f"level {k}"] = np.array(stripes.ground.level)
     return arrays
@@ -169,12 +173,12 @@ class WaveField:
     Attributes
     ----------
     lines : dict of str to Stripes
-        Found on this face, or on the one that the shapes are of.
+        Found on this face or one of the same triangles, or carried over from one of others.
 
     Raises
     ------
     ParameterError
-        For shapes of a face with other triangles.
+        See :func:`lines_of`.
     """
 
     def __init__(
@@ -187,12 +191,9 @@ class WaveField:
         age: float = 0.0,
     ) -> None:
         home = shapes.face or face
-        if home is not face and not np.array_equal(home.triangles, face.triangles):
-            raise ParameterError(
-                f"the shapes that wave folds were given are of a face of {len(home.triangles)} triangles, and "
-                f"this one has {len(face.triangles)}, or others. Give a new WaveFolds() to the simulation of each face."
-            )
-        self.lines = lines_of(home, shapes, density, style or Style())
+        self.lines, self._turn = lines_of(face, shapes, density, style or Style()), None
+        if home is not face and np.array_equal(home.triangles, face.triangles):  # its waves, in the face's own axes
+            self._turn = home.frame.axes.T @ face.frame.axes * (scale_of(home) / scale_of(face))
         self._face, self._unit, self._amounts, self._age = face, face.unit, amounts, age
         self._length = wavelengths(face) / density
 
@@ -227,6 +228,7 @@ class WaveField:
             folding = (values[:, 0] > 0.0) & (values[:, 1] > 0.0)
             near, values = near[folding], values[folding]
             theta, strength, wave = own.at(vertices, near)
+            wave = wave if self._turn is None else wave @ self._turn
             size = np.sqrt((wave * wave).sum(axis=1))
             some = np.flatnonzero((strength > GONE) & (size > 1e-6))
             if not len(some):

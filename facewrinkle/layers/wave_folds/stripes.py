@@ -9,7 +9,7 @@ evenly.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,6 +18,7 @@ import numpy.typing as npt
 from scipy.sparse import csc_array, diags_array
 
 from ...anatomy import Face
+from ...anatomy.landmarks import fitted_map
 from ...array_types import Array, BoolArray
 from ...geometry import RedGreenForest, barycentric, interpolated, side_lengths, smoothstep, symmetric_factors, unit
 from ...mesh import closest_places
@@ -61,6 +62,9 @@ KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "sha
 
 FINE, MOST = 0.45, 4
 """Length of edges on which a wave is known well enough, in wavelengths, and the highest level."""
+
+TANGENT = 0.5
+"""Distance over which the map from face to face is taken to be linear, mm."""
 
 THIN = 1e-3
 """Least height of a triangle that counts, over its longest side."""
@@ -245,37 +249,65 @@ class Stripes:
         )  # fmt: skip
         return theta, strength, wave
 
-    def on(self, face: Face, length: Array, near: SurfacePoints, home: Face) -> Stripes:
-        """Return these stripes of a coarser mesh of a face on the face itself: each point has the wave of the closest.
 
-        Parameters
-        ----------
-        face : Face
-        length : ndarray, shape (n0,)
-            Wavelength at its base vertices, mm.
-        near : SurfacePoints
-            The points of the coarser mesh, `home`, that are the closest to the base vertices.
-        home : Face
-        """
-        compression = interpolated(self.compression[:, None], near.corners, near.barycentric)[:, 0]
+def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array) -> dict[str, Stripes]:
+    """Return the lines of one face on another of other triangles, where both have the same landmarks.
+
+    Each point has the wave of the point that is the closest after the smooth map that takes landmarks to landmarks: as
+    many lines, as far apart as the skin between the landmarks is large.
+
+    Parameters
+    ----------
+    lines : mapping of str to Stripes
+        The lines of `home`, by family; of those that lie on the other face there is one each in the result.
+    home, face : Face
+    length : ndarray, shape (n0,)
+        Wavelength at the base vertices of `face`, mm.
+
+    Examples
+    --------
+    >>> import facewrinkle as fw
+    >>> from facewrinkle.simulation.fold_layers import fold_shapes
+    >>> from facewrinkle.layers.wave_folds.field import lines_of
+    >>> head = fw.default_face()
+    >>> other = fw.fit_face(head.mesh.decimate(0.3), head.landmarks)
+    >>> list(lines_of(other, fold_shapes(other, fw.Skin(other)), 1.0, Style()))
+    ['forehead', 'brows', 'eyes', 'cheeks', 'chin']
+    """
+    onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
+    near, slopes = _closest(home, onto, face.points, TANGENT / face.unit)
+    out = {}
+    for name, own in lines.items():
+        compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
         zone = zone_of(face, compression)
+        if not zone.any():
+            continue
         ground = Ground(face, zone, level_for(face, zone, length))
         if ground.level:
-            near = closest_points(home, ground.points / face.unit)
+            there, turns = _closest(home, onto, ground.points / face.unit, TANGENT / face.unit)
         else:
-            near = near.taken(np.unique(face.triangles[zone]))
-        inside = np.flatnonzero(self.zone[near.host])
-        n = len(near.points)
+            used = np.unique(face.triangles[zone])
+            there, turns = near.taken(used), slopes[used]
+        inside = np.flatnonzero(own.zone[there.host])
+        n = len(there.points)
         phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
-        phase[inside], share[inside], wave[inside] = self.at(near, inside)
-        return Stripes(ground, wave, phase, share, compression)
+        phase[inside], share[inside], wave[inside] = own.at(there, inside)
+        wave = (home.unit / face.unit) * (turns @ wave[:, :, None])[:, :, 0]
+        out[name] = Stripes(ground, wave, phase, share, compression)
+    return out
 
 
-def closest_points(face: Face, points: Array) -> SurfacePoints:
-    """Return the points of a face at rest that are the closest to points (n, 3)."""
-    host, places = closest_places(face.mesh, points)
-    corners = face.triangles[host]
-    return SurfacePoints(places, face.normals[corners[:, 0]], corners, barycentric(places, face.points[corners]), host)
+def _closest(home: Face, onto: Callable[[Array], Array], points: Array, step: float) -> tuple[SurfacePoints, Array]:
+    """The points of a face that are the closest to those to which a map takes points (n, 3), and the slopes of the map.
+
+    Row k of the slopes (n, 3, 3) is the derivative along axis k, over a `step`.
+    """
+    mapped = onto(points)
+    slopes = np.stack([(onto(points + step * axis) - mapped) / step for axis in np.eye(3)], axis=1)
+    host, places = closest_places(home.mesh, mapped)
+    corners = home.triangles[host]
+    at = SurfacePoints(places, home.normals[corners[:, 0]], corners, barycentric(places, home.points[corners]), host)
+    return at, slopes
 
 
 def zone_of(face: Face, compression: Array) -> BoolArray:

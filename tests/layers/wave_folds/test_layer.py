@@ -20,6 +20,7 @@ import pytest
 import pyvista as pv
 from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 from small_meshes import area_vectors
 from squares import pressed as pressed_by
 
@@ -173,12 +174,18 @@ def field(face):
     return WaveField(face, fold_shapes(face, fw.Skin(face)), 1.0, Style())
 
 
+def waves_of(face, field):
+    """The waves at the base vertices."""
+    return field.at(
+        SurfacePoints.of_forest(
+            RedGreenForest(face.triangles), face.points, vertex_normals(face.points, face.triangles)
+        )
+    )
+
+
 def cosines(face, field, name):
     """Cosine of the phase times strength at the base vertices: independent of the sign of the direction."""
-    vertices = SurfacePoints.of_forest(
-        RedGreenForest(face.triangles), face.points, vertex_normals(face.points, face.triangles)
-    )
-    waves = field.at(vertices)
+    waves = waves_of(face, field)
     own = waves.family == list(field.lines).index(name)
     out = np.zeros(len(face.points))
     out[np.repeat(np.arange(len(out)), np.diff(waves.starts))[own]] = (np.cos(waves.theta) * waves.window)[own]
@@ -201,18 +208,27 @@ def test_another_identity_keeps_its_lines_and_another_seed_is_another_person(fac
     assert np.mean(np.abs(others)) < 0.5
 
 
-def test_a_mesh_in_meters_has_the_same_lines(face):
-    own, meters = (
-        fw.fit_face(
-            face.mesh.scale(s, inplace=False), {k: s * np.asarray(v) for k, v in face.landmarks.items()}, units=units
-        )
-        for s, units in ((1.0, 1.0), (0.001, 1000.0))
-    )
-    one, other = (WaveField(f, fold_shapes(f, fw.Skin(f)), 1.0, Style()) for f in (own, meters))
-    assert list(one.lines) == list(other.lines)
-    alike = [likeness(cosines(own, one, name), cosines(meters, other, name)) for name in one.lines]
-    assert np.median(alike) > 1.0 - 1e-9
-    assert min(alike) > 0.99  # where lines of the chin branch, rounding has a say
+@pytest.mark.parametrize("other_triangles", [False, True])
+def test_the_same_skin_turned_and_in_meters_has_the_same_lines(face, field, other_triangles):
+    """Phases at the same places, wavelengths, and directions across the lines, which turn with it."""
+    turned = Rotation.from_euler("yx", [70.0, 20.0], degrees=True).as_matrix()
+    marks = {name: 0.001 * turned @ place for name, place in face.landmarks.items()}
+    mesh = face.mesh.subdivide(1, "linear") if other_triangles else face.mesh.copy()
+    mesh.points = 0.001 * mesh.points @ turned.T
+    other = fw.fit_face(mesh, marks, units="m")
+    lines = WaveField(other, fold_shapes(other, fw.Skin(other)), 1.0, Style())
+    assert list(lines.lines) == list(field.lines)
+    twins = cKDTree(other.points).query(0.001 * face.points @ turned.T)[1]
+    for name in field.lines:
+        assert likeness(cosines(face, field, name), cosines(other, lines, name)[twins]) > 0.999
+    ours, theirs = waves_of(face, field), waves_of(other, lines)
+    both = np.flatnonzero((np.diff(ours.starts) == 1) & (np.diff(theirs.starts)[twins] == 1))
+    here, there = ours.starts[both], theirs.starts[twins[both]]
+    assert len(both) > 300
+    np.testing.assert_allclose(theirs.length[there], ours.length[here], rtol=0.05)
+    across = np.abs(((ours.wave[here] @ turned.T) * theirs.wave[there]).sum(axis=1))
+    sizes = np.linalg.norm(ours.wave[here], axis=1) * np.linalg.norm(theirs.wave[there], axis=1)
+    assert np.quantile(across / sizes, 0.05) > 0.99
 
 
 def test_left_and_right_are_drawn_each_for_itself(face):
