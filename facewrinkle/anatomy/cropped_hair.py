@@ -23,6 +23,9 @@ HAIRS, KNOTS = 45000, 3
 WHORL = np.array([8.0, 115.0, -62.0])
 """Hair grows away from here, at the back of the crown."""
 
+FALLS = 1.0
+"""How much the hair of the sides is also combed down, relative to that."""
+
 ASTRAY = 0.35
 """Deviation of the direction of single hairs from that, radians."""
 
@@ -105,6 +108,8 @@ def grown_hairs(
     normals = vertex_normals(points, triangles)
     root, up = (np.einsum("kc,kci->ki", weights, values[corners]) for values in (points, normals))
     way = unit(np.cross(np.cross(up, root - start), up))
+    way[:, 1] -= FALLS * np.abs(up[:, 0])
+    way = unit(np.cross(np.cross(up, way), up))
     turn = random.normal(0.0, ASTRAY, (count, 1))
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
     reach = longest[:, None] * random.uniform(0.6, 1.1, (count, 1))

@@ -202,7 +202,7 @@ class Paint:
     def colors(self) -> NDArray[np.uint8]:
         """Return the colors (..., 3), read-only."""
         out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
-        cover = self.cover()
+        cover = self.cover() ** 2  # skin is seen through thin hair
         where = cover > 0.0
         out[where] += cover[where, None] * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
         shown = np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)
