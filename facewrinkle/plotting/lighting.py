@@ -21,6 +21,11 @@ STEP, SOFT, RAYS = 1.0, 10.0, 24
 DULL = 0.8
 """Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
 
+DIM, BESIDE = 0.4, 12.0
+"""Share of the light that skin under cropped hair loses, and how far beside it that ends, mm on a face of average
+size.
+"""
+
 WET = 2.4
 """Gloss of lips relative to that of skin."""
 
@@ -60,8 +65,8 @@ class KeyLight:
         """
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
-        bare, far = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
-        return np.column_stack([smooth.openness, lit, bare, smoothstep(far)]).astype(np.float32)
+        bare, far, near = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
+        return np.column_stack([near * smooth.openness, near * lit, bare, smoothstep(far)]).astype(np.float32)
 
     def on_part(self, part: pv.PolyData, posed: bool = False) -> pv.PolyData:
         """Return a part on the head at rest, or where the frame has it, with its `paint` in the shadow of the skin."""
@@ -78,28 +83,33 @@ class KeyLight:
 
 def light_at_rest(face: Face, skin: pv.PolyData) -> npt.NDArray[np.uint8]:
     """What the shader of a page needs of each vertex (n, 4) of a frame, or of a mesh at rest whose first vertices are
-    the face's, as if the face were at rest, without shadows; see :meth:`KeyLight.on_skin`. Here gloss is relative to
-    that of lips.
+    the face's, as if the face were at rest, in the shade of hair alone; see :meth:`KeyLight.on_skin`. Here gloss is
+    relative to that of lips.
     """
     base = per_face(face, "light at rest", None, lambda: _light_at_rest(face))
     return in_bytes(np.concatenate([base, interpolated(base, *on_base(face, skin))]))
 
 
 def _light_at_rest(face: Face) -> Array:
-    bare, far = _bust(face)
-    return np.column_stack([open_to(face, face.points), np.ones(len(far)), bare / WET, smoothstep(far)])
+    bare, far, near = _bust(face)
+    return np.column_stack([near * open_to(face, face.points), near, bare / WET, smoothstep(far)])
 
 
-def _bust(face: Face) -> tuple[Array, Array]:
-    """Gloss (n0,), of bare skin 1, and distances (n0,) from the end of the neck, 1 where all is seen."""
-    bare, far, scale = np.ones(len(face.points)), np.ones(len(face.points)), face.frame.scale
+def _bust(face: Face) -> tuple[Array, Array, Array]:
+    """Gloss (n0,), of bare skin 1, distances (n0,) from the end of the neck, 1 where all is seen, and shares (n0,) of
+    light that cropped hair leaves.
+    """
+    bare, far, near = np.ones((3, len(face.points)))
     if not face.landmarks:
-        return bare, far
-    bare -= DULL * smoothstep(hair_cover(face.points, face.landmarks, face.frame) / 8.0)
+        return bare, far, near
+    scale, cover = face.frame.scale, hair_cover(face.points, face.landmarks, face.frame)
+    bare -= DULL * smoothstep(cover / 8.0)
+    if "cropped_hair" in face.bound_hair:
+        near -= DIM * smoothstep(1.0 + cover / BESIDE)
     bare += (WET - 1.0) * lips(face.points, face.landmarks, face.frame)
     neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]
     if len(ends):
         far = cKDTree(ends).query(face.points)[0] / (FADE * scale)
-    return bare, far
+    return bare, far, near

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 import facewrinkle as fw
 from facewrinkle.appearance.seen import Appearance
 from facewrinkle.plotting import Scene, Style
+from facewrinkle.plotting.lighting import light_at_rest
 
 
 def brightness(face, style, names, lamp=None):
@@ -50,6 +51,15 @@ def test_long_hair_leaves_the_skin_below_it_in_the_dark():
     bare, under = open_to_all
     assert (under < [0.3, 0.3, 1.1] * bare).all()
     assert under[2] > 0.95 * bare[2]
+
+
+def test_cropped_hair_shades_the_skin_beside_it():
+    shaved, cropped = (fw.default_face({"hair_density": density}) for density in (-1.0, 0.0))
+    at = cKDTree(shaved.points).query([shaved.landmarks[name] for name in ("trichion", "glabella")])[1]
+    assert (light_at_rest(shaved, shaved.mesh)[at, 1] == 255).all()
+    hairline, brow = light_at_rest(cropped, cropped.mesh)[at, 1]
+    assert 140 < hairline < 240
+    assert brow == 255
 
 
 def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
