@@ -19,10 +19,10 @@ from .parts import Part
 SEED = 5
 """All people have the same locks; how these fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 250, 95, 60
+COLUMNS, LOCKS, STRANDS = 220, 80, 40
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
-KNOTS, LOCK_HAIRS = 15, 6
+KNOTS, LOCK_HAIRS = 14, 6
 """Points along each of them, and hairs side by side in a lock."""
 
 ROOTS_DENSER = 1.4
@@ -86,7 +86,7 @@ there at which the hem of the shortest is: between that and cropped hair are cut
 LAYERS, UNDER = 0.3, 8.0
 """Share of the length that the shortest locks lack, and how much shorter than the longest ones the sheet is."""
 
-WIDEST, ROUND, TUCKED, ROUGH, POINTED = (4.0, 10.0), 0.25, 0.28, 0.04, 0.6
+WIDEST, ROUND, TUCKED, ROUGH, POINTED = (4.5, 11.0), 0.25, 0.28, 0.04, 0.6
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
 single hairs from that; and the share of the width that tips lack.
 """
@@ -267,7 +267,7 @@ def _locks(
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:
     """Return factors (locks, hairs, KNOTS) of the color: hairs differ, are dark at the roots and fair at the tips."""
     t = np.linspace(0.0, 1.0, KNOTS)
-    streaks = 0.22 * random.normal(size=(locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
+    streaks = random.uniform(-0.36, 0.36, (locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
     return np.asarray(np.exp(streaks) * (1.0 - ROOTS_DARKER * np.maximum(1.0 - 5.0 * t, 0.0)) * (1.0 + 0.2 * t**2))
 
 
