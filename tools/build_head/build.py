@@ -286,12 +286,13 @@ def refuse_crossings(points: Array, triangles: IntArray) -> None:
 
 def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     """Return all arrays of the head, with the texture as an image."""
-    half = half_surface(data)
-    size = target_size(half, data)
-    plane = charted(half, data["chart"], size)
-    mesh, end = half_mesh(half, data, plane, size)
+    laid_out = half_surface(data | {"points": data["points"] | data["laid_out"]})
+    size = target_size(laid_out, data)
+    plane = charted(laid_out, data["chart"], size)
+    mesh, end = half_mesh(laid_out, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
     keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
+    half = half_surface(data)
     mold = molding(half, mesh, keep, twins)
     eye = data["eye"]
     cage = np.array(list(data["points"].values()))
