@@ -31,7 +31,7 @@ from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameEr
 from facewrinkle.geometry import unique_edges
 from facewrinkle.layers.printed_wrinkles import PrintedWrinkles
 from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
-from facewrinkle.layers.wave_folds.families import tensors_of, window_of
+from facewrinkle.layers.wave_folds.families import strength_of, tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
 from facewrinkle.simulation.fold_layers import FOLDS, fold_layers, fold_shapes, relaxed_shapes
@@ -174,7 +174,7 @@ def test_action_units_whose_muscles_a_face_lacks_are_left_out(face):
     found = fold_shapes(lacking := dataclasses.replace(face, muscles=kept), fw.Skin(lacking)).families
     assert len(found["brows"]) == 0
     assert len(found["forehead"]) == 2
-    assert window_of(tensors_of(lacking, FoldShapes(found))["forehead"]).max() == 1.0
+    assert window_of(strength_of(tensors_of(lacking, FoldShapes(found))["forehead"])).max() == 1.0
 
 
 def test_every_face_has_the_lines_of_the_mean_head_unless_its_muscles_are_others(face, coarse):
