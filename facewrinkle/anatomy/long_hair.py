@@ -22,7 +22,7 @@ SEED = 5
 COLUMNS, LOCKS, STRANDS = 220, 80, 40
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
-KNOTS, LOCK_HAIRS = 14, 6
+KNOTS, LOCK_HAIRS = 14, 12
 """Points along each of them, and hairs side by side in a lock."""
 
 ROOTS_DENSER = 1.4

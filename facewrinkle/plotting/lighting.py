@@ -57,15 +57,16 @@ class KeyLight:
         towards = towards if follow else towards @ seen.pose[:3, :3]
         self._lamp = Lamp(seen.smooth.occluder, towards, STEP * self._scale)
 
-    def on_skin(self) -> npt.NDArray[np.float32]:
+    def on_skin(self, cropped: bool) -> npt.NDArray[np.float32]:
         """Return what the shader needs of each vertex of the smooth skin (n, 4).
 
         These are its openness, the share of the key light that it gets, its gloss relative to that of bare skin, and
-        how far it is from the end of the bust, where the picture fades: from 0 to 1.
+        how far it is from the end of the bust, where the picture fades: from 0 to 1. Hair that is `cropped` shades it.
         """
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
         bare, far, near = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
+        near = near if cropped else 1.0
         return np.column_stack([near * smooth.openness, near * lit, bare, smoothstep(far)]).astype(np.float32)
 
     def on_part(self, part: pv.PolyData, posed: bool = False) -> pv.PolyData:

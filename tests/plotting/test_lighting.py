@@ -60,6 +60,9 @@ def test_cropped_hair_shades_the_skin_beside_it():
     hairline, brow = light_at_rest(cropped, cropped.mesh)[at, 1]
     assert 140 < hairline < 240
     assert brow == 255
+    clay = Style(SMALL, clay=True)  # which shows no hair
+    (here,), (there,) = (brightness(face, clay, ["trichion"]) for face in (shaved, cropped))
+    assert here == pytest.approx(there, abs=1.0)
 
 
 def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
