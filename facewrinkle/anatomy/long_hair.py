@@ -86,12 +86,12 @@ there at which the hem of the shortest is: between that and cropped hair are cut
 LAYERS, UNDER = 0.3, 8.0
 """Share of the length that the shortest locks lack, and how much shorter than the longest ones the sheet is."""
 
-WIDEST, ROUND, TUCKED, ROUGH, POINTED = (4.5, 11.0), 0.25, 0.28, 0.04, 0.6
+WIDEST, ROUND, TUCKED, ROUGH, POINTED = (4.5, 11.0), 0.25, 0.28, 0.03, 0.6
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
 single hairs from that; and the share of the width that tips lack.
 """
 
-CLEAR, FRAYED = 1.2, 0.05
+CLEAR, FRAYED = 1.2, 0.04
 """Height of locks over the sheet, and deviation of the lengths of their hairs, as a share."""
 
 STRAND, OFF, LOOSE, ASTRAY = 0.2, 2.0, 7.0, 4.0

@@ -66,8 +66,8 @@ class KeyLight:
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
         bare, far, near = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
-        near = near if cropped else 1.0
-        return np.column_stack([near * smooth.openness, near * lit, bare, smoothstep(far)]).astype(np.float32)
+        shade = near if cropped else np.ones(len(near))
+        return np.column_stack([shade * smooth.openness, shade * lit, bare, smoothstep(far)]).astype(np.float32)
 
     def on_part(self, part: pv.PolyData, posed: bool = False) -> pv.PolyData:
         """Return a part on the head at rest, or where the frame has it, with its `paint` in the shadow of the skin."""
