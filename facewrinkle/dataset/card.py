@@ -31,8 +31,8 @@ BIASES = """\
   at most. Missing are other haircuts, long beards, make-up, glasses, jewellery, hats and clothes: necks are bare.
 - The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
 - Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
-- Pictures are rasterized: nothing casts a shadow, and no light scatters under the skin. Nothing stands in front of a
-  face, no hand and no strand of hair; cameras have no noise, blur or distortion.
+- Pictures are rasterized: skin and long hair cast shadows of the key light alone, and no light scatters under the
+  skin. No hand and no strand of hair is in front of a face; cameras have no noise, blur or distortion.
 - Heads do not turn on their necks; the camera moves around them. Backgrounds are plain gradients unless the
   specification names pictures, which do not light the face, or environment maps, which light it as three lamps do.
 - What is meant for photographs should be trained with more than these draws: other backgrounds behind `part` 0, things
