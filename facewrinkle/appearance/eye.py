@@ -205,7 +205,7 @@ def _between_lids(paint: Array, below: Array, above: Array) -> Array:
     """Paint with the shadows of the lids, the wet lower margin and the flesh of the inner corner."""
     wet = 0.6 * np.exp(-((np.maximum(above, 0.0) / 2.2) ** 2))
     near, under = (np.exp(-np.maximum(below, 0.0) / reach) for reach in (4.0, 16.0))
-    shade = 0.36 * near + 0.4 * under + 0.26 * np.exp(-np.maximum(above - 1.0, 0.0) / 6.0)
+    shade = 0.28 * near + 0.34 * under + 0.26 * np.exp(-np.maximum(above - 1.0, 0.0) / 6.0)
     lit = 1.0 - np.minimum(shade, 0.85)[:, None] * [0.92, 1.0, 1.0]
     return np.asarray((paint + wet[:, None] * (TINTS["tears"] - paint)) * lit)
 

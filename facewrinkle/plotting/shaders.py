@@ -377,7 +377,7 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 
 # Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
-    "0.125, 0.084, 0.066",  # off skin below: cheeks light the sockets above them
+    "0.105, 0.072, 0.058",  # off skin below: cheeks light the sockets above them
     "0.110, 0.112, 0.120",
     "0.22, 0.15, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",

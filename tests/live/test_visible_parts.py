@@ -47,7 +47,7 @@ def test_eyes_are_where_pictures_have_them(face, laughing):
         height = np.degrees(np.arctan2(towards @ up, towards @ ahead))
         below = np.interp(towards @ across, places, part.arrays["lids"][0]) - height
         above = height - np.interp(towards @ across, places, part.arrays["lids"][1])
-        shade = 0.36 * np.exp(-np.maximum(below, 0) / 4) + 0.4 * np.exp(-np.maximum(below, 0) / 16)
+        shade = 0.28 * np.exp(-np.maximum(below, 0) / 4) + 0.34 * np.exp(-np.maximum(below, 0) / 16)
         shade += 0.26 * np.exp(-np.maximum(above - 1, 0) / 6)
         corner = np.array(part.info["corner"])
         away = np.degrees(np.arccos(np.clip(towards @ corner, -1, 1)))

@@ -171,7 +171,7 @@ void main() {
   float across = dot(towards, lid_side), height = degrees(atan(dot(towards, lid_up), dot(towards, lid_ahead)));
   float below = lid(0, across) - height, above = height - lid(1, across);
   paint = mix(paint, tears, 0.6 * exp(-pow(max(above, 0.0) / 2.2, 2.0)));
-  float shade = 0.36 * exp(-max(below, 0.0) / 4.0) + 0.4 * exp(-max(below, 0.0) / 16.0) + 0.26 * exp(-max(above - 1.0, 0.0) / 6.0);
+  float shade = 0.28 * exp(-max(below, 0.0) / 4.0) + 0.34 * exp(-max(below, 0.0) / 16.0) + 0.26 * exp(-max(above - 1.0, 0.0) / 6.0);
   tint = clamp(paint * (1.0 - min(shade, 0.85) * vec3(0.92, 1.0, 1.0)), 0.0, 1.0);
   vec4 at = view * vec4(centre + radius * towards, 1.0);
   place = at.xyz;
