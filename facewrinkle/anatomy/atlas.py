@@ -186,7 +186,7 @@ class Atlas:
         Examples
         --------
         >>> load_atlas().units_of({"contempt": 0.5, "AU1": 0.25})
-        {'AU12R': 0.35, 'AU14R': 0.5, 'AU1': 0.25}
+        {'AU12R': 0.25, 'AU14R': 0.5, 'AU1': 0.25}
         >>> load_atlas().units_of({"paper_surprise": 1.0})
         {'AU1': 1.0, 'AU2': 0.7}
         """

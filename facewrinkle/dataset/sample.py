@@ -323,8 +323,8 @@ def action_units_of(simulation: Simulation, expression: dict[str, float]) -> dic
     >>> frames = simulation.run(2, ramp=1.0)
     >>> for frame in frames:
     ...     print(action_units_of(simulation, {"contempt": 0.8}))
-    {'AU12R': 0.28, 'AU14R': 0.4}
-    {'AU12R': 0.56, 'AU14R': 0.8}
+    {'AU12R': 0.2, 'AU14R': 0.4}
+    {'AU12R': 0.4, 'AU14R': 0.8}
     """
     atlas, motion = simulation.face.atlas, simulation.motion
     held = motion.rates_of(atlas.contractions(expression))

@@ -161,11 +161,11 @@ def test_units_of_an_emotion_contract_its_muscles(emotion):
 
 
 MOODS = {
-    "[expressions]\nmood = { contempt = 1.0, AU4 = 0.5 }": {"AU12R": 0.7, "AU14R": 1.0, "AU4": 0.5},
-    "[expressions]\nmood = { contempt = 0.5 }": {"AU12R": 0.35, "AU14R": 0.5},
-    "[expressions]\nmood = { contempt = 0.5, AU14R = 0.75, sadness = 0.0 }": {"AU12R": 0.35, "AU14R": 0.75},
+    "[expressions]\nmood = { contempt = 1.0, AU4 = 0.5 }": {"AU12R": 0.5, "AU14R": 1.0, "AU4": 0.5},
+    "[expressions]\nmood = { contempt = 0.5 }": {"AU12R": 0.25, "AU14R": 0.5},
+    "[expressions]\nmood = { contempt = 0.5, AU14R = 0.75, sadness = 0.0 }": {"AU12R": 0.25, "AU14R": 0.75},
     "[expressions]\nless = { contempt = 0.5, AU4 = 1.0 }\nmood = { less = 0.5, AU17 = 0.25 }":
-        {"AU12R": 0.175, "AU14R": 0.25, "AU4": 0.5, "AU17": 0.25},
+        {"AU12R": 0.125, "AU14R": 0.25, "AU4": 0.5, "AU17": 0.25},
     "[expressions]\nmood = { paper_surprise = 0.5, AU17 = 0.25 }": {"AU1": 0.5, "AU2": 0.35, "AU17": 0.25},
     "[expressions]\nmood = { happiness = 0.0, mentalis = 0.5 }": {"AU17": 0.5},
     "[expressions]\nnothing = {}\nmood = { nothing = 1.0 }": {},
@@ -448,7 +448,7 @@ def test_expressions_keep_the_units_that_they_are_written_in(tmp_path):
     assert again.expressions == changed.expressions
     for name in own:
         assert again.units_of({name: 1.0}) == changed.units_of({name: 1.0}), name
-    assert again.units_of({"grim": 1.0}) == {"AU12R": 0.35, "AU14R": 0.5, "AU4": 1.0}
+    assert again.units_of({"grim": 1.0}) == {"AU12R": 0.25, "AU14R": 0.5, "AU4": 1.0}
     assert again.units_of({"doubt": 1.0}) == {"AU15": 1.0}
 
 
