@@ -165,6 +165,34 @@ def long_hair(head: Head, length: float) -> Part:
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
     behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
     hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
+    lines, ends = _fallen(random, head, hull, length)
+    sheet = _between(lines, (ends - UNDER / STEP)[:, None] * np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER)
+    across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
+    over = ((np.arange(LOCKS) + random.uniform(0.0, 1.0, LOCKS)) / LOCKS * COLUMNS).astype(int)
+    locks = _locks(random, hull, lines[over], ends[over], random.uniform(*WIDEST, LOCKS), LOCK_HAIRS, OFF)
+    loose = random.integers(0, COLUMNS, STRANDS)
+    strands = _locks(random, hull, lines[loose], ends[loose], np.full(STRANDS, STRAND), 3, LOOSE)
+    shades = np.exp(0.08 * random.normal(size=(LOCKS, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
+    parts = [  # points and tints of hairs that are side by side
+        (sheet[None], (1.0 - UNDER_DARKER) * _tints(random, 1, COLUMNS)),
+        (locks, shades * _tints(random, LOCKS, LOCK_HAIRS)),
+        (strands, np.repeat(_tints(random, STRANDS, 1), 3, axis=1)),
+    ]
+    places = np.concatenate([points.swapaxes(1, 2).reshape(-1, 3) for points, _ in parts])
+    height, normals = hull(places)
+    places += np.maximum(LEAST - height, 0.0)[:, None] * normals
+    mesh = to_polydata(places, _triangles([points.shape[:2] for points, _ in parts]))
+    tints = np.concatenate([tints.swapaxes(1, 2).ravel() for _, tints in parts])
+    colors = np.asarray(head.paint[0].hair) * tints[:, None]
+    mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
+    return Part(mesh, follows="skull")
+
+
+def _fallen(random: np.random.Generator, head: Head, hull: RoundedHull, length: float) -> tuple[Array, Array]:
+    """Return the lines (k, STEPS + 1, 3) of the hairs of the sheet, combed and waved, and how many of the steps (k,) it
+    takes to reach the hem.
+    """
+    marks = head.landmarks
     dense = 0.5 + 0.5 * head.paint[0].density
     even, uneven = _even(random, (COLUMNS,), 12.0), _even(random, (COLUMNS,), 2.0)
     share = np.linspace(0.0, 1.0, COLUMNS)  # of the way around
@@ -188,26 +216,7 @@ def long_hair(head: Head, length: float) -> Part:
     swing = WAVY * dense**1.5 * np.minimum(1.5 * grown, 1.0)
     lines += (swing * np.sin(phase))[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - TURNED_IN * turn**2)[..., None] * up
-    sheet = _between(lines, (ends - UNDER / STEP)[:, None] * np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER)
-    across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
-    over = ((np.arange(LOCKS) + random.uniform(0.0, 1.0, LOCKS)) / LOCKS * COLUMNS).astype(int)
-    locks = _locks(random, hull, lines[over], ends[over], random.uniform(*WIDEST, LOCKS), LOCK_HAIRS, OFF)
-    loose = random.integers(0, COLUMNS, STRANDS)
-    strands = _locks(random, hull, lines[loose], ends[loose], np.full(STRANDS, STRAND), 3, LOOSE)
-    shades = np.exp(0.08 * random.normal(size=(LOCKS, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
-    parts = [  # points and tints of hairs that are side by side
-        (sheet[None], (1.0 - UNDER_DARKER) * _tints(random, 1, COLUMNS)),
-        (locks, shades * _tints(random, LOCKS, LOCK_HAIRS)),
-        (strands, np.repeat(_tints(random, STRANDS, 1), 3, axis=1)),
-    ]
-    places = np.concatenate([points.swapaxes(1, 2).reshape(-1, 3) for points, _ in parts])
-    height, normals = hull(places)
-    places += np.maximum(LEAST - height, 0.0)[:, None] * normals
-    mesh = to_polydata(places, _triangles([points.shape[:2] for points, _ in parts]))
-    tints = np.concatenate([tints.swapaxes(1, 2).ravel() for _, tints in parts])
-    colors = np.asarray(head.paint[0].hair) * tints[:, None]
-    mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
-    return Part(mesh, follows="skull")
+    return lines, ends
 
 
 def _parting(random: np.random.Generator, marks: Mapping[str, Array], along: Array) -> Array:
