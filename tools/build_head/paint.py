@@ -168,11 +168,11 @@ class HeadPainter:
         places, sky, rings, ear, lip = np.split(values, [3, 4, values.shape[1] - 2, values.shape[1] - 1], axis=1)
         sky, ear = np.clip(sky[:, 0], 0.0, 1.0), ear[:, 0]
         skin = complexion(places, self.landmarks, frame)
-        for (tint, strength), line in ((paint["brow"], self.data["brow"]["line"]), (paint["lid_fold"], paint["lid"])):
-            near = np.where(places[:, 2] > FRONT, _along(np.array(line), places[:, :2]), 0.0)
-            skin += (strength * near)[:, None] * (tint - skin)
         for k, ring in enumerate(paint["rings"]):
             skin += rings[:, k, None] * (np.array(ring[2]) - skin)
+        for tint, strength, line in paint["lines"]:
+            near = np.where(places[:, 2] > FRONT, _along(np.array(line), places[:, :2]), 0.0)
+            skin += (strength * near)[:, None] * (tint - skin)
         cover = hair_cover(places, self.landmarks, frame) - HAIRLESS * ear
         return skin, sky, cover / FADE, lip
 
