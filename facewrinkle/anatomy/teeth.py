@@ -47,6 +47,11 @@ BELOW_LIPS = 3.2
 OVERJET, OVERBITE = 2.0, 3.2
 """From the edges of the upper incisors back, and up, to those of the lower ones, mm."""
 
+OCCLUSAL_PLANE = 0.164
+"""Rise of the edges of the teeth per length backwards: their plane is inclined by 9.3 degrees on average (W. B. Downs,
+"Variations in facial relationships", Am J Orthod 34, 1948). So the lower lip of a smile follows the upper teeth.
+"""
+
 CROWN_BULGE = 0.25
 """Distance from the arch's outer border at which skin meets the crowns, mm: they bulge by .2 mm."""
 
@@ -202,8 +207,9 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         place += width
         crown = _crown(width, CROWN_HEIGHTS[jaw][k], CROWN_THICKNESS[k], EDGE_THICKNESS[k], CUSPS[k])
         along = np.array([outward[2], 0.0, -outward[0]])
-        rise = crown[:, 1:2] + SHORT[jaw][k]
-        left = centre + crown[:, :1] * along + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
+        on_border = centre + crown[:, :1] * along
+        rise = crown[:, 1:2] + SHORT[jaw][k] - sign * OCCLUSAL_PLANE * on_border[:, 2:]
+        left = on_border + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
         beside = (2.0 * crown[:, :1] / width) ** 4
         paint = (ENAMEL + (CROWN_NECK - ENAMEL) * share**2) * (1.0 - BETWEEN * beside)
@@ -254,6 +260,7 @@ def _gum(jaw: str) -> tuple[Array, IntArray, Array]:
     height = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), np.add(CROWN_HEIGHTS[jaw], SHORT[jaw]))
     thick = np.interp(place, ends - 0.5 * np.array(CROWN_WIDTHS[jaw]), CROWN_THICKNESS)
     border, outward = _on_border(jaw, place)
+    height -= (1.0 if jaw == "upper" else -1.0) * OCCLUSAL_PLANE * border[:, 2]
     papilla = 1.6 * np.abs(2.0 * inside - 1.0) ** 3
     # Profile [out, up]: under the tongue's side, over the crowns' necks, and up the outer side.
     profile = [(-1.0, 12.0), (-1.05, 2.0), (-0.95, 0.3), (-0.15, 0.3), (-0.06, -0.3), (0.04, 0.6), (0.09, 3.0)]

@@ -171,19 +171,25 @@ class Mouth:
         It is fixed to the jaws beyond the gums, and stays behind the skin; for the angle and the matrix of the mandible
         see :meth:`inside`.
         """
-        rim = points[self.loop]
-        wide, rest = (float(np.ptp(place @ self._axes[0])) for place in (rim, self._rest_rim))
-        narrow = np.array([min(wide / rest, 1.0), 1.0, 1.0])  # pursed lips take the cheeks along
-        middle = self._rest_rim.mean(axis=0)
-        back = np.outer((middle - self._rest_rim) @ self._axes[2] / self._size, [0.0, 0.0, 1.0])
+        turn, shift = self.motion(points, jaw_angle, mandible)
+        lower = 0.5 - self._oval[:, 1:2] / (2.0 * OVAL_HEIGHT)
+
+        def ridden(places: Array, share: Array) -> Array:
+            """Return the ways of places (k, 3) that ride on the mandible by a share (k, 1)."""
+            return np.asarray(share * (places @ turn.T + shift - places))
+
+        # Lips that are pursed or drawn aside take the cheeks along.
+        rim, rest = points[self.loop], self._rest_rim
+        drawn, middle = rim - ridden(rest, lower), rest.mean(axis=0)
+        wide = np.array([np.ptp(rim @ self._axes[0]) / np.ptp(rest @ self._axes[0]), 1.0, 1.0])
+        behind = np.maximum((middle - rest) @ self._axes[2], (middle - drawn) @ self._axes[2]) / self._size
+        back = np.outer(behind, [0.0, 0.0, 1.0])
         rings = [
-            middle + narrow * (half * self._oval - back - [0.0, 0.0, depth]) * self._size @ self._axes
+            middle + wide * (half * self._oval - back - [0.0, 0.0, depth]) * self._size @ self._axes
             for half, depth in POCKET_RINGS
         ]
         closed = np.vstack([*rings, rings[-1].mean(axis=0)])
-        lower = np.append(np.tile(0.5 - self._oval[:, 1] / (2.0 * OVAL_HEIGHT), len(rings)), 0.5)[:, None]
-        turn, shift = self.motion(points, jaw_angle, mandible)
-        opened = closed + lower * (closed @ turn.T + shift - closed)
+        opened = closed + ridden(closed, np.vstack([*([lower] * len(rings)), [[0.5]]]))
         return reshaped(self._blank_pocket, np.vstack([rim, self._behind_skin(opened, points)]))
 
     @cached_property

@@ -59,7 +59,16 @@ def test_crowns_have_the_cusps_of_their_kind(face, arches):
             edge, pit = height[crown.min() + np.arange(14)], height[crown.max()]
             peaks = (edge > np.roll(edge, 1)) & (edge >= np.roll(edge, -1))
             assert peaks.sum() == cusps
-            assert cusps == 1 or 1.0 < edge.max() - pit < 2.0
+            assert cusps == 1 or 1.0 < edge[peaks].mean() - pit < 2.0
+
+
+def test_molars_stand_higher_than_incisors(face, arches):
+    """Downs measured 1.5 to 14 degrees between the occlusal plane and the horizontal of the skull."""
+    for arch in arches:
+        place = local(face, arch.points)
+        teeth = [place[crown.min() + np.arange(14)].mean(axis=0) for crown in sorted(crowns(arch), key=np.min)]
+        rise, back = (teeth[-1] - teeth[0])[1:] * [1.0, -1.0]
+        assert 1.5 < np.rad2deg(np.arctan2(rise, back)) < 14.0
 
 
 def test_gums_face_the_lips(face, arches):

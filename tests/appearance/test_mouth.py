@@ -107,6 +107,20 @@ def test_the_pocket_lies_before_no_crown(face, expression):
             assert np.abs((crossed - front) @ ahead).max(initial=0.0) < 0.7
 
 
+def test_nothing_hides_the_premolars_of_a_smile(face):
+    """Wide lips take the pocket along: between them some of each of the first ten upper teeth shows."""
+    frame = held("happiness")
+    seen, ahead = Appearance.of(face).at(frame), face.frame.axes[2]
+    size = CROWN_SIDES * CROWN_RINGS + 1
+    crowns = np.asarray(seen.mouth_parts["upper_teeth"].points, float)[-2 * len(CROWN_WIDTHS["upper"]) * size :]
+    for crown in crowns.reshape(-1, size, 3)[:10]:
+        outer = crown[crown[:, 2] > np.median(crown[:, 2])]
+        free = [not len(frame.ray_trace(place, place + 60.0 * ahead)[0]) for place in outer]
+        assert any(free)
+        for place in outer[free]:
+            assert not len(seen.pocket.ray_trace(place, place + 60.0 * ahead)[0])
+
+
 # --- the tongue ---------------------------------------------------------------------------------
 
 
