@@ -1,5 +1,6 @@
 """Values at some vertices of a mesh, interpolated smoothly at all of them."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 import numpy as np
@@ -7,13 +8,13 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 
 from ..array_types import Array, IntArray
+from .compilation import compiled
 from .interpolation import smoothstep
 from .laplacian import neighbor_mean
 from .normals import tangent_axes, unit, vertex_normals
-from .topology import unique_edges, vertex_rings
+from .topology import pairs_of, unique_edges, vertex_rings
 
 SINGULAR = 0.05
 """Distance from a node, relative to its radius, within which its weight grows no further."""
@@ -23,8 +24,8 @@ DETOUR, DETOUR_FADE = 0.2, 0.2
 of their radius, and not at all from the sum of both on.
 """
 
-AT_ONCE, SOURCES = 8192, 32
-"""Vertices whose polynomials are fitted at once, and nodes from which ways are followed at once."""
+AT_ONCE = 8192
+"""Vertices whose polynomials are fitted at once."""
 
 RADIUS = 2.1
 """Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
@@ -130,6 +131,7 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
     scale, normal = rows @ radius / total, unit(rows @ normals)
     # Small penalties keep the polynomials determinate where nodes are few or on a line.
     some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
+    i, j = np.triu_indices(6)
     for first in range(0, len(points), AT_ONCE):
         chosen = first + np.flatnonzero(some[first : first + AT_ONCE])
         if not len(chosen):
@@ -138,12 +140,12 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
         row = np.repeat(np.arange(len(chosen)), np.diff(part.indptr))
         offset = (nodes[part.indices] - points[chosen][row]) / scale[chosen][row, None]
         x, y = ((offset * axis[row]).sum(axis=1) for axis in tangent_axes(normal[chosen]))
-        basis = np.stack([np.ones_like(x), x, y, x * x, np.sqrt(2.0) * x * y, y * y], axis=1)
-        share = part.data / total[chosen][row]
-        products = (share[:, None, None] * basis[:, :, None] * basis[:, None]).reshape(len(row), -1)
-        matrix = np.add.reduceat(products, part.indptr[:-1]).reshape(-1, 6, 6) + ridge
-        solution = np.linalg.solve(matrix, np.eye(6)[:, :1])[..., 0]
-        fitted = share * (basis * solution[row]).sum(axis=1)
+        basis = np.stack([np.ones_like(x), x, y, x * x, np.sqrt(2.0) * x * y, y * y])
+        share, matrix = part.data / total[chosen][row], np.empty((len(chosen), 6, 6))
+        sums = np.add.reduceat(share * basis[i] * basis[j], part.indptr[:-1], axis=1).T
+        matrix[:, i, j] = matrix[:, j, i] = sums
+        solution = np.linalg.solve(matrix + ridge, np.eye(6)[:, :1])[..., 0]
+        fitted = share * (basis * solution[row].T).sum(axis=0)
         fitted /= np.bincount(row, fitted)[row]
         rows.data[rows.indptr[chosen[0]] : rows.indptr[chosen[-1] + 1]] = fitted
 
@@ -153,21 +155,35 @@ def _shares(points: Array, nodes: IntArray, radius: Array, graph: csr_array) -> 
 
     `graph` (n, n) holds the lengths of the edges of the mesh.
     """
-    vertices, numbers, values = [], [], []
-    around, order = cKDTree(points), cKDTree(points[nodes]).indices  # those that follow each other are near each other
-    for first in range(0, len(nodes), SOURCES):
-        part = order[first : first + SOURCES]
-        chosen, reach = nodes[part], radius[part]
-        limit = (1.0 + DETOUR + DETOUR_FADE) * reach.max()
-        local = np.unique(np.concatenate(around.query_ball_point(points[chosen], limit))).astype(np.int64)
-        way = dijkstra(graph[local][:, local], indices=np.searchsorted(local, chosen), limit=limit)
-        straight = cdist(points[chosen], points[local])
-        row, vertex = np.nonzero(straight < reach[:, None])
-        d, detour = (lengths[row, vertex] / reach[row] for lengths in (straight, way - straight))
-        share = (1.0 - smoothstep((detour - DETOUR) / DETOUR_FADE)) * (1.0 - d) ** 4 * (4.0 * d + 1.0)
-        share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
-        near = share > 1e-9
-        vertices.append(local[vertex[near]])
-        numbers.append(part[row[near]])
-        values.append(share[near])
-    return np.concatenate(vertices), np.concatenate(numbers), np.concatenate(values)
+    node, vertex = pairs_of(cKDTree(points).query_ball_point(points[nodes], radius))
+    way, longest = np.empty(len(node)), (1.0 + DETOUR + DETOUR_FADE) * radius
+    _follow_ways(graph.indptr, graph.indices, graph.data, nodes, longest, node, vertex, way)
+    reach, straight = radius[node], np.linalg.norm(points[vertex] - points[nodes[node]], axis=1)
+    d, detour = straight / reach, (way - straight) / reach
+    share = (1.0 - smoothstep((detour - DETOUR) / DETOUR_FADE)) * (1.0 - d) ** 4 * (4.0 * d + 1.0)
+    share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
+    near = share > 1e-9
+    return vertex[near], node[near], share[near]
+
+
+@compiled
+def _follow_ways(offsets, ring, length, nodes, longest, node, vertex, out):
+    """Write the lengths (p,) of the shortest ways along edges from nodes, by number, to vertices; infinite beyond the
+    `longest` (k,). The nodes ascend.
+    """
+    way, pair = np.full(len(offsets) - 1, np.inf), 0
+    for k in range(len(nodes)):
+        way[nodes[k]], met, at = 0.0, [nodes[k]], 0
+        while at < len(met):
+            start = met[at]
+            for e in range(offsets[start], offsets[start + 1]):
+                end, further = ring[e], way[start] + length[e]
+                if further < min(way[end], longest[k]):
+                    way[end] = further
+                    met.append(np.int64(end))
+            at += 1
+        while pair < len(node) and node[pair] == k:
+            out[pair] = way[vertex[pair]]
+            pair += 1
+        for v in met:
+            way[v] = np.inf
