@@ -280,7 +280,7 @@ class Face:
     @cached_property
     def zones(self) -> BoolArray:
         """True (k, m) for the triangles that the wrinkles of each muscle may touch."""
-        return zones((muscle.fold_pattern for muscle in self.muscles.values()), self.points, self.triangles)
+        return zones([muscle.fold_pattern for muscle in self.muscles.values()], self.points, self.triangles)
 
     @cached_property
     def eyelid_openings(self) -> dict[str, EyelidOpening]:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from ...array_types import Array, BoolArray
 from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
-from ...geometry import equations, smoothstep, unique_edges
+from ...geometry import equations, smoothstep
 
 Fronts = Literal["straight", "round"]
 
@@ -336,10 +337,10 @@ def _same(one: Any, other: Any) -> bool:
     return type(one) is type(other) and all(_same(getattr(one, name), getattr(other, name)) for name in names)
 
 
-def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:
+def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:
     """True (k, m) for the triangles that the wrinkling region of each muscle may touch.
 
-    These are the ones with a corner, an edge's midpoint or the centroid in it, and the ring around them.
+    These are the ones with a corner in it, and the ring around them.
 
     Examples
     --------
@@ -349,15 +350,10 @@ def zones(muscles: Iterable[Muscle], points: Array, triangles: npt.NDArray[np.in
     >>> zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32)).tolist()
     [[True, False]]
     """
-    edges, sides = unique_edges(triangles)
-    middles, centres = points[edges].mean(axis=1), points[triangles].mean(axis=1)
-    places = np.concatenate([points, middles, centres])
-    numbers = np.column_stack([triangles, len(points) + sides, len(points) + len(edges) + np.arange(len(triangles))])
-    out = np.zeros((0, len(triangles)), bool)
-    for muscle in muscles:
-        near = within(places, *muscle.reach)
-        touched, ring = np.zeros(len(places), bool), np.zeros(len(points), bool)
-        touched[near] = muscle.wrinkling_region(places[near])
-        ring[triangles[touched[numbers].any(axis=1)]] = True
-        out = np.vstack([out, ring[triangles].any(axis=1)])
-    return out
+    corners = csr_array((np.ones(triangles.size, bool), triangles.ravel(), 3 * np.arange(len(triangles) + 1)))
+    inside = np.zeros((len(points), len(muscles)), bool)
+    for k, muscle in enumerate(muscles):
+        near = within(points, *muscle.reach)
+        inside[near, k] = muscle.wrinkling_region(points[near])
+    touched = corners @ csr_array(inside[: corners.shape[1]])
+    return np.asarray((corners @ (corners.T @ touched)).T.toarray())
