@@ -212,7 +212,8 @@ def eyelid_opening(
     up = np.cross(forward, lateral)
     axes = np.stack([lateral, up * np.sign(up @ eye.up), forward])
     local, polar = (points - inner) @ axes.T / width, _polar(points, eye.centre, inner, axes, width)
-    lids = _lid_sections(local[_near(local, triangles)], _ball(eye, inner, axes, width))
+    triangles = _near(local, triangles)
+    lids = _lid_sections(local[triangles], _ball(eye, inner, axes, width))
     in_middle = any(RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1] for at, *_ in lids)
     if len(lids) < len(MERIDIANS) // 2 or not in_middle:
         return None
@@ -287,9 +288,10 @@ def _is_seen(rim: tuple[IntArray, IntArray], local: Array, lids: LidSections) ->
 
 
 def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntArray, IntArray]:
-    """Vertices of the upper and of the lower margin, from the inner canthus outwards."""
-    edges, _ = unique_edges(_near(local, triangles))
-    upper, lower = (_along(_front_edge(lids, away), local, edges) for away in (1.0, -1.0))
+    """Vertices of the upper and of the lower margin, from the inner canthus outwards, on the triangles around it."""
+    used, corners = np.unique(triangles, return_inverse=True)
+    edges, _ = unique_edges(corners.reshape(-1, 3))
+    upper, lower = (used[_along(_front_edge(lids, away), local[used], edges)] for away in (1.0, -1.0))
     return upper, lower
 
 
@@ -378,9 +380,8 @@ def _along(places: Array, local: Array, edges: IntArray) -> IntArray:
     away = cKDTree(curve).query(local)[0]
     length = np.linalg.norm(local[edges[:, 0]] - local[edges[:, 1]], axis=1)
     cost = length * (1.0 + (away[edges] ** 2).mean(axis=1) / 0.01**2) + 1e-12  # so far off, edges count twice
-    n, used = len(local), np.unique(edges)
-    graph = csr_array((cost, tuple(edges.T)), shape=(n, n))
-    first, last = (used[np.argmin(np.abs(local[used, 0] - end) + 2.0 * away[used])] for end in beyond[[0, -1], 0])
+    graph = csr_array((cost, tuple(edges.T)), shape=(len(local), len(local)))
+    first, last = (int(np.argmin(np.abs(local[:, 0] - end) + 2.0 * away)) for end in beyond[[0, -1], 0])
     before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)[1]
     path = [last]
     while path[-1] != first and before[path[-1]] >= 0:

@@ -137,6 +137,11 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     (43, -6)
     """
     eye, offset = opening.eye, points - opening.eye.centre
+    near = (offset @ eye.gaze > 0.0) & (np.linalg.norm(offset, axis=1) < SHELL * eye.radius)
+    used, corners = np.unique(triangles[near[triangles].any(axis=1)], return_inverse=True)
+    if not len(used):
+        return None
+    points, offset, near, triangles = points[used], offset[used], near[used], corners.reshape(-1, 3)
     along, elevation, distance = opening.polar(points)
     top, bottom = opening.lines(along)
     height, is_upper = top - bottom, elevation > 0.5 * (top + bottom)
@@ -147,7 +152,6 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     meeting = bottom + MEETING * height
     overlap = np.minimum(0.0 if opening.thick else OVERLAP, MOST_OVERLAP * height)
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between
-    near = (offset @ eye.gaze > 0.0) & (distance < SHELL * eye.radius)
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
     across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
@@ -158,7 +162,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
         return None
-    close = JointWeights(vertices, angles[vertices], hold[vertices], eye.centre, axis)
+    close = JointWeights(used[vertices], angles[vertices], hold[vertices], eye.centre, axis)
     full = 0.6 * height[vertices].max()  # margins follow less where the opening is lower, not at all at its corners
     follow = np.where(near, fade * between, 0.0) * np.clip(height / full, 0.0, 1.0)
     following = []

@@ -311,6 +311,11 @@ def closest(points, triangles, query):
     weights, w = np.empty(3), np.empty(3)
     for f in range(triangles.shape[0]):
         a, b, c = points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
+        from_box = 0.0
+        for k in range(3):
+            from_box += max(min(a[k], b[k], c[k]) - query[k], query[k] - max(a[k], b[k], c[k]), 0.0) ** 2
+        if from_box >= best:
+            continue
         distance = closest_in_triangle(query, a, b, c, w)
         if distance < best:
             best, found = distance, f

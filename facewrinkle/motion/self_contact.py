@@ -120,33 +120,27 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     facing = triangle_normals(points, triangles)
     flat = side * (facing @ up) > STEEPEST
     triangles, facing = triangles[flat], facing[flat]
-    corners = points[triangles]
     normals = vertex_normals(points, face.triangles)
     places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in (points, normals))
-    partners, faced = np.zeros_like(samples.corners), np.zeros(len(places), bool)
-    for s, (place, normal) in enumerate(zip(places, normals, strict=True)):
-        k, _, beside = reached(corners, place, up)
-        if beside < BEYOND and (facing[k] @ up) * (normal @ up) < FACING:
-            partners[s], faced[s] = triangles[k], True
-    return Samples(*(column[faced] for column in (*samples[:2], partners, *samples[3:])))
+    flat = squeezed(points, up)
+    found = [closest_triangle(flat, triangles, place) for place in squeezed(places, up)]
+    faced = np.flatnonzero([beside < BEYOND for _, _, beside in found])
+    reached = np.array([found[s][0] for s in faced], np.int64)
+    some = (facing[reached] @ up) * (normals[faced] @ up) < FACING
+    faced, reached = faced[some], reached[some]
+    return Samples(*(column[faced] for column in samples))._replace(partners=triangles[reached])
 
 
-def reached(triangles: Array, place: Array, direction: Array) -> tuple[int, Array, float]:
-    """Return which triangle (m, 3, 3) is the nearest to a place (3,) on the line along a unit direction, or else beside
-    this line; the barycentric coordinates (3,) of the point where it is the nearest; and how far that is beside.
-
-    Ways along the line count as `ALONG` times as long. Without triangles, the distance is infinite.
+def squeezed(points: Array, direction: Array) -> Array:
+    """Return points (n, 3) of a space that is squeezed along a unit direction: what is the nearest there, is so beside
+    the line along it, as ways along the line count as `ALONG` times as long.
 
     Examples
     --------
-    >>> triangle, up = np.array([[[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]]), np.array([0.0, 0.0, 1.0])
-    >>> [round(reached(triangle, np.array([x, 1.0, 5.0]), up)[2], 2) for x in (1.0, -2.0)]
-    [0.0, 2.0]
+    >>> squeezed(np.array([[1.0, 2.0, 5.0]]), np.array([0.0, 0.0, 1.0])).round(6).tolist()
+    [[1.0, 2.0, 0.005]]
     """
-    away = (triangles - place).reshape(-1, 3)
-    away -= ((1.0 - ALONG) * (away @ direction))[:, None] * direction
-    number, weights, beside = closest_triangle(away, np.arange(len(away)).reshape(-1, 3), np.zeros(3))
-    return int(number), weights, float(beside)
+    return np.asarray(points - (1.0 - ALONG) * np.outer(points @ direction, direction))
 
 
 LOOKS_ACROSS = -0.2
@@ -257,11 +251,12 @@ def closing_forces(face: Face, area: Array) -> Array:
     looks_up, forces = vertex_normals(points, face.triangles) @ up, np.zeros_like(points)
     triangles = face.triangles[near[face.triangles].all(axis=1)]
     slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up
+    flat = squeezed(points, up)
     for side in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
         for vertex in np.flatnonzero(near & (side * looks_up < LOOKS_ACROSS)):
             beyond = (side * slopes > 1e-12) & (side * middles < side * points[vertex] @ up)
             others = triangles[beyond & (triangles != vertex).all(axis=1)]
-            k, shares, beside = reached(points[others], points[vertex], up)
+            k, shares, beside = closest_triangle(flat, others, flat[vertex])
             if beside < CLOSE_BY:
                 push = area[vertex] * side * up
                 forces[vertex] -= push

@@ -27,10 +27,10 @@ from skins import held
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle
 from facewrinkle.anatomy.teeth import teeth_of
-from facewrinkle.geometry import unit
+from facewrinkle.geometry import closest, unit
 from facewrinkle.motion._contact_kernels import gaps_of
 from facewrinkle.motion.contacts import Compliance, Contacts
-from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, reached
+from facewrinkle.motion.self_contact import CLOSE_BY, LIP_DISTANCE, facing_lids, squeezed
 from facewrinkle.motion.skin import Skin
 from facewrinkle.motion.solids import SLACK, met_solids, samples_of
 from tools.trials.oracle import DEEPEST, Oracle
@@ -73,7 +73,7 @@ def smooth(points, rng, size, wave=25.0):
     return size / 3.0 * np.sin(points @ waves.T + rng.uniform(0.0, 7.0, 6)) @ rng.normal(size=(6, 3))
 
 
-def squeezed(face, rng, depth=1.5):
+def pressed_in(face, rng, depth=1.5):
     """Displacements that push lips and lids into each other, and skin back on teeth and eyes; rough by a little."""
     local = (face.points - lips_middle(face.landmarks)) @ face.frame.axes.T
     close = np.exp(-((local / [30.0, 12.0, 25.0]) ** 2).sum(axis=1))
@@ -99,7 +99,7 @@ def posed(skin, rates, steps=30):
 def test_contacts_push_along_the_slope_of_their_energy(face, kinds, rate):
     rng, contacts = np.random.default_rng(2), contacts_of(face, *kinds)
     contacts.place(rate, contacts.flats.facing)
-    u = squeezed(face, rng)
+    u = pressed_in(face, rng)
     if "flats" in kinds:
         u += 1.2 * rng.normal(size=u.shape)
     gradient = np.zeros_like(u)
@@ -112,7 +112,7 @@ def test_contacts_push_along_the_slope_of_their_energy(face, kinds, rate):
 def test_rows_add_up_to_the_energy_and_its_gradient(face, kinds):
     """What the model of a step knows of the contacts is all of them, where it starts."""
     rng, contacts = np.random.default_rng(4), contacts_of(face, *kinds)
-    u = squeezed(face, rng) + 0.5 * rng.normal(size=face.points.shape)
+    u = pressed_in(face, rng) + 0.5 * rng.normal(size=face.points.shape)
     gradient = np.zeros_like(u)
     energy = contacts.energy(u, gradient)
     vertices, slopes, depths, stiffness = contacts.rows(np.zeros_like(u))
@@ -127,7 +127,7 @@ def test_rows_add_up_to_the_energy_and_its_gradient(face, kinds):
 @pytest.mark.parametrize("kinds", [*((kind,) for kind in KINDS), KINDS])
 def test_rows_tell_the_energy_a_little_ahead(face, kinds):
     rng, contacts = np.random.default_rng(5), contacts_of(face, *kinds)
-    u = squeezed(face, rng) + 0.3 * rng.normal(size=face.points.shape)
+    u = pressed_in(face, rng) + 0.3 * rng.normal(size=face.points.shape)
     errors = []
     for h in (1e-3, 1e-4):
         ahead = h * smooth(face.points, np.random.default_rng(6), 1.0)
@@ -144,7 +144,7 @@ def test_contacts_have_no_memory(face):
     """Their energy is that of contacts which have never been anywhere else."""
     rng, traveled = np.random.default_rng(7), Skin(face).contacts
     for k in range(12):
-        u = squeezed(face, rng, depth=2.0 * rng.random()) * rng.random()
+        u = pressed_in(face, rng, depth=2.0 * rng.random()) * rng.random()
         rate = [0.0, 0.3][k % 2]
         traveled.place(rate, traveled.flats.facing)
         for share in (0.0, 0.5, 1.0):  # a way whose steps are too short to look for contacts anew each time
@@ -276,10 +276,11 @@ def test_pursed_lips_come_forward_and_stay_together(any_face):
     assert local[corners[0], 0] < -3.0
     assert local[corners[1], 0] > 3.0
     points, up, parted = skin.mesh.face.points * any_face.unit, any_face.frame.axes[1], []
+    flat = squeezed(points, up)
     moved, samples = skin.displacement[skin.mesh.vertices] @ up, skin.contacts.samples
     for k in np.flatnonzero((skin.contacts.kinds == "lips") & (samples.shares[:, 0] == 1.0)):
         vertex, partner = samples.corners[k, 0], samples.partners[k]
-        _, shares, beside = reached(points[partner][None], points[vertex], up)
+        _, shares, beside = closest(flat, partner[None], flat[vertex])
         if beside < CLOSE_BY:
             side = np.sign((points[vertex] - shares @ points[partner]) @ up)
             parted.append(side * (moved[vertex] - shares @ moved[partner]))
