@@ -19,10 +19,10 @@ from .parts import Part
 SEED = 5
 """All people have the same locks; how these fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 220, 80, 40
+COLUMNS, LOCKS, STRANDS = 220, 240, 300
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
-KNOTS, LOCK_HAIRS = 14, 12
+KNOTS, LOCK_HAIRS = 14, 5
 """Points along each of them, and hairs side by side in a lock."""
 
 ROOTS_DENSER = 1.4
@@ -61,13 +61,13 @@ FAR = 20.0
 keeps to that for half as long again.
 """
 
-LIFT, FULLER, GROWTH = 7.0, 4.0, 0.02
+LIFT, FULLER, GROWTH = 4.5, 4.0, 0.02
 """Height of the sheet over the head, what dense hair has beyond, and what is added along its length."""
 
 WAVE, SHIFT, WAVY = 66.0, 2.5, 6.5
 """Length of the waves of hair, the deviation of their phase around the head, and how far dense hair swings."""
 
-ROUNDING, LEAST = 2.5, 6.0
+ROUNDING, LEAST = 1.5, 4.5
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
 it; no hair is lower than the second.
 """
@@ -86,24 +86,24 @@ there at which the hem of the shortest is: between that and cropped hair are cut
 LAYERS, UNDER = 0.3, 8.0
 """Share of the length that the shortest locks lack, and how much shorter than the longest ones the sheet is."""
 
-WIDEST, ROUND, TUCKED, ROUGH, POINTED = (4.5, 11.0), 0.25, 0.28, 0.03, 0.6
+WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.12, 0.2, 0.08, 0.7
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
 single hairs from that; and the share of the width that tips lack.
 """
 
-CLEAR, FRAYED = 1.2, 0.04
+CLEAR, FRAYED = 1.2, 0.015
 """Height of locks over the sheet, and deviation of the lengths of their hairs, as a share."""
 
-STRAND, OFF, LOOSE, ASTRAY = 0.2, 2.0, 7.0, 4.0
+STRAND, OFF, LOOSE, ASTRAY = 0.15, 2.0, 6.0, 4.0
 """Half the width of loose hairs, how far the farthest locks and hairs stand off, and the deviation of their tips aside.
 """
 
-SIDES_DARKER, ROOTS_DARKER, UNDER_DARKER = 0.4, 0.4, 0.25
+SIDES_DARKER, ROOTS_DARKER, UNDER_DARKER = 0.3, 0.4, 0.25
 """How much darker the sides of locks are, the roots of hairs, and the sheet."""
 
 
 class RoundedHull:
-    """A convex hull of points, of 160 planes, with rounded edges: what hair slides down on.
+    """A convex hull of points, of 240 planes, with rounded edges: what hair slides down on.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ class RoundedHull:
     """
 
     def __init__(self, points: Array) -> None:
-        count = 160
+        count = 240
         share = 1.0 - (2.0 * np.arange(count) + 1.0) / count
         turn, radius = np.pi * (1.0 + 5.0**0.5) * np.arange(count), np.sqrt(1.0 - share**2)
         self.directions = np.stack([radius * np.cos(turn), share, radius * np.sin(turn)], axis=1)
@@ -171,12 +171,12 @@ def long_hair(head: Head, length: float) -> Part:
     over = ((np.arange(LOCKS) + random.uniform(0.0, 1.0, LOCKS)) / LOCKS * COLUMNS).astype(int)
     locks = _locks(random, hull, lines[over], ends[over], random.uniform(*WIDEST, LOCKS), LOCK_HAIRS, OFF)
     loose = random.integers(0, COLUMNS, STRANDS)
-    strands = _locks(random, hull, lines[loose], ends[loose], np.full(STRANDS, STRAND), 3, LOOSE)
+    strands = _locks(random, hull, lines[loose], ends[loose], np.full(STRANDS, STRAND), 2, LOOSE)
     shades = np.exp(0.08 * random.normal(size=(LOCKS, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
     parts = [  # points and tints of hairs that are side by side
         (sheet[None], (1.0 - UNDER_DARKER) * _tints(random, 1, COLUMNS)),
         (locks, shades * _tints(random, LOCKS, LOCK_HAIRS)),
-        (strands, np.repeat(_tints(random, STRANDS, 1), 3, axis=1)),
+        (strands, np.repeat(_tints(random, STRANDS, 1), 2, axis=1)),
     ]
     places = np.concatenate([points.swapaxes(1, 2).reshape(-1, 3) for points, _ in parts])
     height, normals = hull(places)

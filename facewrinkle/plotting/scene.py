@@ -42,7 +42,7 @@ OWN_PREFIX = "own "
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
-STRAND_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.22, "specular_power": 18.0}
+STRAND_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
 PLAIN_COLOR = (0.87, 0.67, 0.56)
