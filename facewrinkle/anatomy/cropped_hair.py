@@ -41,7 +41,7 @@ THIN = 0.2
 SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
 
-BEARD_HAIRS, CLEAR, DENSER = 24000, [1.0, 0.0], 1.6
+BEARD_HAIRS, CLEAR, DENSER = 30000, [1.0, 0.0], 1.6
 """Hairs of a beard, of which those grow that stand where it is dense; how far beside and above lips none grow; density
 relative to the shadow of a shaved beard.
 """

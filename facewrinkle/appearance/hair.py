@@ -238,7 +238,7 @@ class CroppedHair(Hairs):
 class Beard(CroppedHair):
     """The hairs of a beard, each of which stands for fewer."""
 
-    HALF = 0.0014
+    HALF = 0.0009
 
 
 KINDS: dict[str, type[Brows] | type[CroppedHair]] = {"brows": Brows, "cropped_hair": CroppedHair, "beard": Beard}

@@ -8,6 +8,7 @@ import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..anatomy import Face, hair_cover, per_face
+from ..anatomy.cropped_hair import beard
 from ..appearance.seen import Seen
 from ..appearance.skin_paint import lips
 from ..appearance.smooth_skin import on_base, open_to
@@ -22,8 +23,8 @@ DULL = 0.8
 """Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
 
 DIM, BESIDE = 0.4, 12.0
-"""Share of the light that skin under cropped hair loses, and how far beside it that ends, mm on a face of average
-size.
+"""Share of the light that skin under cropped hair or a beard loses, and how far beside cropped hair that ends, mm on a
+face of average size.
 """
 
 WET = 2.4
@@ -57,16 +58,17 @@ class KeyLight:
         towards = towards if follow else towards @ seen.pose[:3, :3]
         self._lamp = Lamp(seen.smooth.occluder, towards, STEP * self._scale)
 
-    def on_skin(self, cropped: bool) -> npt.NDArray[np.float32]:
+    def on_skin(self, hairy: bool) -> npt.NDArray[np.float32]:
         """Return what the shader needs of each vertex of the smooth skin (n, 4).
 
         These are its openness, the share of the key light that it gets, its gloss relative to that of bare skin, and
-        how far it is from the end of the bust, where the picture fades: from 0 to 1. Hair that is `cropped` shades it.
+        how far it is from the end of the bust, where the picture fades: from 0 to 1. Cropped hair and beards shade skin
+        that is `hairy`.
         """
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
         bare, far, near = (smooth.from_base(column) for column in per_face(face, "bust", None, lambda: _bust(face)))
-        shade = near if cropped else np.ones(len(near))
+        shade = near if hairy else np.ones(len(near))
         return np.column_stack([shade * smooth.openness, shade * lit, bare, smoothstep(far)]).astype(np.float32)
 
     def on_part(self, part: pv.PolyData, posed: bool = False) -> pv.PolyData:
@@ -98,16 +100,19 @@ def _light_at_rest(face: Face) -> Array:
 
 def _bust(face: Face) -> tuple[Array, Array, Array]:
     """Gloss (n0,), of bare skin 1, distances (n0,) from the end of the neck, 1 where all is seen, and shares (n0,) of
-    light that cropped hair leaves.
+    light that cropped hair and beards leave.
     """
     bare, far, near = np.ones((3, len(face.points)))
     if not face.landmarks:
         return bare, far, near
     scale, cover = face.frame.scale, hair_cover(face.points, face.landmarks, face.frame)
     bare -= DULL * smoothstep(cover / 8.0)
+    lip = lips(face.points, face.landmarks, face.frame)
     if "cropped_hair" in face.bound_hair:
         near -= DIM * smoothstep(1.0 + cover / BESIDE)
-    bare += (WET - 1.0) * lips(face.points, face.landmarks, face.frame)
+    if "beard" in face.bound_hair:
+        near -= DIM * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
+    bare += (WET - 1.0) * lip
     neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]

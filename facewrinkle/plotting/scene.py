@@ -264,7 +264,7 @@ class Scene:
         if self._relief is not None:
             skin.point_data[RELIEF] = self._relief.on(seen.skin, seen.smooth.split)
         if self._key is not None:
-            reached = self._key.on_skin("cropped_hair" in self._bound)
+            reached = self._key.on_skin(hairy=bool(self._bound))
             if self.plotter.renderer.GetTexturedBackground():
                 reached[:, 3] = 1.0
             skin.point_data[REACHED] = reached

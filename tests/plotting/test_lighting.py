@@ -65,6 +65,16 @@ def test_cropped_hair_shades_the_skin_beside_it():
     assert here == pytest.approx(there, abs=1.0)
 
 
+def test_a_beard_shades_the_skin_under_it_and_no_more_than_the_border_of_the_lips():
+    bearded = fw.default_face({"sex": 0.8, "beard": 0.1})
+    names = "pogonion", "upper_lip_mid", "lower_lip_mid", "nose_tip", "malar_l"
+    at = cKDTree(bearded.points).query([bearded.landmarks[name] for name in names])[1]
+    chin, *borders, nose, cheek = light_at_rest(bearded, bearded.mesh)[at, 1]
+    assert chin < 170
+    assert min(borders) > 200
+    assert nose == cheek == 255
+
+
 def test_drawing_in_clay_leaves_the_eyes_of_the_face_as_they_are(face):
     style = Style(SMALL)
     with Scene(face, style) as before:
