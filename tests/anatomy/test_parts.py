@@ -92,7 +92,7 @@ def test_names_in_the_file_count_more_than_place_and_size(face, pieces, tmp_path
     assert len(parts) == len({kind for _, kind in named.values() if kind})
 
 
-@pytest.mark.parametrize("shift", [-0.2, 0.3])
+@pytest.mark.parametrize("shift", [-0.3, 0.3])
 def test_teeth_beside_the_level_of_the_lips_belong_to_both_jaws(face, pieces, shift):
     """Those of faces whose lips lie lower or higher; and a single arch is that of one."""
     move = shift * face.frame.pupil_distance * face.frame.axes[1]
