@@ -28,7 +28,7 @@ KNOTS, LOCK_HAIRS = 14, 5
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-PARTING = np.array([[4.0, -4.0], [5.0, -105.0]])
+PARTING = np.array([[4.0, -2.0], [5.0, -105.0]])
 """Both ends of the parting: to the left of the middle, and forward from the hairline."""
 
 OVAL, ROUNDER, PARTED_ASIDE = 0.84, 0.045, (-20.0, 30.0)
