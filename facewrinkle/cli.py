@@ -45,7 +45,7 @@ COMMANDS = {
     "pattern": ("pattern:pattern", "Write pictures and a movie of a wrinkle pattern."),
     "studio": ("studio:studio", "Open a face in the browser, with a slider for everything."),
     "rig": ("rig:rig", "Write a rig with blend shapes that wrinkle, for other programs."),
-    "blender": ("blender:blender", "Write the extension for Blender."),
+    "blender": ("rig:blender", "Write the extension for Blender."),
     "info": ("info:info", "List muscles, action units and expressions, or describe a mesh or a .face file."),
     "compile": ("compile:compile_all", "Compile ahead of time, so that the first run does not have to wait."),
     "atlas": ("info:atlas", "Print the atlas of muscles, action units and expressions as TOML, to edit."),

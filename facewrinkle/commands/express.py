@@ -1,4 +1,4 @@
-"""``facewrinkle express``: pictures and a movie of an expression; and ``demo``: those of the paper."""
+"""``facewrinkle express``: pictures and a movie of an expression, or of a session; and ``demo``: those of the paper."""
 
 from __future__ import annotations
 
@@ -7,22 +7,25 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pyvista as pv
 
 from ..anatomy import Face, default_face
+from ..anatomy.atlas import load_atlas, read_atlas
 from ..array_types import Image
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..layers.base import Layer
 from ..plotting import Scene, closeup, save_picture, side_by_side, stacked
 from ..plotting.views import Style
+from ..session import Session
+from ..session.player import Player, pictured, scene_of
 from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import Folds, refinement_for
-from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture
+from .options import FaceOptions, FoldOptions, OutputOptions, Report, Whole, given, parse_mixture, refuse
 from .recorder import Clip, Recorder, Scenes
-from .sessions import session_of, show
 
 EXPRESSIONS = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 """Those of the paper."""
@@ -91,7 +94,7 @@ def express(
         own = name is not None or source != FaceOptions() or folds != FoldOptions()
         if own or intensity != 1.0 or frames != 100 or write_session is not None or maps is not None:
             raise ParameterError("--session has a face, folds and an expression: leave others out, or its own.")
-        return show(session, output, report)
+        return show_session(session, output, report)
     if name is None:
         raise ParameterError("what shall the face do? Name an expression, such as surprise, or a --session.")
     if write_session is not None:
@@ -341,3 +344,49 @@ def _small(image: Image) -> Image:
     from PIL import Image as Pillow
 
     return np.asarray(Pillow.fromarray(image).resize((TILE, TILE), Pillow.Resampling.LANCZOS))
+
+
+def show_session(path: Path, output: OutputOptions, report: Report) -> None:
+    """Write the picture of a session, and what else was asked for: movie, mesh, series, animation."""
+    session = Session.read(path)
+    session = session.changed(look={**session.table()["look"], **_look(output)})
+    recorder = Recorder(output.folder(path.stem), path.stem, output, report)
+    subject = session.subject(report.progress)
+    with report.waiting("Preparing the skin"):
+        player = Player(session, subject)
+        frame = player.settled()
+        tears = player.arrived_tears(frame)
+    with scene_of(session, subject.face) as scene:
+        recorder.save_picture(pictured(scene, session, frame, tears, player.contractions))
+    recorder.save_mesh(frame, subject.face, tears=tears)
+    if output.movie:
+        recorder.save_movie(lambda target: session.movie(target, subject, report.progress))
+    if output.series:
+        recorder.write_series([moment.frame for moment in session.frames(subject)], player.times)
+    if output.save_animation is not None:
+        recorder.named.append(session.animation(output.save_animation, subject, report.progress))
+    recorder.tabulate(path.name, {"triangles": f"{subject.face.n_cells} → {frame.n_cells}"})
+
+
+def _look(output: OutputOptions) -> dict[str, Any]:
+    """Return what options change of the look of a session."""
+    found = given(view=output.view, clay=output.clay or None)
+    found |= {"size": output.pixels} if output.size != OutputOptions.size else {}
+    return found | ({"fps": output.fps} if output.fps != OutputOptions.fps else {})
+
+
+def session_of(name: str, intensity: float, source: FaceOptions, folds: FoldOptions, output: OutputOptions) -> Session:
+    """Return the session of an expression with the options of a command."""
+    why = "is not kept in a session: leave out --write-session, or fit the face first."
+    refuse(why, landmarks=source.landmarks, units=source.units, texture=source.texture)
+    if folds.folds != "wave" or folds.no_limit:
+        raise ParameterError("a session has folds that are waves, within their limit: leave out --write-session.")
+    session = source.session()
+    atlas = read_atlas(session.atlas) if session.atlas else load_atlas()
+    return session.changed(
+        atlas,
+        mixture=parse_mixture(name, atlas),
+        intensity=intensity,
+        folds=given(depth=folds.depth, density=folds.density, length=folds.length, seed=folds.seed, age=folds.age),
+        look={"size": output.pixels, "fps": output.fps, **_look(output)},
+    )

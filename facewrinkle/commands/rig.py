@@ -1,4 +1,4 @@
-"""``facewrinkle rig``: a face with blend shapes that wrinkle, for other programs."""
+"""``facewrinkle rig``: a face with blend shapes that wrinkle, for other programs; ``blender``: an extension."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..rigging import bake_layers, on_source, write_layers
 from ..rigging import rig as make_rig
 from ..rigging.linear_rig import facts_text, label
 from ..rigging.wrinkle_layers import check_layer_size
-from ..rigging.write import write_page, write_rig_files
+from ..rigging.write import write_extension, write_page, write_rig_files
 from .options import FaceOptions, Report, Whole, removed_rows
 
 
@@ -125,3 +125,18 @@ def rig(
     names = [f"{files[0].name} ({size:.1f} MB)", *(path.name for path in files[1:])]
     rows[f"files in {folder}"] = "\n".join(names)
     report.table(stem, rows | removed_rows(remove_stale(folder / f".{stem}.rig.files", files)))
+
+
+def blender(path: Path = Path("facewrinkle-blender.zip"), /, *, quiet: bool = False) -> None:
+    """Write the extension for Blender 4.2 or newer: shape keys and wrinkles on your own head.
+
+    Drag the file into Blender's window; in its preferences, name the Python that has facewrinkle.
+
+    Parameters
+    ----------
+    path
+        The file to write, .zip.
+    quiet
+        Print only errors.
+    """
+    Report(quiet).say(str(write_extension(path)))
