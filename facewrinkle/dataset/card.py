@@ -14,9 +14,8 @@ from ..array_types import Array
 from ..files import write_whole
 from ..plotting.images import save_picture, side_by_side
 from .labels import DEPTH_STEP, HEIGHT_STEP, PARTS, PLACE_STEP, REGIONS
-from .shards import read_table
+from .shards import Sums, mean_and_deviation, read_table, sums_in
 from .spec import Spec, code_digest
-from .statistics import Sums, mean_and_deviation, sums_in
 
 MEAN = "mean.png"
 """Name of the picture that shows the mean of all pictures and the deviation from it."""

@@ -1,4 +1,4 @@
-"""Sets: the same bytes whoever makes them, whole or absent, read by others' loaders."""
+"""Sets: the same bytes whoever makes them, whole or absent, read by others' loaders, with the same entries for all."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ import facewrinkle as fw
 from facewrinkle.dataset import SampleMaker, Spec, check, generate, generation, preview
 from facewrinkle.dataset import shards as shards_module
 from facewrinkle.dataset.labels import PARTS
+from facewrinkle.dataset.sample import mixture_text
 from facewrinkle.dataset.shards import Shard, shards_of, write_shard
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, OutputError, ParameterError
 from tests.dataset.conftest import SPEC
@@ -345,24 +346,22 @@ def test_a_preview_shows_different_people(remembered):
 
 
 def test_wrong_folders(small, tmp_path, monkeypatch):
-    with pytest.raises(OutputError, match="another specification"):
-        generate({**SPEC, "seed": 1}, small, count=3)
-    monkeypatch.setattr(generation, "code_digest", lambda: "later")
-    with pytest.raises(OutputError, match="with other code"):
-        generate({**SPEC, "seed": 1}, small, count=3)
-    monkeypatch.undo()
-    with pytest.raises(OutputError, match="same count"):
-        generate(SPEC, small, count=2)
-    with pytest.raises(OutputError, match="same count"):
-        generate(SPEC, small, count=9)
     (tmp_path / "letter.txt").write_text("dear")
-    with pytest.raises(OutputError, match="other files"):
-        generate(SPEC, tmp_path, count=3)
-    with pytest.raises(OutputError, match="a file stands there"):
-        generate(SPEC, tmp_path / "letter.txt", count=3)
+    for message, spec, folder, count in (
+        ("another specification", {**SPEC, "seed": 1}, small, 3),
+        ("same count", SPEC, small, 2),
+        ("same count", SPEC, small, 9),
+        ("other files", SPEC, tmp_path, 3),
+        ("a file stands there", SPEC, tmp_path / "letter.txt", 3),
+    ):
+        with pytest.raises(OutputError, match=message):
+            generate(spec, folder, count=count)
     with pytest.raises(OutputError, match="holds no data set"):
         list(check(tmp_path))
     assert (tmp_path / "letter.txt").read_text() == "dear"
+    monkeypatch.setattr(generation, "code_digest", lambda: "later")
+    with pytest.raises(OutputError, match="with other code"):
+        generate({**SPEC, "seed": 1}, small, count=3)
 
 
 def test_a_scheduler_that_is_not_there(tmp_path):
@@ -380,3 +379,37 @@ def test_labels_fit_the_picture(backwards):
     brightness = sample.image.astype(float)
     rows = np.ptp(brightness[background].reshape(-1, 3), axis=0)
     assert (np.ptp(brightness[skin].reshape(-1, 3), axis=0) > rows).any()
+
+
+# --- what is told of pictures ----------------------------------------------------------------------
+
+
+def shape_of(value):
+    """The names and types in JSON, but not its numbers; lists by their first entry."""
+    if isinstance(value, dict):
+        return {name: shape_of(each) for name, each in value.items()}
+    if isinstance(value, list):
+        return [shape_of(value[0])]
+    return type(value).__name__
+
+
+def test_a_scan_and_the_head_have_the_same_entries(tmp_path):
+    fw.write_face(fw.default_face(), tmp_path / "anna.face")
+    scans = [{"path": str(tmp_path / "anna.face"), "weight": 1.0, "licence": "CC0"}]
+    shapes, names = [], []
+    for built_in, crying in ((0.0, 0.0), (1.0, 1.0)):
+        faces = {"built_in": built_in, "scans": [] if built_in else scans}
+        spec = Spec.of({"size": [48, 48], "quick": True, "faces": faces, "tears": {"share": crying}})
+        with SampleMaker(spec) as maker:
+            record = json.loads(maker.sample(0).files()["json"])
+        shapes.append(shape_of(record))
+        names.append((record["person"]["scan"], record["person"]["monk"] > 0, record["plan"]["tears"] >= 0.0))
+    assert shapes[0] == shapes[1]
+    assert "NoneType" not in str(shapes[0])
+    assert names == [("anna.face", False, False), ("", True, True)]
+
+
+def test_mixtures_are_texts_that_expressions_take():
+    mixture = {"AU9": 0.25, "happiness": 0.5}
+    atlas = fw.default_face().atlas
+    assert atlas.contractions(mixture_text(mixture)) == atlas.contractions(mixture)
