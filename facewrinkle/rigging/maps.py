@@ -281,7 +281,11 @@ class FoldMaps:
         self.face = face
         fine, smooth = charted(fine, face), charted(smooth, face)
         self._texels, self._below = (Texels(_corners(mesh), size) for mesh in (fine, smooth))
-        tell_shared_places(face, self._below)
+        if self._below.shared > OVERLAP and corner_texture(face.mesh) is not None:
+            warn(
+                f"on {100.0 * self._below.shared:.0f} % of the texture several triangles lie on each other, such as "
+                "halves that share a place: the maps hold one of them. Lay the islands side by side for both."
+            )
         self._triangles, self._base = (np.asarray(mesh.regular_faces, np.int64) for mesh in (fine, smooth))
         self.covered = self._texels.covered & self._below.covered
         self._nearest = nearest_covered(self.covered)
@@ -334,15 +338,6 @@ def _corners(mesh: pv.PolyData) -> Array:
     corners = corner_texture(mesh)
     assert corners is not None
     return corners
-
-
-def tell_shared_places(face: Face, texels: Texels) -> None:
-    """Warn if triangles of a face lie on each other on its own texture."""
-    if texels.shared > OVERLAP and corner_texture(face.mesh) is not None:
-        warn(
-            f"on {100.0 * texels.shared:.0f} % of the texture several triangles lie on each other, such as halves that "
-            "share a place: the maps hold one of them. Lay the islands side by side for both."
-        )
 
 
 def in_tangent_space(normals: Array, where: npt.NDArray[np.bool_], texels: Texels, model: Model) -> Array:

@@ -79,10 +79,6 @@ def _fine(mesh: pv.PolyData, size: float) -> pv.PolyData:
     return to_polydata(mesh.points, mesh.regular_faces).subdivide(times)
 
 
-def _inside_out(mesh: pv.PolyData, size: float) -> pv.PolyData:
-    return to_polydata(mesh.points, mesh.regular_faces[:, ::-1])
-
-
 def _with_parts(mesh: pv.PolyData, size: float) -> pv.PolyData:
     """The mesh with eyeballs, teeth and a cap of hair. The faces all look along +z and are upright."""
     points = np.asarray(mesh.points)
@@ -102,7 +98,7 @@ SPOILED: dict[str, Callable[[pv.PolyData, float], pv.PolyData]] = {
     "as it is": lambda mesh, size: mesh,
     "noise of 1 %": _noisy,
     "1,500 triangles": _coarse,
-    "inside out": _inside_out,
+    "inside out": lambda mesh, size: to_polydata(mesh.points, mesh.regular_faces[:, ::-1]),
     "200,000 triangles": _fine,
     "other parts": _with_parts,
 }

@@ -125,11 +125,6 @@ def _ball() -> pv.PolyData:
     return ball
 
 
-def file_name(kind: str) -> str:
-    """Return the name of a file that is read as a key of :data:`READERS` says."""
-    return f"mutant{kind}" if kind.startswith(".") else kind
-
-
 @cache
 def seeds(kind: str) -> list[bytes]:
     """Return small good files of a kind."""
@@ -266,7 +261,7 @@ def outcome(path: Path) -> str:
 def mutant(kind: str, number: int, folder: Path) -> Path:
     """Write one of the mutants of a kind into a folder, and return its path."""
     found, generator = seeds(kind), np.random.default_rng(number)
-    path = folder / file_name(kind)
+    path = folder / (f"mutant{kind}" if kind.startswith(".") else kind)
     if kind == "arrays.face":  # a zip tells when its bytes were changed; who makes one changes arrays
         with np.load(BytesIO(found[0])) as stored:
             arrays = dict(stored)

@@ -149,10 +149,8 @@ class Player:
             if not np.isfinite(x).all():
                 yield {"not finite": 1.0}
                 return
-            found: dict[str, float | Array] = {
-                **vars(self.oracle.findings(x, self._jaw_angle(sequence.rates[f]))),
-                "wrinkles": inverted,
-            }
+            angle = self.face.jaw_angle(dict(zip(self.face.muscles, sequence.rates[f].tolist(), strict=True)))
+            found: dict[str, float | Array] = {**vars(self.oracle.findings(x, angle)), "wrinkles": inverted}
             found["largest"] = float(np.sqrt((u**2).sum(axis=1).max()))
             most = max(most, abs(present))
             held = f > 0 and np.array_equal(sequence.rates[f], sequence.rates[f - 1])
@@ -209,9 +207,6 @@ class Player:
                 return skin.displacement.copy()
             last = moved
         return None
-
-    def _jaw_angle(self, rates: Array) -> float | None:
-        return self.face.jaw_angle(dict(zip(self.face.muscles, rates.tolist(), strict=True)))
 
     def _shapes(self, sequence: Sequence, simulated: bool) -> Iterator[tuple[Array, float, int]]:
         """Yield displacements (n, 3), energy, and the number of refined triangles that wrinkles turn over."""
