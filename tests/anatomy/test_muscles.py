@@ -161,8 +161,9 @@ def test_amplitude_is_h_times_at_and_zero_outside(kind, style):
     assert (amplitude[~inside] == 0.0).all()
     assert (muscle.envelope(x)[~inside] == 0.0).all()
     assert (muscle.envelope(x) <= 1.0).all()
-    expected = np.array([plain_amplitude(muscle, p) for p in x])
-    np.testing.assert_allclose(amplitude, expected, rtol=0, atol=1e-10 * 2.0**muscle.wrinkles.alpha)
+    some = inside | (np.arange(len(x)) % 8 == 0)  # point by point is slow
+    expected = np.array([plain_amplitude(muscle, p) for p in x[some]])
+    np.testing.assert_allclose(amplitude[some], expected, rtol=0, atol=1e-10 * 2.0**muscle.wrinkles.alpha)
 
 
 def test_the_borders_of_a_region_belong_to_it():

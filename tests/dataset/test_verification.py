@@ -114,7 +114,7 @@ def test_what_was_not_touched_is_well(small):
     assert told.stdout == "".join(f"{name}: OK\n" for name in names)
 
 
-def test_shards_of_two_sets_are_not_mixed(folder, tmp_path):
+def test_shards_of_two_sets_are_not_mixed(folder, tmp_path, remembered):
     """A whole shard with its table and sums, as another version or another seed makes it."""
     other = generate({**SPEC, "seed": 1}, tmp_path / "other", count=2)
     for name in (SHARD, TABLE, STATISTICS, SUMS):

@@ -10,6 +10,7 @@ point caches             the frames, byte by byte
 from __future__ import annotations
 
 import struct
+from functools import cache
 
 import numpy as np
 import pytest
@@ -37,12 +38,19 @@ def take(face):
     return frames, simulation
 
 
-def written(face, take, path, error=0.1):
-    frames, simulation = take
-    writer = AnimationWriter(face, path, error)
-    for frame in frames:
-        writer.add(frame)
-    return writer, writer.write(0.02 * (1 + np.arange(FRAMES)), simulation.forest)
+@pytest.fixture(scope="module")
+def written(face, take, tmp_path_factory):
+    """The animation in files of some endings, within some errors: the writer, and the files."""
+
+    @cache
+    def written(ending, error=0.1):
+        frames, simulation = take
+        writer = AnimationWriter(face, tmp_path_factory.mktemp("take") / f"take.{ending}", error)
+        for frame in frames:
+            writer.add(frame)
+        return writer, writer.write(0.02 * (1 + np.arange(FRAMES)), simulation.forest)
+
+    return written
 
 
 @settings(max_examples=20)
@@ -65,9 +73,9 @@ def test_frames_without_motion_need_no_target():
 
 
 @pytest.mark.parametrize("error", [0.05, 0.5])
-def test_the_file_is_as_close_as_was_asked_for(face, take, tmp_path, error):
+def test_the_file_is_as_close_as_was_asked_for(face, take, written, error):
     frames, simulation = take
-    writer, (path,) = written(face, take, tmp_path / "take.glb", error)
+    writer, (path,) = written("glb", error)
     assert 0 < writer.targets <= FRAMES
     rest, recorded = fw.read_animation(path, mesh="face")
     unit, skin = 1000.0 / face.unit, np.asarray(rest.points)[: recorded.n_points]  # glTF is in meters
@@ -78,9 +86,9 @@ def test_the_file_is_as_close_as_was_asked_for(face, take, tmp_path, error):
     assert len(skin) >= simulation.forest.n_points - 5  # without those that seams leave unused
 
 
-def test_a_written_animation_can_be_played(face, take, tmp_path):
+def test_a_written_animation_can_be_played(face, written):
     """The lining of the mouth shares its rim with the lips, and is no part of the skin when the file is read again."""
-    _, (path,) = written(face, take, tmp_path / "take.glb")
+    _, (path,) = written("glb", 0.05)
     rest, recorded = fw.read_animation(path)  # without a word: one of the meshes is called face
     places = {name: place * face.unit / 1000.0 for name, place in face.landmarks.items()}
     with pytest.warns(FaceWrinkleWarning, match="separate parts"):
@@ -90,9 +98,8 @@ def test_a_written_animation_can_be_played(face, take, tmp_path):
     np.testing.assert_array_equal(recorded.points_of(again), again.source_points)
 
 
-def test_a_larger_error_needs_fewer_targets(face, take, tmp_path):
-    fine, coarse = (written(face, take, tmp_path / f"{error}.glb", error)[0].targets for error in (0.02, 1.0))
-    assert coarse < fine
+def test_a_larger_error_needs_fewer_targets(written):
+    assert written("glb", 0.5)[0].targets < written("glb", 0.05)[0].targets
 
 
 def test_earlier_frames_lie_on_their_own_triangles(take):
@@ -104,9 +111,9 @@ def test_earlier_frames_lie_on_their_own_triangles(take):
     np.testing.assert_allclose(grown[later], 0.5 * (grown[parents[later, 0]] + grown[parents[later, 1]]), rtol=1e-6)
 
 
-def test_a_point_cache_holds_the_frames(face, take, tmp_path):
+def test_a_point_cache_holds_the_frames(take, written):
     frames, simulation = take
-    _, (path, mesh) = written(face, take, tmp_path / "take.pc2")
+    _, (path, mesh) = written("pc2")
     data = path.read_bytes()
     signature, version, points, start, rate, samples = struct.unpack_from("<12siiffi", data)
     assert (signature, version, start, rate) == (b"POINTCACHE2\0", 1, 0.0, 1.0)

@@ -316,7 +316,7 @@ def test_same_triangles_as_the_naive_forest(mesh, steps):
         assert set(keys) == naive.hanging() | {((v, ONE),) for v in range(len(points0))}
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(meshes(), operations, st.integers(0, 99))
 def test_marks_of_nodes_lead_to_the_same_triangles_from_any_others(mesh, steps, seed):
     """The least legal forest in which every node is split that is wanted, as are all that it lies in."""

@@ -53,7 +53,7 @@ def test_the_base_of_the_nose_sits_on_bone_and_its_tip_is_loose(face):
     assert raised < wrinkled < 5.7
 
 
-@pytest.mark.parametrize("stem", [None, "makehuman_head_male"])
+@pytest.mark.parametrize("stem", [None, pytest.param("makehuman_head_male", marks=pytest.mark.slow)])
 def test_lining_holds_to_the_gums(real_face, stem, monkeypatch):
     """A laugh must not draw the lining behind the upper lip up with it: that bared a wall of gum."""
     face = head_with("bag") if stem is None else real_face(stem)

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from skins import settled
 
-pytestmark = pytest.mark.parametrize("any_face", [None, "ict_face_narrow", "makehuman_head_male"], indirect=True)
+pytestmark = pytest.mark.parametrize(
+    "any_face",
+    [None, "ict_face_narrow", pytest.param("makehuman_head_male", marks=pytest.mark.slow)],
+    indirect=True,
+)
 
 
 def near(face, field, mark, width=4.0):

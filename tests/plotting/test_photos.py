@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -103,11 +104,16 @@ TURN[:3, :3] = Rotation.from_euler("yx", [30.0, -10.0], degrees=True).as_matrix(
 TURN[:3, 3] = [15.0, -8.0, 4.0]
 
 
+def turned_head(time):
+    return TURN
+
+
 @pytest.fixture(scope="module")
 def surprised(face, played):
     """Plays a recorded surprise on the built-in head, which may have moved as a whole; returns its frames."""
     shape = played("paper_surprise").held.displacement
 
+    @cache
     def surprised(pose=None):
         recorded = Recorded.of_shapes([shape], [[0.0], [1.0]], times=[0.0, 0.1], pose=pose)
         return list(fw.Simulation(face, motion=recorded, time_step=0.02).run(7))
@@ -116,7 +122,7 @@ def surprised(face, played):
 
 
 def test_a_head_that_turns_has_the_same_wrinkles(surprised):
-    for still, turned in zip(surprised(), surprised(lambda time: TURN), strict=True):
+    for still, turned in zip(surprised(), surprised(turned_head), strict=True):
         np.testing.assert_array_equal(turned.regular_faces, still.regular_faces)
         np.testing.assert_allclose(turned.points, still.points @ TURN[:3, :3].T + TURN[:3, 3], atol=1e-6)
         np.testing.assert_allclose(turned["W"], still["W"], atol=1e-6)
@@ -126,7 +132,7 @@ def test_a_head_that_turns_has_the_same_wrinkles(surprised):
 
 
 def test_eyes_lashes_and_brows_go_with_a_head_that_turns(face, surprised):
-    still, turned = surprised()[-1], surprised(lambda time: TURN)[-1]
+    still, turned = surprised()[-1], surprised(turned_head)[-1]
     with Scene(face, Style(SIZE)) as scene:
         at_rest = scene.picture(still)
         parts = {name: points_of(scene, name) for name in scene.plotter.actors if name != "skin"}
@@ -168,7 +174,7 @@ def test_a_recorded_turn_and_one_within_the_positions_add_up(face):
     half = np.eye(4)
     half[:3, :3], half[:3, 3] = Rotation.from_euler("y", 12.0, degrees=True).as_matrix(), [0.0, 5.0, 0.0]
     moved = face.points @ half[:3, :3].T + half[:3, 3]
-    recorded = replace(Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=lambda time: TURN)
+    recorded = replace(Recorded.of_positions([face.points, moved], times=[0.0, 0.02]), pose=turned_head)
     frame = fw.Simulation(face, fw.Refinement(max_level=0), layers=[], motion=recorded).step()
     np.testing.assert_allclose(frame.field_data["pose"], TURN @ half, atol=1e-6)
 

@@ -99,7 +99,7 @@ def test_units(face):
         ("sockets", "r"),
         ("shut", "l"),
         ("ict_face_narrow", "r"),
-        ("makehuman_head_male", "l"),
+        pytest.param("makehuman_head_male", "l", marks=pytest.mark.slow),
     ],
     indirect=["any_face"],
 )

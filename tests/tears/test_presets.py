@@ -50,7 +50,11 @@ def test_on_triangles_that_stay_it_shrinks_to_a_point_before_and_after(face, mak
     assert tear.sampled([0.0, 0.1], [face.mesh] * 2) is None
 
 
-@pytest.mark.parametrize("any_face", ["sockets", "shut", "ict_face_narrow", "makehuman_head_male"], indirect=True)
+@pytest.mark.parametrize(
+    "any_face",
+    ["sockets", "shut", "ict_face_narrow", pytest.param("makehuman_head_male", marks=pytest.mark.slow)],
+    indirect=True,
+)
 def test_weeping_from_lids_of_all_kinds(any_face):
     meshes = surfaces(preset("weeping", any_face), 3.0)
     assert len(meshes) >= 4

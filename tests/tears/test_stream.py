@@ -201,7 +201,12 @@ def test_water_on_a_sphere_and_a_vase(sphere):
 
 
 @pytest.mark.parametrize(
-    "any_face", [None, "thick", "sockets", "shut", "ict_face_narrow", "makehuman_head_male"], indirect=True
+    "any_face",
+    [
+        *(None, "thick", "sockets", "shut", "ict_face_narrow"),
+        pytest.param("makehuman_head_male", marks=pytest.mark.slow),
+    ],
+    indirect=True,
 )
 def test_on_lids_of_all_kinds(any_face):
     for side in "lr":
