@@ -1,4 +1,4 @@
-"""The command line from outside: wrong input, wrong usage, help and progress."""
+"""The command line from outside: wrong input, wrong usage, help, progress and logs."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle import progress
 from facewrinkle.cli import main
 from facewrinkle.commands.options import FaceOptions, OutputOptions
 
@@ -301,3 +302,31 @@ def test_what_a_terminal_cannot_show_ends_no_command(tmp_path):
     assert (run.returncode, run.stderr) == (0, b"")
     assert b"1 triangles" in run.stdout
     assert b"? ? ?.obj" in run.stdout
+
+
+# --- what a log says -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("seconds", "total", "said"),
+    [
+        (1.0, 100, [f"Making {k}/100" for k in range(10, 100, 10)]),
+        (0.01, 100, []),
+        (0.01, 10000, [f"Making {k}/10000" for k in range(1000, 10000, 1000)]),
+        (30.0, 5, [f"Making {k}/5" for k in range(1, 5)]),
+        (1.0, 1000, [f"Making {k}/1000" for k in range(60, 1000, 60)]),
+    ],
+)
+def test_a_log_has_a_line_each_tenth_or_minute(seconds, total, said, monkeypatch, capsys):
+    monkeypatch.delenv("FACEWRINKLE_PROGRESS", raising=False)
+    clock = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    for _ in progress.bar_or_lines(range(total), "Making", total):
+        clock[0] += seconds
+    assert capsys.readouterr().err.splitlines() == said
+
+
+def test_from_python_nothing_is_said_without_a_terminal(monkeypatch, capsys):
+    monkeypatch.delenv("FACEWRINKLE_PROGRESS", raising=False)
+    assert list(progress.bar(range(3), "Making", 3)) == [0, 1, 2]
+    assert capsys.readouterr().err == ""

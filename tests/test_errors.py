@@ -1,4 +1,4 @@
-"""Packages that may be missing: the extras of pyproject.toml, and what is said without them."""
+"""Packages that may be missing: the extras of pyproject.toml, and what is said without them; reports of problems."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+import numpy as np
 import pytest
+import pyvista as pv
+from glb_files import write_glb
 
 import facewrinkle as fw
 from facewrinkle.errors import OPTIONAL, MissingPackageError, ParameterError, optional_imports
+from facewrinkle.export import write_movie
 
 PROJECT = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 USED = ("gltf", "studio", "export", "dataset")
@@ -48,6 +52,45 @@ def test_a_missing_part_names_its_package(monkeypatch):
         import imageio.v9  # noqa: F401
 
 
+def compressed(folder, extension):
+    content = {"asset": {"version": "2.0"}, "extensionsRequired": [extension]}
+    return fw.read_surface(write_glb(folder / "a.glb", content, b""))
+
+
+@pytest.mark.parametrize(
+    ("package", "call", "message"),
+    [
+        *(
+            (name, lambda folder, face: write_movie(np.zeros((2, 4, 4, 3), np.uint8), folder / "a.mp4"), rf"{name}.*")
+            for name in ("imageio", "imageio_ffmpeg")
+        ),
+        *(
+            (name, lambda folder, face, what=what: compressed(folder, what), rf"{what}.*{name}.*without compression")
+            for name, what in (
+                ("DracoPy", "KHR_draco_mesh_compression"),
+                ("meshoptimizer", "EXT_meshopt_compression"),
+            )
+        ),
+        ("pxr", lambda folder, face: fw.read_surface(folder / "a.usda"), "a.usda: USD files need the package usd-core"),
+        ("pxr", lambda folder, face: fw.read_animation(folder / "a.usda"), "USD files need the package usd-core"),
+        (
+            "pxr",
+            lambda folder, face: fw.write_rig(fw.rig(face, "jawOpen", wrinkles="none", level=0), folder / "b.usd"),
+            r"^b\.usd: USD files need the package usd-core",
+        ),
+    ],
+)
+def test_what_needs_a_missing_package_says_how_to_install_it(face, tmp_path, monkeypatch, package, call, message):
+    monkeypatch.setitem(sys.modules, package, None)
+    (tmp_path / "a.usda").write_text("#usda 1.0")
+    extra = OPTIONAL[package][1]
+    with pytest.raises(MissingPackageError, match=message) as told:
+        call(tmp_path, face)
+    assert f'pip install "facewrinkle[{extra}]"' in str(told.value)
+    assert not (tmp_path / "b.usd").exists()
+    assert write_movie(np.zeros((2, 4, 4, 3), np.uint8), tmp_path / "a.gif").exists()  # which needs none of them
+
+
 WRONG = {
     "atlas must be an Atlas": lambda face, frame: fw.default_face(atlas="mine.toml"),
     "atlas must be an Atlas, received 3": lambda face, frame: fw.fit_face(face.mesh, face.landmarks, atlas=3),
@@ -75,3 +118,14 @@ WRONG = {
 def test_values_of_another_type_are_refused_where_they_are_given(face, message):
     with pytest.raises(ParameterError, match=message):
         WRONG[message](face, face.mesh)
+
+
+# --- the report of a problem -----------------------------------------------------------------------
+
+
+def test_a_report_names_the_package_and_what_it_uses():
+    said = str(fw.Report(gpu=False))
+    assert f"facewrinkle : {fw.__version__}" in said
+    assert f"numpy : {np.__version__}" in said
+    assert f"pyvista : {pv.__version__}" in said
+    assert "numba : " in said

@@ -158,17 +158,13 @@ def test_what_became_a_pipe_is_not_waited_for(tmp_path, monkeypatch, read):
     ordinary = Path(__file__).stat()
     monkeypatch.setattr(Path, "stat", lambda path, **how: ordinary)
     monkeypatch.setattr(Path, "is_file", lambda path: True)
-    signal.signal(signal.SIGALRM, _waited)
+    signal.signal(signal.SIGALRM, lambda *_: pytest.fail("it waits for ever"))
     signal.alarm(5)
     try:
         with pytest.raises((OSError, fw.FaceWrinkleError, fw.FaceWrinkleWarning), match="not a regular file"):
             read(tmp_path / "pipe.ply")
     finally:
         signal.alarm(0)
-
-
-def _waited(*_):
-    pytest.fail("it waits for ever")
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="no limit of file sizes here")

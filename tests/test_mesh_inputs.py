@@ -38,28 +38,8 @@ FORMS = {
 }
 
 
-def _fitted(mesh, face, folder):
-    return fw.fit_face(mesh, face.landmarks).landmarks["nose_tip"]
-
-
-def _found(mesh, face, folder):
-    return fw.find_landmarks(mesh, given=face.landmarks).landmarks["nose_tip"]
-
-
-def _split(mesh, face, folder):
-    return fw.refine(mesh, [0, 5]).points
-
-
 def _shed(mesh, face, folder):
     return fw.SheddingTear(mesh, start=face.landmarks["zygion_l"]).surface(1.0).points
-
-
-def _dripped(mesh, face, folder):
-    return fw.DrippingTear(mesh, face.landmarks["pogonion"]).surface(0.5).points
-
-
-def _stored(mesh, face, folder):
-    return fw.read_surface(fw.write_mesh(mesh, folder / "out.ply")).points
 
 
 FUNCTIONS = {
@@ -68,12 +48,12 @@ FUNCTIONS = {
     "prepare": lambda mesh, face, folder: prepare(mesh).points,
     "surface": lambda mesh, face, folder: fw.surface(mesh).points,
     "Simulation": lambda mesh, face, folder: fw.Simulation(mesh, layers=[]).step().points,
-    "fit_face": _fitted,
-    "find_landmarks": _found,
-    "refine": _split,
+    "fit_face": lambda mesh, face, folder: fw.fit_face(mesh, face.landmarks).landmarks["nose_tip"],
+    "find_landmarks": lambda mesh, face, folder: fw.find_landmarks(mesh, given=face.landmarks).landmarks["nose_tip"],
+    "refine": lambda mesh, face, folder: fw.refine(mesh, [0, 5]).points,
     "SheddingTear": _shed,
-    "DrippingTear": _dripped,
-    "write_mesh": _stored,
+    "DrippingTear": lambda mesh, face, folder: fw.DrippingTear(mesh, face.landmarks["pogonion"]).surface(0.5).points,
+    "write_mesh": lambda mesh, face, folder: fw.read_surface(fw.write_mesh(mesh, folder / "out.ply")).points,
 }
 
 
@@ -104,16 +84,12 @@ def test_the_accessor_is_on_all_data_of_pyvista(face, bare, form):
     assert dented["W"].min() < 0.0
 
 
-def test_a_face_of_what_pyvista_reads(face, tmp_path):
+def test_a_face_of_what_pyvista_reads_and_the_texture_of_its_file(face, tmp_path):
     path = fw.write_mesh(face.mesh, tmp_path / "head.glb", face)
     fitted = fw.fit_face(pv.read(path), {name: 1e-3 * place for name, place in face.landmarks.items()})
     assert isinstance(pv.read(path), pv.MultiBlock)
     assert fitted.unit == pytest.approx(1000.0, rel=0.05)
     assert fitted.muscles.keys() == face.muscles.keys()
-
-
-def test_the_texture_of_a_file_and_of_its_surface(face, tmp_path):
-    path = fw.write_mesh(face.mesh, tmp_path / "head.glb", face)
     np.testing.assert_array_equal(fw.read_texture(read_surface(path)), face.texture[:, :, :3])
 
 

@@ -181,26 +181,16 @@ def test_the_ends_of_the_ranges_are_allowed():
     assert fitted(degree=0, epsilon=1e50).tolist() == [1.5]
 
 
-def several_parts():
-    return fw.surface(fw.default_face().mesh + pv.Sphere(radius=5.0, center=(300.0, 0.0, 0.0)))
+WARNED = {
+    "several parts": lambda face: fw.surface(face.mesh + pv.Sphere(radius=5.0, center=(300.0, 0.0, 0.0))),
+    "unknown landmark": lambda face: fw.fit_face(face.mesh, {**face.landmarks, "root": face.landmarks["nasion"]}),
+    "odd units": lambda face: fw.fit_face(face.mesh, face.landmarks, units=3.0),
+    "few points": lambda face: fitted([(0.3, 0.6)], [(0, 0), (1, 1), (2, 2)], [0.0, 1.0, 2.0], degree=2),
+}
 
 
-def unknown_landmark():
-    marks = fw.default_face().landmarks
-    return fw.fit_face(fw.default_face().mesh, marks | {"nose_root": marks["nasion"]})
-
-
-def odd_units():
-    marks = fw.default_face().landmarks
-    return fw.fit_face(fw.default_face().mesh, marks, units=3.0)
-
-
-def few_points():
-    return fitted([(0.3, 0.6)], [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0)], [0.0, 1.0, 2.0], degree=2)
-
-
-@pytest.mark.parametrize("call", [several_parts, unknown_landmark, odd_units, few_points])
-def test_warnings_name_the_line_that_called(call):
+@pytest.mark.parametrize("call", WARNED.values(), ids=WARNED)
+def test_warnings_name_the_line_that_called(face, call):
     with pytest.warns(FaceWrinkleWarning) as told:
-        call()
+        call(face)
     assert {Path(warning.filename).name for warning in told} == {Path(__file__).name}

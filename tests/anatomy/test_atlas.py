@@ -207,20 +207,56 @@ def test_mixtures_take_the_strongest_rate_of_each_muscle():
 
 
 @pytest.mark.parametrize(
-    ("what", "suggestion"),
-    [("suprise", "surprise"), ("AU123", "AU12"), ({"corugator": 1.0}, "corrugator"), ({"AU_12": 1.0}, "AU12")],
+    "what",
+    ["AU1=.7+AU4", "AU1=.7,AU4", " AU4 + AU1 = 0.7", "au1=7e-1,au4=+1", "AU1=70e-2, AU4=1e+0", {"AU1": 0.7, "AU4": 1}],
 )
-def test_unknown_names_are_met_with_suggestions(what, suggestion):
-    with pytest.raises(UnknownNameError, match=f"Did you mean .*{suggestion}"):
+def test_mixtures_have_one_notation(what):
+    brows = {name: 0.7 * rate for name, rate in fw.ACTION_UNITS["AU1"].items()}
+    expected = brows | {name: max(rate, brows.get(name, 0.0)) for name, rate in fw.ACTION_UNITS["AU4"].items()}
+    assert load_atlas().contractions(what) == pytest.approx(expected)
+
+
+def test_names_in_a_list_count_whole_and_case_does_not_matter():
+    atlas = load_atlas()
+    assert atlas.contractions(["AU1", "AU2"]) == atlas.contractions({"AU1": 1.0, "AU2": 1.0})
+    assert atlas.contractions("Surprise", 0.5) == atlas.contractions("surprise", 0.5)
+
+
+def test_names_keep_what_joins_nothing():
+    assert split_names("visème_ä+été, jawOpen+") == ["visème_ä", "été", "jawOpen+"]
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ("suprise", "Did you mean .*surprise"),
+        ("Suprise", "Did you mean .*surprise"),
+        ("AU123", "Did you mean .*AU12"),
+        ({"corugator": 1.0}, "Did you mean .*corrugator"),
+        ({"AU_12": 1.0}, "Did you mean .*AU12"),
+        ("AU1++AU2", "unknown expression, action unit or muscle 'AU1.'"),
+        ("AU1,", "unknown expression, action unit or muscle ''"),
+        ("AU1=+AU4", r"such as AU1=0.7\+AU4; received 'AU1='"),
+        ("AU1=a", "received 'AU1=a'"),
+        ("AU1=0.5,AU1=0", "AU1 is named twice in 'AU1=0.5,AU1=0'. Give one number"),
+        *((what, "is a name, a text such as .*, or a dictionary") for what in (5, [1], ["AU1", 2], None)),
+        *(({"AU12": value}, "AU12") for value in (-1e-9, 1.0 + 1e-9, 70.0, np.nan, np.inf, "much", None)),
+    ],
+)
+def test_what_is_no_mixture_is_refused(what, message):
+    with pytest.raises(FaceWrinkleError, match=message):
         load_atlas().contractions(what)
 
 
-@pytest.mark.parametrize("value", [-1e-9, 1.0 + 1e-9, 70.0, float("nan"), float("inf"), "much", None])
-def test_weights_and_intensities_outside_zero_and_one_are_refused(value):
-    with pytest.raises(ParameterError, match="AU12"):
-        load_atlas().contractions({"AU12": value})
+@pytest.mark.parametrize("value", [-1e-9, 1.0 + 1e-9, 70.0, np.nan, np.inf, "much", None])
+def test_intensities_outside_zero_and_one_are_refused(value):
     with pytest.raises(ParameterError, match="intensity"):
         load_atlas().contractions("AU12", value)
+
+
+def test_numbers_without_a_usual_one_have_to_be_given():
+    with pytest.raises(ParameterError, match=r"jaw=0.5,age=1; received 'jaw'"):
+        parse_weights("jaw", usual=None)
 
 
 # --- placing ------------------------------------------------------------------------------------
@@ -331,18 +367,7 @@ def test_an_atlas_of_ones_own(read):
     assert atlas.expressions == {"odd": {"m_l": 0.25}, "neutral": {}}
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[muscles.m\n", "not valid TOML"),
-        ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown expression, action unit or muscle 'm'"),
-        (MUSCLE + "[expressions]\nodd = { m = 2.0 }\n", "must lie in"),
-        (bytes(range(256)), "is not valid TOML"),
-    ],
-)
-def test_faulty_files_are_refused(read, tmp_path, text, message):
-    with pytest.raises(FaceWrinkleError, match=message):
-        read(text)
+def test_an_atlas_that_is_not_there(tmp_path):
     with pytest.raises(FaceWrinkleError, match="cannot read the atlas"):
         read_atlas(tmp_path / "none.toml")
 
@@ -361,12 +386,6 @@ def test_faulty_files_are_refused(read, tmp_path, text, message):
 def test_faulty_entries_are_refused_when_placed(read, face, old, new, message):
     with pytest.raises(FaceWrinkleError, match=message):
         read(MUSCLE.replace(old, new)).place(face.landmarks, face.frame)
-
-
-@pytest.mark.parametrize("text", ["", "tissue = 5", "[[tissue]]\ndepth = 1.0"])
-def test_tissue_has_to_be_there(face, read, text):
-    with pytest.raises(FaceWrinkleError, match="in the atlas: .*tissue"):
-        fw.fit_face(face.mesh, face.landmarks, atlas=read(text))
 
 
 SHEET = 'base = "facewrinkle"\n[muscles.frontalis_inner]\n'
@@ -388,28 +407,24 @@ TISSUE = "[[tissue]]\nat = {{nose_tip = 1.0}}\nstiffness = 1.0\ndepth = {}\n"
         ("a" + 50_000 * ".a" + " = 1", "a name has more than 64 parts"),
         ("x = {" + "a." * 50_000 + "a = 1}", "a name has more than 64 parts"),
         ("x = " + 50_000 * "[", "nested too deeply|not valid TOML"),
+        (f'# {"..." * 60}\nbase = "facewrinkle"\nx = [{", ".join(["0.5"] * 200)}]', "unknown table 'x'"),
+        ("[muscles.m\n", "not valid TOML"),
+        (bytes(range(256)), "is not valid TOML"),
+        ("[expressions]\nodd = { m = 1.0 }\n", "in the atlas: unknown expression, action unit or muscle 'm'"),
+        (MUSCLE + "[expressions]\nodd = { m = 2.0 }\n", "must lie in"),
+        ('base = "mine"', "unknown base of an atlas 'mine'"),
+        ('base = "facewrinkle"\n[tisue]\n', "unknown table 'tisue'. Did you mean 'tissue'"),
+        ('base = "facewrinkle"\n[tissue]\ndepth = 3.0\n',
+         r"tissue must be written as \[\[tissue\]\], once for each sample"),
+        ('base = "facewrinkle"\n[[muscles]]\nname = 1\n',
+         r"muscles must be written as \[muscles\], with entries by name"),
+        *((text, "in the atlas: .*tissue") for text in ("", "tissue = 5", "[[tissue]]\ndepth = 1.0")),
+        ('base = "facewrinkle"\n' + TISSUE.format("[]"), r"depth of tissue must be a number, received \[\]"),
     ],
 )  # fmt: skip
-def test_numbers_that_no_face_has_are_refused(read, text, message):
+def test_faulty_files_are_refused(read, face, text, message):
     with pytest.raises(FaceWrinkleError, match=message):
-        read(text)
-
-
-def test_depth_of_tissue_is_a_number(read):
-    with pytest.raises(FaceWrinkleError, match=r"depth of tissue must be a number, received \[\]"):
-        fw.default_face(atlas=read('base = "facewrinkle"\n' + TISSUE.format("[]")))
-
-
-def test_a_line_of_many_numbers_has_no_deep_name(read):
-    numbers = ", ".join(["0.5"] * 200)
-    with pytest.raises(FaceWrinkleError, match="unknown table 'x'"):
-        read(f'# {"..." * 60}\nbase = "facewrinkle"\nx = [{numbers}]')
-
-
-@pytest.mark.parametrize("what", [5, [1], None])
-def test_mixtures_are_names_or_dictionaries(what):
-    with pytest.raises(ParameterError, match="is a name, a text such as .*, or a dictionary"):
-        load_atlas().contractions(what)
+        fw.fit_face(face.mesh, face.landmarks, atlas=read(text))
 
 
 def test_tissue_is_changed_as_a_whole(read):
@@ -417,25 +432,15 @@ def test_tissue_is_changed_as_a_whole(read):
     atlas = read(f'base = "facewrinkle"\n[[tissue]]\n{sample}')
     assert atlas.tissue == [{"depth": 3.0, "stiffness": 2.0, "at": {"glabella": 1.0}}]
     assert atlas.muscles == load_atlas().muscles
-    for text, message in (
-        (f"[tissue]\n{sample}", r"tissue must be written as \[\[tissue\]\], once for each sample"),
-        ("[[muscles]]\nname = 1\n", r"muscles must be written as \[muscles\], with entries by name"),
-        ("[tisue]\n", "unknown table 'tisue'. Did you mean 'tissue'"),
-    ):
-        with pytest.raises(FaceWrinkleError, match=message):
-            read(f'base = "facewrinkle"\n{text}')
 
 
 # --- written and read again -------------------------------------------------------------------------------------------
 
 
-FIELDS = ("muscles", "action_units", "action_unit_names", "expressions", "tissue", "mixtures")
-
-
 def test_the_atlas_of_the_package_is_read_again_as_it_is(tmp_path):
     atlas = load_atlas()
     again = read_atlas(write_atlas(atlas, tmp_path / "own.toml"))
-    for name in FIELDS:
+    for name in ("muscles", "action_units", "action_unit_names", "expressions", "tissue", "mixtures"):
         assert getattr(again, name) == getattr(atlas, name), name
 
 
@@ -479,43 +484,3 @@ def test_sides_that_differ_have_no_file(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(OutputError, match="own.toml"):
         write_atlas(atlas, tmp_path / "file" / "own.toml")
-
-
-@pytest.mark.parametrize(
-    "what",
-    ["AU1=.7+AU4", "AU1=.7,AU4", " AU4 + AU1 = 0.7", "au1=7e-1,au4=+1", {"AU1": 0.7, "AU4": 1.0}],
-)
-def test_mixtures_have_one_notation(what):
-    atlas = fw.default_face().atlas
-    brows = {name: 0.7 * rate for name, rate in fw.ACTION_UNITS["AU1"].items()}
-    expected = brows | {name: max(rate, brows.get(name, 0.0)) for name, rate in fw.ACTION_UNITS["AU4"].items()}
-    assert atlas.contractions(what) == pytest.approx(expected)
-
-
-def test_names_in_a_list_count_whole_and_case_does_not_matter():
-    atlas = fw.default_face().atlas
-    assert atlas.contractions(["AU1", "AU2"]) == atlas.contractions({"AU1": 1.0, "AU2": 1.0})
-    assert atlas.contractions("Surprise", 0.5) == atlas.contractions("surprise", 0.5)
-    for wrong in ("Suprise", "AU1+", "AU1++AU2", "AU1=strong", "AU1+AU1", ["AU1", 2], 3):
-        with pytest.raises(FaceWrinkleError, match=r"unknown expression, action unit or muscle|such as|twice"):
-            atlas.contractions(wrong)
-
-
-@pytest.mark.parametrize("text", ["AU1=0.7+AU4", "AU1=.7,AU4", " AU1 = 7e-1 +AU4=+1 ", "AU1=70e-2, AU4=1e+0"])
-def test_plus_and_comma_are_one(text):
-    assert parse_weights(text) == {"AU1": 0.7, "AU4": 1.0}
-
-
-def test_names_keep_what_joins_nothing():
-    assert split_names("visème_ä+été, jawOpen+") == ["visème_ä", "été", "jawOpen+"]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [("AU1=+AU4", r"such as AU1=0.7\+AU4; received 'AU1='"), ("AU1+AU1", "named twice"), ("AU1=a", "received 'AU1=a'")],
-)
-def test_what_is_no_mixture_is_refused(text, message):
-    with pytest.raises(ParameterError, match=message):
-        parse_weights(text)
-    with pytest.raises(ParameterError, match=r"jaw=0.5,age=1; received 'jaw'"):
-        parse_weights("jaw", usual=None)

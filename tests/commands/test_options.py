@@ -12,7 +12,7 @@ import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas
 from facewrinkle.commands import options
 from facewrinkle.commands.options import FaceOptions, Report, parse_mixture, whole_number
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import ParameterError
 
 
 def test_a_face_with_another_atlas(tmp_path):
@@ -63,22 +63,10 @@ def test_a_session_stands_for_its_face(tmp_path):
 def test_mixtures():
     atlas = load_atlas()
     assert parse_mixture("AU1=0.7,AU4", atlas) == {"AU1": 0.7, "AU4": 1.0}
-    assert parse_mixture("corrugator", atlas) == {"corrugator": 1.0}
-    for name in [*atlas.expressions, *atlas.action_units, *atlas.muscles]:
+    for name in ["corrugator", *atlas.expressions, *atlas.action_units, *atlas.muscles]:
         assert parse_mixture(name, atlas) == {name: 1.0}
-    with pytest.raises(UnknownNameError, match="'' *"):
-        parse_mixture("AU1,", atlas)
-
-
-@pytest.mark.parametrize(("name", "meant"), [("au1", "AU1"), ("SURPRISE", "surprise"), ("Jaw", "jaw")])
-def test_the_case_of_a_name_does_not_hide_it(name, meant):
-    atlas = load_atlas()
-    assert atlas.contractions(parse_mixture(name, atlas)) == atlas.contractions(meant)
-
-
-def test_a_name_that_comes_twice():
-    with pytest.raises(ParameterError, match="AU1 is named twice in 'AU1=0.5,AU1=0'. Give one number"):
-        parse_mixture("AU1=0.5,AU1=0", load_atlas())
+    for name, meant in (("au1", "AU1"), ("SURPRISE", "surprise"), ("Jaw", "jaw")):
+        assert atlas.contractions(parse_mixture(name, atlas)) == atlas.contractions(meant)
 
 
 @pytest.mark.parametrize("text", ["2.5", "nan", "inf", "x", "1e400", ""])

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image as Pillow
 
-from facewrinkle.errors import MissingPackageError, OutputError, ParameterError
+from facewrinkle.errors import OutputError, ParameterError
 from facewrinkle.export import write_movie
 
 
@@ -96,14 +95,6 @@ def test_movie_checks_its_pictures(tmp_path, images, message):
         write_movie(images, tmp_path / "movie.gif")
     with pytest.raises(ParameterError, match="fps must lie in"):
         write_movie(images, tmp_path / "movie.gif", fps=0)
-
-
-@pytest.mark.parametrize("missing", ["imageio", "imageio_ffmpeg"])
-def test_movie_without_its_packages(tmp_path, monkeypatch, missing):
-    monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(MissingPackageError, match=rf"{missing}.*pip install \"facewrinkle\[export\]\""):
-        write_movie(pictures(2, 4, 4), tmp_path / "movie.mp4")
-    assert write_movie(pictures(2, 4, 4), tmp_path / "movie.gif").exists()
 
 
 @pytest.mark.parametrize("problem", [KeyboardInterrupt, RuntimeError])

@@ -21,10 +21,6 @@ from facewrinkle.geometry.topology import unique_edges
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 
 
-def sphere(level):
-    return arrays(pv.Icosphere(radius=2.0, nsub=level).clean())
-
-
 def plain_sums(points, triangles):
     a, b, c = (points[triangles[:, k]] for k in range(3))
     total = np.zeros_like(points)
@@ -39,7 +35,7 @@ def unit(vectors):
 
 @pytest.fixture
 def dented():
-    points, triangles = sphere(2)
+    points, triangles = arrays(pv.Icosphere(radius=2.0, nsub=2).clean())
     return points + 0.1 * np.random.default_rng(0).normal(size=points.shape), triangles
 
 

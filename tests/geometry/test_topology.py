@@ -1,4 +1,4 @@
-"""Connectivity of triangle meshes, checked against dictionaries, and on surfaces of known topology; rings of points."""
+"""Connectivity of triangle meshes, checked against dictionaries, and on surfaces of known topology; rings; orders."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from small_meshes import delaunay, enclosed_volume
 
 from facewrinkle.errors import MeshError
+from facewrinkle.geometry.orders import morton_order
 from facewrinkle.geometry.topology import (
     as_triangles,
     boundary_loops,
@@ -260,3 +261,21 @@ def test_the_diagonal_runs_where_it_is_said():
     for a, b, c, d in ring_quads(5, 2).tolist():
         assert tuple(sorted((b, d))) in edges - others
         assert tuple(sorted((a, c))) in others - edges
+
+
+# --- orders ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_cells_of_a_block_follow_each_other(axes):
+    cells = np.stack(np.meshgrid(*[np.arange(8)] * axes, indexing="ij"), axis=-1).reshape(-1, axes)
+    cells = np.random.default_rng(0).permutation(cells)
+    order = morton_order(cells, bits=3)
+    assert np.array_equal(np.sort(order), np.arange(len(cells)))
+    for size in (2, 4):
+        blocks = (cells[order] // size).reshape(-1, size**axes, axes)
+        assert (blocks == blocks[:, :1]).all()
+
+
+def test_equal_cells_keep_their_order():
+    assert morton_order(np.zeros((5, 2), np.int64), bits=4).tolist() == [0, 1, 2, 3, 4]

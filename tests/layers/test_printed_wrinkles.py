@@ -225,23 +225,20 @@ def folded_share(face, name, finest):
     skin that the muscle compresses by itself.
     """
     muscle = face.muscles[name].fold_pattern
-    where = muscle.wrinkling_region(finest.points) & (interpolated_skin(face, finest) > 0.5)
+    at = finest.corners, finest.barycentric
+    where = muscle.wrinkling_region(finest.points) & (interpolated(outer_skin(face)[:, None], *at)[:, 0] > 0.5)
     if not isinstance(muscle, fw.SphincterMuscle):  # whose other coordinate goes along the furrows
         where &= muscle.coordinates(finest.points)[1] <= 0.5
     sim = fw.Simulation(face, UNREFINED, layers=[])
     sim.contract({name: 1.0})
     sim.settle()
-    field, at = StrainField.of(face), (finest.corners, finest.barycentric)
+    field = StrainField.of(face)
     strain = interpolated(field.strain(sim.skin.points + sim.skin.displacement), *at)
     directions = muscle.fold_direction(finest.points)
     epsilon = compression_along(strain, interpolated(field.metric, *at), finest.normals, directions)
     start = muscle.inner if isinstance(muscle, fw.SphincterMuscle) else muscle.wrinkles.start
     place = (muscle.coordinates(finest.points)[0][where & (epsilon > 0.0)] - start) / (1.0 - start)
     return len(np.unique(np.clip((20 * place).astype(int), 0, 19))) / 20
-
-
-def interpolated_skin(face, finest):
-    return interpolated(outer_skin(face)[:, None], finest.corners, finest.barycentric)[:, 0]
 
 
 @pytest.mark.slow

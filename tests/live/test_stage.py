@@ -11,10 +11,9 @@ import contextlib
 
 import numpy as np
 import pytest
-import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.errors import FaceWrinkleError, ParameterError
+from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.geometry.interpolation import closest
 from facewrinkle.live.document import Document
 from facewrinkle.live.library import Library
@@ -118,14 +117,6 @@ def test_landmarks_that_were_moved_go_along_with_the_person(face):
     wide = library.subject_of(document.session).face
     vertex = np.flatnonzero((face.points == place).all(axis=1))
     np.testing.assert_allclose(wide.landmarks["mouth_l"], wide.points[vertex[0]], atol=1e-9)
-
-
-def test_a_scan_does_not_become_another_person(face):
-    library = Library(fw.surface(pv.Sphere(radius=80.0)))
-    document = Document(face.atlas, library.accepted)
-    with pytest.raises(ParameterError, match="only the built-in head becomes other people; this face has no 'width'"):
-        document.change([(("identity",), {"width": 1.0})])
-    assert document.session == START
 
 
 @pytest.mark.slow

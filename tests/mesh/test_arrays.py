@@ -75,17 +75,14 @@ def test_refine_splits_one_triangle_and_closes_around_it() -> None:
     before = plane.copy()
     fine = refine(plane, [0])
     corners = set(plane.regular_faces[0].tolist())
-    inner = [s for s in range(3) if _is_inner(plane, plane.regular_faces[0][[s, (s + 1) % 3]])]
+    sides = [plane.regular_faces[0][[s, (s + 1) % 3]] for s in range(3)]
+    inner = [side for side in sides if (np.isin(plane.regular_faces, side).sum(axis=1) == 2).sum() == 2]
     assert fine.n_cells == plane.n_cells + 3 + len(inner)
     assert np.array_equal(fine.points[: plane.n_points], plane.points)
     assert fine.area == pytest.approx(plane.area, rel=1e-12)
     np.testing.assert_allclose(fine["affine"], fine.points @ [1.0, 2.0, 3.0] + 0.5, atol=1e-12)
     assert set(fine["label"][plane.n_points :].tolist()) <= corners
     assert plane == before
-
-
-def _is_inner(surface: pv.PolyData, edge: np.ndarray) -> bool:
-    return int(np.isin(surface.regular_faces, edge).sum(axis=1).tolist().count(2)) == 2
 
 
 def test_colors_in_bytes_and_in_shares_are_the_same_side_by_side():

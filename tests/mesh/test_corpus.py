@@ -1,6 +1,7 @@
 """Dirty faces in the proportions met in the wild: each is fitted to a sound mesh that moves, or refused.
 
-``python -m tools.trials corpus`` goes through more of them, and finds their landmarks too.
+``python -m tools.trials corpus`` goes through more of them, and finds their landmarks too. And the
+meshes to try things on.
 """
 
 from __future__ import annotations
@@ -92,3 +93,18 @@ def test_other_shapes_are_surfaces_that_move(name, fingerprint):
         face = fw.surface(mesh)
     assert flaws(face) + flaws_in_motion(face) == []
     assert fingerprint(mesh) == before
+
+
+# --- the meshes to try things on -------------------------------------------------------------------
+
+
+def test_the_pig_is_closed_and_turned_outwards():
+    pig = fw.examples.load_pig()
+    assert (pig.n_cells, pig.n_points - pig.n_cells // 2, pig.n_open_edges) == (16_000, 2, 0)  # Euler: a sphere
+    assert pig.volume > 0
+
+
+def test_each_call_makes_a_mesh_of_its_own():
+    pig = fw.examples.load_pig()
+    pig.points[:] = 0
+    assert fw.examples.load_pig().length > 300

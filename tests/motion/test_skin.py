@@ -9,10 +9,12 @@ time steps of 0.1 ms to 10 s      each other's steady states
 skull, eyeballs                   heights above the anchors; distances from the centres
 left, right                       each other, mirrored
 insertions                        they move towards the attachment
+what skins of one face share      the same bytes as made anew
 """
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 
 import numpy as np
@@ -52,11 +54,6 @@ def steady(face):
     return states
 
 
-def stirred(skin, rng, steps=15):
-    for _ in range(steps):
-        held(skin, {name: rng.random() for name in skin.names}, 1)
-
-
 # --- energy and its gradient --------------------------------------------------------------------
 
 
@@ -79,7 +76,8 @@ def test_gradient_of_the_objective_of_a_step(coarse, monkeypatch, size, time_ste
             assert_gradient(lambda u: objective(u, np.empty_like(u)), u, gradient, rng, rel=2e-5, ways=8)
         return minimized(minimizer, objective, start)
 
-    stirred(skin, rng, 3)
+    for _ in range(3):
+        held(skin, {name: rng.random() for name in skin.names}, 1)
     monkeypatch.setattr(Minimizer, "minimized", watched)
     skin.contract({"orbicularis_oculi_l": 0.7, "jaw": 0.3, "zygomaticus_major_l": 1.0})
     skin.step()
@@ -231,14 +229,6 @@ def test_skin_at_rest_takes_no_steps_and_loses_none(face, asked, monkeypatch):
     assert abs(resting.energy() - energy) < 1e-9
 
 
-def test_reset_is_a_new_skin(coarse):
-    skin = Skin(coarse)
-    stirred(skin, np.random.default_rng(0))
-    skin.reset()
-    one, other = (held(each, {"frontalis_inner_l": 1.0}, 10) for each in (skin, Skin(coarse)))
-    assert np.array_equal(one, other)
-
-
 # --- time steps, long runs ----------------------------------------------------------------------
 
 
@@ -377,3 +367,40 @@ def test_errors(coarse):
     for step in (0.0, -0.02, float("nan"), float("inf")):
         with pytest.raises(ParameterError, match="time_step"):
             Skin(coarse, step)
+
+
+# --- what skins of one face share ------------------------------------------------------------------
+
+
+def moved(skin):
+    skin.contract({"jaw": 0.4, "orbicularis_oris": 0.8, "zygomaticus_major_l": 0.6, "orbicularis_oculi_r": 1.0})
+    return np.array([skin.step() for _ in range(4)])
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"time_step": 0.5}, {"material": SkinMaterial(bending=3.0)}], ids=["same", "steps", "material"]
+)
+def test_a_skin_of_shared_parts_moves_as_one_of_its_own(face, options):
+    before, other = moved(Skin(face)), moved(Skin(face, **options))  # of parts that skins before may have made
+    again = moved(Skin(face, **options))
+    np.testing.assert_array_equal(again, other)
+    np.testing.assert_array_equal(moved(Skin(copy.copy(face), **options)), other)
+    np.testing.assert_array_equal(moved(Skin(copy.copy(face))), before)
+    assert not options or not np.array_equal(before, other)
+
+
+def test_skins_of_a_fine_face_share_its_mesh():
+    face = fw.default_face()
+    one, other = (Skin(face, vertices=600) for _ in range(2))
+    assert one.mesh is other.mesh is not Skin(face, vertices=650).mesh
+    np.testing.assert_array_equal(moved(other), moved(Skin(copy.copy(face), vertices=600)))
+
+
+def test_a_face_with_other_muscles_has_skins_of_its_own(face):
+    before = moved(Skin(face))
+    stronger = dataclasses.replace(face.muscles["zygomaticus_major_l"], strength=3.0)
+    other = moved(Skin(face.with_muscles({"zygomaticus_major_l": stronger})))
+    assert np.abs(other - before).max() > 1e-3
+    np.testing.assert_array_equal(moved(Skin(face)), before)
+    without = dataclasses.replace(face, muscles={name: m for name, m in face.muscles.items() if name != "jaw"})
+    assert "jaw" not in Skin(without).names

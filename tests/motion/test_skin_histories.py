@@ -31,7 +31,7 @@ def two_skins(face):
 
 @pytest.fixture
 def skins(two_skins):
-    """Two skins of the built-in face, which after a reset are new ones, to the last bit: `test_reset_is_a_new_skin`."""
+    """Two skins of the built-in face, which a reset makes new ones: see `test_reset_is_a_new_simulation`."""
     for skin in two_skins:
         skin.reset()
     return two_skins

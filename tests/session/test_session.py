@@ -87,7 +87,7 @@ DOCUMENTS = st.fixed_dictionaries(
 """What a page can set; tears have their own test, as they lie on a frame, and are none of it."""
 
 
-def same(one, other):
+def assert_same(one, other):
     """Assert that two frames are the same to the byte."""
     assert np.array_equal(one.regular_faces, other.regular_faces)
     assert np.asarray(one.points).tobytes() == np.asarray(other.points).tobytes()
@@ -96,32 +96,31 @@ def same(one, other):
         assert np.asarray(one.point_data[name]).tobytes() == np.asarray(other.point_data[name]).tobytes(), name
 
 
-def check_one_frame(parts, folder):
-    """Assert that what a page sets is the same face in a studio, by the command line, and by its program."""
+@pytest.mark.slow
+@settings(
+    max_examples=30,  # of 300, which take half an hour
+    deadline=None,
+    derandomize=True,
+    phases=[Phase.generate],  # each takes seconds: too long to look for a smaller one that fails, too
+    suppress_health_check=list(HealthCheck),
+)
+@given(DOCUMENTS)
+def test_program_and_command_give_the_frame_of_the_studio_whatever_is_set(tmp_path, parts):
     library = Library(FACE)
     document = Document(FACE.atlas, library.accepted)
     document.change([((name,), value) for name, value in parts.items()])
     player = Player(document.session, library.subject_of(document.session))
     page = player.settled()
-    path = library.outside(document.session).write(folder / "session.json")
+    path = library.outside(document.session).write(tmp_path / "session.json")
     session = Session.read(path)
     assert session == document.session
     command = ["express", "--session", str(path), "--save-mesh", "ply", "--no-movie", "--size", "16", "--quiet"]
-    assert main([*command, "--out", str(folder)]) == 0
-    (folder / "page").mkdir(exist_ok=True)
-    fw.write_mesh(page, folder / "page" / "session.ply", player.face)
-    assert (folder / "session.ply").read_bytes() == (folder / "page" / "session.ply").read_bytes()
+    assert main([*command, "--out", str(tmp_path)]) == 0
+    written = fw.write_mesh(page, tmp_path / "page" / "session.ply", player.face)
+    assert (tmp_path / "session.ply").read_bytes() == written.read_bytes()
     words = {}
-    program = session.as_python().partition("style = ")[0]
-    exec(program, words)
-    same(words["frame"], page)
-
-
-@pytest.mark.slow
-@settings(max_examples=3, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(DOCUMENTS)
-def test_program_and_command_give_the_frame_of_the_studio(tmp_path, parts):
-    check_one_frame(parts, tmp_path)
+    exec(session.as_python().partition("style = ")[0], words)
+    assert_same(words["frame"], page)
 
 
 @pytest.mark.slow
@@ -150,19 +149,6 @@ def test_what_the_page_saves_everybody_can_make(tmp_path):
     contents = [paths[0], tmp_path / "command" / f"{paths[1].stem}.glb", tmp_path / "program.glb"]
     one, *others = [path.read_bytes() for path in contents]
     assert others == [one, one]
-
-
-@pytest.mark.slow
-@settings(
-    max_examples=30,  # of 300, which take half an hour
-    deadline=None,
-    derandomize=True,
-    phases=[Phase.generate],  # each takes seconds: too long to look for a smaller one that fails, too
-    suppress_health_check=list(HealthCheck),
-)
-@given(DOCUMENTS)
-def test_program_and_command_give_the_frame_of_the_studio_whatever_is_set(tmp_path, parts):
-    check_one_frame(parts, tmp_path)
 
 
 GOOD = st.one_of(

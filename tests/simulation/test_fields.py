@@ -98,13 +98,9 @@ def test_what_no_layer_knows_says_what_to_add(face):
         sim.fields("corrugator_l")
 
 
-def documented():
-    """Names in the first column of the tables of the page; a name that ends in dots is the beginning of others."""
-    return re.findall(r"``([^`]+)``", "\n".join(re.findall(r"^   \* - (``.*)$", PAGE.read_text("utf-8"), re.M)))
-
-
 def test_the_page_lists_every_array_of_a_frame(face):
-    lists = documented()
+    """In the first column of its tables; a name that ends in dots is the beginning of others."""
+    lists = re.findall(r"``([^`]+)``", "\n".join(re.findall(r"^   \* - (``.*)$", PAGE.read_text("utf-8"), re.M)))
     starts = tuple(name.removesuffix("...") for name in lists if name.endswith("..."))
     dimple = fw.PatternLayer.preset("dimple_l", face)
     sim = fw.Simulation(face, layers=[fw.MuscleWrinkles(waves=False), fw.Creases(), fw.WaveFolds(), dimple])

@@ -1,4 +1,4 @@
-"""Long hair: outside the head, over the ears, not before eyes and mouth, and the same for the same person."""
+"""Long hair, cropped hair and beards: where they grow and hang, how long, and what becomes of them in a person."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.identity import Identity
+from facewrinkle.anatomy.identity import Identity, hair_cover
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.sample import SampleMaker
 from facewrinkle.dataset.spec import Spec
@@ -158,3 +158,96 @@ def test_data_sets_label_it_and_what_it_hides():
     x, y = np.floor(marks["gonion_l"]["pixel"]).astype(int)
     assert marks["gonion_l"]["visible"] == (not under[y, x])
     assert marks["malar_l"]["visible"]
+
+
+# --- cropped hair ----------------------------------------------------------------------------------
+
+
+def hairs_of(face):
+    """Points of the hairs of a face at rest."""
+    return face.bound_hair["cropped_hair"].polylines(face.points, face.triangles, face.normals)
+
+
+def reach(hairs):
+    return np.linalg.norm(hairs[:, -1] - hairs[:, 0], axis=1)
+
+
+def test_cropped_hair_grows_inside_the_hairline_alone(face):
+    roots = hairs_of(face)[:, 0]
+    inside = hair_cover(roots, face.landmarks, face.frame)
+    assert len(roots) > 4000
+    assert inside.min() > -8.0
+    assert (inside > 0.0).mean() > 0.97
+
+
+def test_tips_of_cropped_hair_stand_off_the_skin(face):
+    tips = hairs_of(face)[:, -1]
+    away = np.asarray(pv.PolyData(tips).compute_implicit_distance(face.mesh).point_data["implicit_distance"])
+    assert (away > 0.3).mean() > 0.97
+    assert away.max() < 10.0
+
+
+def test_cropped_hair_points_away_from_the_crown(face):
+    """Forward over the forehead, down at the nape."""
+    hairs = hairs_of(face)
+    roots, way = hairs[:, 0], hairs[:, -1] - hairs[:, 0]
+    front, nape = roots[:, 2] > 60.0, roots[:, 1] < 20.0
+    assert way[front, 2].mean() > 2.0
+    assert way[nape, 1].mean() < -1.0
+
+
+def test_cropped_hair_is_shorter_where_it_is_thin(face):
+    """Along its border."""
+    hairs = hairs_of(face)
+    inside = hair_cover(hairs[:, 0], face.landmarks, face.frame)
+    assert np.median(reach(hairs[inside < 6.0])) < 0.7 * np.median(reach(hairs[inside > 20.0]))
+
+
+def test_cropped_hair_of_people_has_its_own_length_color_and_hairline(face):
+    others = {"hair_length": -1.0}, {"hair": -1.0}, {"age": 1.0, "sex": 1.0}, {"sex": -1.0}
+    short, fair, old, woman = map(fw.default_face, others)
+    assert np.median(reach(hairs_of(short))) == pytest.approx(7.0 / 16.0 * np.median(reach(hairs_of(face))), rel=0.02)
+    assert np.median(reach(hairs_of(woman))) > 1.8 * np.median(reach(hairs_of(face)))
+    colors = [head.bound_hair["cropped_hair"].color.mean() for head in (fair, face)]
+    assert colors[0] > 1.5 * colors[1]
+    assert hairs_of(old)[:, 0, 2].max() < hairs_of(face)[:, 0, 2].max() - 3.0
+    assert fw.default_face({"hair_density": -1.0}).bound_hair.keys() == {"brows"}
+    assert fw.default_face({"hair_length": 0.5}).bound_hair.keys() == {"brows"}
+
+
+# --- beards ----------------------------------------------------------------------------------------
+
+
+def beard_of(face):
+    """Points of the hairs of the beard of a face at rest."""
+    return face.bound_hair["beard"].polylines(face.points, face.triangles, face.normals)
+
+
+@pytest.mark.parametrize("identity", [{}, {"sex": 0.9, "lips": 0.9, "mouth": 0.9}, {"philtrum": -1.0, "lips": -1.0}])
+def test_beards_grow_around_the_mouth_but_not_on_lips_and_cheeks(identity):
+    face = fw.default_face(identity | {"beard": 0.6})
+    roots, marks = beard_of(face)[:, 0], face.landmarks
+    assert roots[:, 1].max() < marks["eye_l_centre"][1]
+    assert np.percentile(roots[:, 2], 1) > marks["gonion_l"][2] - 20.0
+    middle = np.abs(roots[:, 0]) < 0.5 * marks["mouth_l"][0]
+    lips = (roots[:, 1] < marks["upper_lip_mid"][1] - 1.0) & (roots[:, 1] > marks["lower_lip_mid"][1] + 1.0)
+    assert not (middle & lips).any()
+    moustache = (roots[:, 1] > marks["upper_lip_mid"][1]) & (roots[:, 1] < marks["subnasale"][1])
+    assert (middle & moustache).sum() > 50
+
+
+def test_stubble_is_short_and_full_beards_are_long_and_hang_down():
+    reach = []
+    for fullness in (0.1, 0.5, 1.0):
+        hairs = beard_of(fw.default_face({"beard": fullness}))
+        reach.append(np.median(np.linalg.norm(hairs[:, -1] - hairs[:, 0], axis=1)))
+    assert reach[0] < 1.0 < reach[1] < reach[2]
+    assert 5.0 < reach[2] < 12.0
+    assert (hairs[:, -1, 1] < hairs[:, 0, 1]).mean() > 0.9
+
+
+def test_beards_have_the_color_of_the_hair(face):
+    bearded = fw.default_face({"beard": 0.8, "hair": -0.6})
+    np.testing.assert_array_equal(bearded.bound_hair["beard"].color, bearded.bound_hair["cropped_hair"].color)
+    assert bearded.bound_hair["beard"].color.mean() > face.bound_hair["cropped_hair"].color.mean()
+    assert "beard" not in fw.default_face({"beard": -0.5}).bound_hair
