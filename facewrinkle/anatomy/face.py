@@ -371,7 +371,7 @@ class Face:
             found |= {} if lids is None else self._weights_of_lids(eye.side, lids)
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle) and self.mouth_opens:
-                found[name] = jaw_weights(muscle, self.points, self.triangles, self.landmarks, self.frame)
+                found[name] = jaw_weights(muscle, self.points, self.edges, self.landmarks, self.frame)
         return {name: weights for name, weights in found.items() if name in self.muscles}
 
     @cached_property

@@ -178,9 +178,9 @@ AROUND_MOUTH = 1.2
 
 
 def jaw_weights(
-    jaw: JawMuscle, points: Array, triangles: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
+    jaw: JawMuscle, points: Array, edges: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
 ) -> JointWeights:
-    """Turn of each vertex with the mandible.
+    """Turn of each vertex of a mesh, given by its edges (e, 2), with the mandible.
 
     Chin and jaw go with the bone, the face above the lips stays. In between, the share of the turn is harmonic on the
     surface: it is soft in the cheeks, and jumps where the mouth is open.
@@ -192,7 +192,7 @@ def jaw_weights(
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> jaw, share = face.muscles["jaw"], np.zeros(len(face.points))
-    >>> weights = jaw_weights(jaw, face.points, face.triangles, face.landmarks, face.frame)
+    >>> weights = jaw_weights(jaw, face.points, face.edges, face.landmarks, face.frame)
     >>> share[weights.vertices] = weights.angles / jaw.angle
     >>> for name in ("menton", "mouth_l", "nose_tip"):
     ...     print(share[face.mesh.find_closest_point(face.landmarks[name])].round(1))
@@ -210,10 +210,10 @@ def jaw_weights(
     aside = np.minimum(LIPS_LEAST + np.abs((points - mouth) @ frame.axes[0]) / (LIPS_WIDTH * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
     near = (np.linalg.norm(points - mouth, axis=1) < AROUND_MOUTH * size) & ~behind
-    upper, lower = _lips(points, triangles, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
+    upper, lower = _lips(points, edges, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
     fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > NECK)
     fixed_down = (over < -TURNING_BELOW * aside) & ~upper & (under < 0.0) & ~fixed_up
-    share = _harmonic(points, triangles, fixed_up, fixed_down)
+    share = _harmonic(points, edges, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
     return JointWeights(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)
 
@@ -225,7 +225,7 @@ def _normal_of_plane(axis: Array, forward: Array, up: Array) -> Array:
 
 
 def _lips(
-    points: Array, triangles: npt.NDArray[np.int32], above: BoolArray, below: BoolArray, near: BoolArray
+    points: Array, edges: npt.NDArray[np.int32], above: BoolArray, below: BoolArray, near: BoolArray
 ) -> tuple[BoolArray, BoolArray]:
     """Return what is the upper and what is the lower lip (n,): the `near` skin that is nearer, along the surface, to
     skin far above the mouth, or to skin far below it. A lip may hang over the other.
@@ -233,7 +233,6 @@ def _lips(
     some = np.flatnonzero(near)
     upper, lower = np.zeros((2, len(points)), bool)
     if above.any() and below.any():
-        edges, _ = unique_edges(triangles)
         edges = edges[near[edges].all(axis=1)]
         length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1) + 1e-12
         graph = csr_array((length, tuple(np.searchsorted(some, edges).T)), shape=(len(some), len(some)))
@@ -245,10 +244,9 @@ def _lips(
     return upper, lower
 
 
-def _harmonic(points: Array, triangles: npt.NDArray[np.int32], zero: BoolArray, one: BoolArray) -> Array:
+def _harmonic(points: Array, edges: npt.NDArray[np.int32], zero: BoolArray, one: BoolArray) -> Array:
     """The harmonic function (n,) with given vertices at 0 and at 1; edges weigh by their inverse length."""
     n = len(points)
-    edges, _ = unique_edges(triangles)
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
     laplacian = graph_laplacian(edges, 1.0 / np.maximum(length, 1e-12), n)
     values = one.astype(np.float64)

@@ -153,12 +153,12 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
         side, (down, back) = 1.0 if jaw == "upper" else -1.0, place_of(jaw)
         left, up, forward = local.T + np.array([[0.0], [down], [depth + back]])
         before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]) + OVER_GUM)
-        before &= depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         left, up, forward = left[before], up[before], forward[before]
+        before = depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         room = CROWN_BULGE + 0.05 - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
         reach = np.maximum(1.0 + room / depth, 0.0)
         wanted = depth * np.sqrt(np.maximum(reach**2 - (left / half) ** 2, 0.0))
-        most = max(most, BEHIND_LIPS + float((wanted - forward).max(initial=0.0)))
+        most = max(most, BEHIND_LIPS + float((wanted - forward)[before].max(initial=0.0)))
     return most
 
 

@@ -150,7 +150,7 @@ def test_a_lower_lip_that_lies_high_goes_with_the_jaw(face):
     points += 6.0 * np.exp(-((away / 12.0) ** 2))[:, None] * face.frame.axes[1]
     shares = []
     for places in (face.points, points):
-        weights = jaw_weights(face.muscles["jaw"], places, face.triangles, face.landmarks, face.frame)
+        weights = jaw_weights(face.muscles["jaw"], places, face.edges, face.landmarks, face.frame)
         share = np.zeros(len(points))
         share[weights.vertices] = weights.angles / face.muscles["jaw"].angle
         shares.append(share)

@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from ...array_types import Array, BoolArray, IntArray
 from ...geometry import closest_rotations
 from ...geometry.depth_buffer import depth_buffer
+from ...geometry.topology import unique_edges
 from ..atlas import load_atlas
 from ..identity import Identity, head_of
 from ..landmarks import NAMES, FaceFrame, frame_of
@@ -257,7 +258,7 @@ def _deformed(
     if variant.jaw:
         jaw = load_atlas().place(marks, frame)["jaw"]
         assert isinstance(jaw, JawMuscle)
-        weights = jaw_weights(jaw, points, triangles, marks, frame)
+        weights = jaw_weights(jaw, points, unique_edges(triangles)[0], marks, frame)
         moved[weights.vertices] += weights.turned(points, variant.jaw)
     if variant.mouth_shift:
         offset = (points - 0.5 * (marks["mouth_l"] + marks["mouth_r"])) / frame.pupil_distance
