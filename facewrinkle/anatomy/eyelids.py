@@ -232,4 +232,5 @@ def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: A
         if not len(over):
             break
         angles[over] *= 0.9
+        triangles = triangles[np.isin(triangles, over).any(axis=1)]  # all others are as they were
     return angles

@@ -138,9 +138,9 @@ def overlapping(points: Array, triangles: npt.NDArray[np.integer], low: Array, h
     >>> overlapping(points, np.array([[0, 1, 2], [1, 2, 3]]), np.ones(3), 2.0 * np.ones(3)).tolist()
     [1]
     """
-    found = np.empty(len(triangles), bool)
-    _overlap(np.ascontiguousarray(points, np.float64), np.ascontiguousarray(triangles, np.int32), low, high, found)
-    return np.flatnonzero(found)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    least, most = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return np.flatnonzero(((most >= low) & (least <= high)).all(axis=1))
 
 
 def balls_around(corners: Array) -> Array:
@@ -193,17 +193,6 @@ def _interpolate(values, corners, barycentric, out):
         wa, wb, wc = barycentric[i, 0], barycentric[i, 1], barycentric[i, 2]
         for k in range(values.shape[1]):
             out[i, k] = wa * values[a, k] + wb * values[b, k] + wc * values[c, k]
-
-
-@compiled
-def _overlap(points, triangles, low, high, out):
-    """Tell whether the bounding box of each triangle (m,) overlaps that from `low` to `high`."""
-    for f in range(len(triangles)):
-        a, b, c = np.uint32(triangles[f, 0]), np.uint32(triangles[f, 1]), np.uint32(triangles[f, 2])
-        out[f] = True
-        for k in range(3):
-            x, y, z = points[a, k], points[b, k], points[c, k]
-            out[f] &= not (max(x, y, z) < low[k] or min(x, y, z) > high[k])
 
 
 @compiled

@@ -44,7 +44,7 @@ class VertexInterpolation:
     points : ndarray, shape (n, 3)
     triangles : ndarray of int, shape (m, 3)
     nodes : ndarray of int, shape (k,)
-        Numbers of the vertices that are nodes; every piece of the mesh must have one.
+        Numbers of the vertices that are nodes, ascending; every piece of the mesh must have one.
     node_triangles : ndarray of int, shape (l, 3)
         Triangles between the nodes, as numbers of nodes.
 
@@ -84,9 +84,8 @@ class VertexInterpolation:
         if without.any():  # far from all nodes: these go with the nearest
             nearest = dijkstra(graph, indices=numbers, min_only=True, return_predecessors=True)[2]
             lost = np.flatnonzero(without & (nearest >= 0))
-            number = np.empty(n, np.int64)
-            number[numbers] = np.arange(len(numbers))
-            vertex, node = np.concatenate([vertex, lost]), np.concatenate([node, number[nearest[lost]]])
+            vertex = np.concatenate([vertex, lost])
+            node = np.concatenate([node, np.searchsorted(numbers, nearest[lost])])
             share = np.concatenate([share, np.ones(len(lost))])
         self._rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
         self._rows.sort_indices()
@@ -95,30 +94,6 @@ class VertexInterpolation:
     def at(self, values: Array) -> Array:
         """Return the values (n, 3) at all vertices from those (k, 3) at the nodes; 0 at vertices of no triangle."""
         return np.asarray(self._rows @ values)
-
-    def averages(self, weights: Array) -> csr_array:
-        """Return the matrix (k, n) that averages values at all vertices around each node.
-
-        A vertex counts as much as it goes with the node, times its own weight (n,), such as its area: what varies
-        between nodes counts as a whole, and not as it happens to be at them.
-
-        Examples
-        --------
-        >>> import pyvista as pv
-        >>> from facewrinkle.geometry.decimation import decimated
-        >>> mesh = pv.Plane(i_resolution=20, j_resolution=20).triangulate()
-        >>> points, triangles = mesh.points.astype(float), mesh.regular_faces.astype(np.int32)
-        >>> nodes, between = decimated(points, triangles, np.full(len(points), 0.2))
-        >>> around = VertexInterpolation(points, triangles, nodes, between).averages(np.ones(len(points)))
-        >>> spotted = (np.arange(len(points)) % 2).astype(float)  # of every other vertex
-        >>> bool((np.abs(around @ spotted - 0.5) < 0.2).all()), sorted(set(spotted[nodes].tolist()))
-        (True, [0.0, 1.0])
-        """
-        columns = self._rows.maximum(0.0).T.tocsr()
-        columns.data *= np.asarray(weights, dtype=np.float64)[columns.indices]
-        total = columns.sum(axis=1)
-        columns.data *= np.repeat(1.0 / np.where(total > 0.0, total, 1.0), np.diff(columns.indptr))
-        return csr_array(columns)
 
 
 def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: Array) -> None:

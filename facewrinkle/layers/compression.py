@@ -78,7 +78,7 @@ def along(tensors: Array, directions: Array) -> Array:
     >>> along(tensors, np.array([1.0, 0, 0])), along(tensors, np.array([0.6, 0.8, 0])).round(3)
     (array([0.8]), array([0.928]))
     """
-    return np.asarray((tensors * products(directions)).sum(axis=-1))
+    return mixed(tensors, directions, directions)
 
 
 def dyads(directions: Array) -> Array:
@@ -89,19 +89,19 @@ def dyads(directions: Array) -> Array:
     >>> dyads(np.array([[0.6, 0.8, 0.0]])).round(9).tolist()
     [[0.36, 0.64, 0.0, 0.0, 0.0, 0.48]]
     """
-    return products(directions) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
+    return products(directions, directions) * [1.0, 1.0, 1.0, 0.5, 0.5, 0.5]
 
 
-def products(directions: Array) -> Array:
-    """Return the factors (..., 6) of a symmetric tensor's components in ``m^T T m``, for directions m (..., 3).
+def products(left: Array, right: Array) -> Array:
+    """Return the factors (..., 6) of a symmetric tensor's components in ``l^T T r``, for directions (..., 3).
 
     Examples
     --------
-    >>> products([0.6, 0.8, 0.0]).round(9).tolist()
+    >>> products([0.6, 0.8, 0.0], [0.6, 0.8, 0.0]).round(9).tolist()
     [0.36, 0.64, 0.0, 0.0, 0.0, 0.96]
     """
-    x, y, z = np.moveaxis(np.asarray(directions, dtype=np.float64), -1, 0)
-    return np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y], axis=-1)
+    (x, y, z), (u, v, w) = (np.moveaxis(np.asarray(each, np.float64), -1, 0) for each in (left, right))
+    return np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
 
 
 def tangents_of(directions: Array, normals: Array) -> Array:
@@ -128,7 +128,7 @@ def per_length(metric: Array, tangents: Array) -> Array:
     >>> per_length(np.array([[4.0, 1, 0, 0, 0, 0]]), np.array([[1.0, 0, 0]])).tolist()
     [[0.25, 0.0, 0.0, 0.0, 0.0, 0.0]]
     """
-    return np.asarray(products(tangents) / np.maximum(along(metric, tangents), 1e-6)[:, None])
+    return np.asarray(products(tangents, tangents) / np.maximum(along(metric, tangents), 1e-6)[:, None])
 
 
 def shortening(change: Array) -> Array:
@@ -250,10 +250,7 @@ def mixed(tensors: Array, left: Array, right: Array) -> Array:
     >>> mixed(sheared, np.array([[1.0, 0, 0]]), np.array([[0.0, 1, 0]]))
     array([0.3])
     """
-    x, y, z = left.T
-    u, v, w = right.T
-    both = np.stack([x * u, y * v, z * w, y * w + z * v, x * w + z * u, x * v + y * u], axis=-1)
-    return np.asarray((tensors * both).sum(axis=-1))
+    return np.asarray((tensors * products(left, right)).sum(axis=-1))
 
 
 @compiled

@@ -95,8 +95,6 @@ class MuscleWrinkles(Layer):
         outside = self._outer[face.triangles].any(axis=1)
         self._zones = touched & self._drawn[:, None] & outside
         self._located_zones = touched & self._located[:, None] & outside
-        self._zone_vertices = [np.unique(face.triangles[zone]) for zone in self._zones]
-        self._folding = np.array([len(vertices) > 0 for vertices in self._zone_vertices], bool)
         self._metric = StrainField.of(face).metric
         self._activation: Activation | None = None
         self._folds = Folds.none(0)
@@ -119,7 +117,7 @@ class MuscleWrinkles(Layer):
         self._relief = Relief.flat(len(self._folds.starts) - 1)
         met = np.zeros(len(self._zones), bool)
         met[self._folds.muscle] = True
-        self._missed = np.flatnonzero(self._folding & ~met)
+        self._missed = np.flatnonzero(self._zones.any(axis=1) & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:
         """See :class:`facewrinkle.Layer`."""
@@ -137,7 +135,7 @@ class MuscleWrinkles(Layer):
     def _ask(self, k0: Array, vertices: SurfacePoints, relief: Relief) -> None:
         """Ask for triangles where the wrinkling region of a contracting muscle lies between the vertices."""
         for k in self._missed[k0[self._missed] > 0.0]:
-            where, muscle = self._zone_vertices[k], self._muscles[k]
+            where, muscle = np.unique(self._face.triangles[self._zones[k]]), self._muscles[k]
             relief.spacing[where] = np.minimum(relief.spacing[where], muscle.half_cycles(vertices.points[where]))
             relief.across[where] = muscle.fold_direction(vertices.points[where])
             relief.active[where] = True

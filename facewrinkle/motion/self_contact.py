@@ -21,7 +21,7 @@ from ..anatomy.eyelids import CORNER
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import closest as closest_triangle
-from ..geometry import triangle_normals, vertex_normals
+from ..geometry import triangle_normals
 from .constraints import from_lips
 from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 
@@ -81,8 +81,8 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     >>> len(lips.allowed) > 100, bool((lips.corners[:, :, None] == lips.partners[:, None]).any())
     (True, False)
     """
-    points, up = face.points_mm, face.frame.axes[1]
-    near, looks_up = around_mouth(face), vertex_normals(points, face.triangles) @ up
+    up = face.frame.axes[1]
+    near, looks_up = around_mouth(face), face.normals @ up
     lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
     found = []
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
@@ -120,8 +120,8 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     facing = triangle_normals(points, triangles)
     flat = side * (facing @ up) > STEEPEST
     triangles, facing = triangles[flat], facing[flat]
-    normals = vertex_normals(points, face.triangles)
-    places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in (points, normals))
+    both = points, face.normals
+    places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in both)
     flat = squeezed(points, up)
     found = [closest_triangle(flat, triangles, place) for place in squeezed(places, up)]
     faced = np.flatnonzero([beside < BEYOND for _, _, beside in found])
@@ -205,7 +205,7 @@ def behind_lips(face: Face, area: Array) -> Samples:
     3.9
     """
     points, near = face.points_mm, around_mouth(face)
-    normals, triangles = vertex_normals(points, face.triangles), face.triangles[near[face.triangles].any(axis=1)]
+    normals, triangles = face.normals, face.triangles[near[face.triangles].any(axis=1)]
     facing, middles = triangle_normals(points, triangles), points[triangles].mean(axis=1)
     vertices, reach = np.flatnonzero(near), THICKEST * face.frame.scale * face.unit
     closest, straight = np.full((2, len(vertices)), -1)
@@ -248,7 +248,7 @@ def closing_forces(face: Face, area: Array) -> Array:
     (True, True)
     """
     points, up, near = face.points_mm, face.frame.axes[1], around_mouth(face)
-    looks_up, forces = vertex_normals(points, face.triangles) @ up, np.zeros_like(points)
+    looks_up, forces = face.normals @ up, np.zeros_like(points)
     triangles = face.triangles[near[face.triangles].all(axis=1)]
     slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up
     flat = squeezed(points, up)

@@ -29,7 +29,15 @@ from ..errors import (
     check_whole,
     unknown_name,
 )
-from ..geometry import cotangent_laplacian, double_areas, graph_laplacian, triangle_normals, unique_edges, vertex_areas
+from ..geometry import (
+    cotangent_laplacian,
+    double_areas,
+    graph_laplacian,
+    triangle_normals,
+    unique_edges,
+    unit,
+    vertex_areas,
+)
 from . import _skin_kernels as kernels
 from .base import NONE_BY_NAME
 from .constraints import lip_tethers, modioli, on_gums, tip_of_nose
@@ -197,7 +205,7 @@ class Skin:
         self._area = vertex_areas(self._rest_points, self._triangles)
         self._build_springs(face, tied_lips(face) if whole.mouth_half_open else None)
         self._build_tethers(face)
-        self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face, whole))
+        self._bending, self._pull, resistance = per_face(face, "matrices", m, lambda: self._matrices(face))
         self._bent = self._bending.indices.astype(np.uint32)
         self.contacts = Contacts(face, self._area, resistance, self.joints.mandible)
         self._shares, flats = np.empty(len(self._corners)), self.contacts.flats
@@ -220,21 +228,21 @@ class Skin:
         self._rest = np.ascontiguousarray(points[edges[:, 1]] - points[edges[:, 0]])
         self._length = np.linalg.norm(self._rest, axis=1)
         areas = 0.5 * double_areas(points, self._triangles)
-        area_of_edge = np.bincount(sides.ravel(), np.repeat(areas, 3), minlength=len(edges))
+        self._area_of_edge = np.bincount(sides.ravel(), np.repeat(areas, 3), minlength=len(edges))
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
-        self._stiffness = firm * area_of_edge / self._length**2
+        self._stiffness = firm * self._area_of_edge / self._length**2
         if tied is not None:
             ties = np.ascontiguousarray(points[tied[:, 1]] - points[tied[:, 0]])
             self._edges, self._rest = np.vstack([self._edges, tied.astype(np.uint32)]), np.vstack([self._rest, ties])
             self._length = np.append(self._length, np.linalg.norm(ties, axis=1))
             self._stiffness = np.append(self._stiffness, np.full(len(tied), TIE * np.median(self._stiffness)))
 
-    def _matrices(self, face: Face, whole: Face) -> tuple[csr_array, csr_array, Array]:
+    def _matrices(self, face: Face) -> tuple[csr_array, csr_array, Array]:
         """Return those of the stiffness in bending (n, n) and of the forces (3 n, k), and the resistance (n,)."""
         bending = self._bending_matrix(face)
         resistance = np.mean([matrix.diagonal() for matrix in self._stiffness_matrices(bending)], axis=0)
-        return bending, csr_array(self._forces(face, whole).reshape(len(self.names), -1).T), resistance
+        return bending, csr_array(self._forces(face).reshape(len(self.names), -1).T), resistance
 
     def _factors(self) -> Factors:
         """Return those of the curvature of what a step minimizes."""
@@ -296,22 +304,25 @@ class Skin:
         swell = muscle.swell * muscle.strength * m.pull / m.decay**2
         return np.asarray(force + (swell * muscle.bunched(points))[:, None] * normals)
 
-    def _forces(self, face: Face, whole: Face) -> Array:
+    def _forces(self, face: Face) -> Array:
         """Return the force (k, n, 3) of each muscle at full contraction.
 
-        It is that on the whole face, averaged around the vertices that are simulated: between these it may change.
+        On a mesh of the skin's own it is averaged from the middles of the edges around each vertex: between vertices
+        that are far apart it may change.
         """
         m = self.material
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
         corners, knots = modioli(face)
         shares = [np.linalg.norm(muscle.force(corners), axis=1) for muscle in face.muscles.values()]
-        around, normals = self.mesh.around, self._normals if whole is face else lip_tethers(whole)[1]
+        places, normals, around = face.points, self._normals, None
+        if self._joints_of_face is not None:
+            places, normals = places[face.edges].mean(axis=1), unit(normals[face.edges].mean(axis=1))
+            ends, area, middles = face.edges.T.ravel(), np.tile(self._area_of_edge, 2), np.arange(len(places))
+            around = csr_array((area / np.bincount(ends, area)[ends], (ends, np.tile(middles, 2))))
         for k, muscle in enumerate(face.muscles.values()):
-            if around is None:
-                force = self._pulled(muscle, whole.points, normals)
-            else:
-                near = within(whole.points, *muscle.reach)
-                force = around[:, near] @ self._pulled(muscle, whole.points[near], normals[near])
+            near, force = within(places, *muscle.reach), np.zeros_like(places)
+            force[near] = self._pulled(muscle, places[near], normals[near])
+            force = force if around is None else around @ force
             tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * (shares[k] @ knots)
             pull[k] = (force - tied[:, None] * self._normals) * (self._area * pulled)[:, None]
         for k, name in enumerate(self.names):

@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csc_array
 from scipy.spatial import cKDTree
 
 from ..anatomy import EyelidOpening, Face, JointWeights, Lining, Tissue, per_face
@@ -92,7 +91,6 @@ class SkinMesh:
             self.face, self.vertices = reduced_face(face, chosen, triangles), chosen
             self._points = face.points_mm
             self._interpolation = VertexInterpolation(face.points, face.triangles, chosen, triangles)
-            self._areas = vertex_areas(self._points, face.triangles)
             self._untangling = Untangling(self._points, face.triangles, *self._interpolation.rings)
 
     @staticmethod
@@ -108,15 +106,6 @@ class SkinMesh:
         The one that is given itself, if the face is its own mesh.
         """
         return displacement if self._interpolation is None else self._interpolation.at(displacement)
-
-    @cached_property
-    def around(self) -> csc_array | None:
-        """The matrix (k, n) that averages what is given per area at the face's vertices around each vertex of the mesh.
-
-        None if the face is its own mesh. Forces that change within a triangle of the mesh are averaged, as their values
-        at its corners need not be theirs between them.
-        """
-        return None if self._interpolation is None else csc_array(self._interpolation.averages(self._areas))
 
     def untangled(self, displacement: Array) -> Array:
         """Return a displacement (n, 3) of the given face's vertices, mm, with triangles turned back that it turns over.

@@ -6,7 +6,6 @@ linear and quadratic fields, flat    themselves
 turns of a sphere                    the turn
 values at nodes                      the values that were given
 a slit                               the sides do not know each other
-averages around nodes                the area of stripes between them; weighted means
 smoothness                           bend of the interpolated field between the triangles of the nodes
 """
 
@@ -19,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from small_meshes import arrays
 
 from facewrinkle.geometry.decimation import decimated
-from facewrinkle.geometry.normals import vertex_areas
 from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.geometry.vertex_interpolation import VertexInterpolation
 
@@ -111,27 +109,3 @@ def test_one_node_moves_a_whole_piece():
     smooth = VertexInterpolation(points, triangles, np.array([0, 1, 21]), np.array([[0, 1, 2]], np.int32))
     moved = smooth.at(np.ones((3, 3)))
     np.testing.assert_allclose(moved, 1.0)
-
-
-def test_averages_around_nodes_weigh_what_lies_between_them():
-    points, triangles = grid()
-    nodes, between = decimated(points, triangles, np.full(len(points), 6.0))
-    smooth, weights = VertexInterpolation(points, triangles, nodes, between), vertex_areas(points, triangles)
-    around = smooth.averages(weights)
-    assert around.shape == (len(nodes), len(points))
-    assert (around.data >= 0.0).all()
-    np.testing.assert_allclose(around.sum(axis=1), 1.0, rtol=1e-12)
-    inside = np.abs(points[nodes, :2]).max(axis=1) < 30.0
-    np.testing.assert_allclose((around @ points)[inside], points[nodes][inside], atol=2.0)  # of edges of 6
-    # Stripes narrower than the edges between the nodes weigh as much as they are wide; nodes hit or miss them.
-    area, sampled, averaged = vertex_areas(points[nodes], between), [], []
-    for x in np.arange(-20.0, 20.0):
-        stripe = (points[:, 0] == x).astype(float)
-        sampled.append(area @ stripe[nodes] / (weights @ stripe))
-        averaged.append(area @ (around @ stripe) / (weights @ stripe))
-    assert np.abs(np.array(averaged) - 1.0).max() < 0.2 < 0.5 < np.abs(np.array(sampled) - 1.0).max()
-    # A vertex of twice the weight counts as two.
-    heavy = np.where(points[:, 0] == 3.0, 2.0, 1.0)
-    row, values = around[[40]].toarray().ravel(), np.sin(points[:, 0])
-    expected = (row * heavy) @ values / (row @ heavy)
-    assert (smooth.averages(weights * heavy) @ values)[40] == pytest.approx(expected, rel=1e-12)

@@ -48,7 +48,7 @@ TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
 def gradient_compression(points, triangles, deformed, directions):
     """epsilon at the vertices of the base mesh, as the layer evaluates it."""
     field = StrainField(points, triangles)
-    squares = products(directions) / along(field.metric, directions)[:, None]
+    squares = products(directions, directions) / along(field.metric, directions)[:, None]
     return shortening((squares * field.strain(deformed)).sum(axis=1))
 
 
@@ -168,8 +168,8 @@ def test_along_is_the_quadratic_form():
     fan = rng.normal(size=(4, 5, 3))
     np.testing.assert_allclose(along(t, fan), np.einsum("kni,nij,knj->kn", fan, full, fan), atol=1e-13)
     np.testing.assert_allclose(mixed(t, m, fan[0]), np.einsum("ni,nij,nj->n", m, full, fan[0]), atol=1e-13)
-    assert products(np.float32(m)).dtype == np.float64
-    assert np.array_equal(products(np.float32(m)), products(np.float64(np.float32(m))))
+    assert products(np.float32(m), m).dtype == np.float64
+    assert np.array_equal(products(np.float32(m), m), products(np.float64(np.float32(m)), m))
 
 
 def test_principal_compression_is_that_of_the_singular_values():

@@ -23,7 +23,6 @@ from ...geometry import (
     interpolated,
     smoothstep,
     vertex_areas,
-    vertex_normals,
     vertex_rings,
 )
 from ...geometry.chart import geodesic_chart, gradients, smoothed, smoothly_interpolated, tangents
@@ -436,7 +435,7 @@ class RegionCompression:
         self._at = np.flatnonzero(inside)
         share = inside * vertex_areas(points, face.triangles)
         self._share, self._metric = share[self._at] / share.sum(), StrainField.of(face).metric[self._at]
-        self._normals = vertex_normals(points, face.triangles)[self._at]
+        self._normals = face.normals[self._at]
         self._along = None if along is None else np.asarray(along, dtype=np.float64)
 
     def at(self, strain: Array) -> float:

@@ -9,7 +9,7 @@ from scipy.special import expit
 
 from ...anatomy import Face, LidMuscle, SheetMuscle, hair_cover, of_side, within
 from ...array_types import Array
-from ...geometry import smoothstep, vertex_normals
+from ...geometry import smoothstep
 from ..compression import dyads
 
 THICKNESS = {
@@ -248,7 +248,7 @@ def edge_distance(face: Face) -> Array:
     [1.7, inf]
     """
     points = face.points_mm / scale_of(face)
-    normals, tree = vertex_normals(points, face.triangles), cKDTree(points)
+    normals, tree = face.normals, cKDTree(points)
     out = np.full(len(points), np.inf)
     for depth in PROBES:
         for found in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
