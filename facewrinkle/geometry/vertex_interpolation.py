@@ -7,14 +7,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from .compilation import compiled
-from .interpolation import smoothstep
 from .laplacian import neighbor_mean
 from .normals import tangent_axes, unit, vertex_normals
-from .topology import pairs_of, unique_edges, vertex_rings
+from .topology import unique_edges, vertex_rings
 
 SINGULAR = 0.05
 """Distance from a node, relative to its radius, within which its weight grows no further."""
@@ -78,10 +76,10 @@ class VertexInterpolation:
         radius = RADIUS * 0.5 * (spacing + neighbor_mean(edges, len(where)) @ spacing)
         offsets, ring = self.rings = vertex_rings(triangles, n)
         way = np.linalg.norm(positions[np.repeat(np.arange(n), np.diff(offsets))] - positions[ring], axis=1)
-        graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))
-        vertex, node, share = _shares(positions, numbers, radius, graph)
+        vertex, node, share = _shares(positions, numbers, radius, offsets, ring, way)
         without = np.bincount(vertex, minlength=n) == 0
         if without.any():  # far from all nodes: these go with the nearest
+            graph = csr_array((np.maximum(way, 1e-300), ring, offsets), shape=(n, n))
             nearest = dijkstra(graph, indices=numbers, min_only=True, return_predecessors=True)[2]
             lost = np.flatnonzero(without & (nearest >= 0))
             vertex = np.concatenate([vertex, lost])
@@ -125,40 +123,34 @@ def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: A
         rows.data[rows.indptr[chosen[0]] : rows.indptr[chosen[-1] + 1]] = fitted
 
 
-def _shares(points: Array, nodes: IntArray, radius: Array, graph: csr_array) -> tuple[IntArray, IntArray, Array]:
-    """Vertices, numbers of nodes and weights for all pairs of a vertex and a node that are near.
-
-    `graph` (n, n) holds the lengths of the edges of the mesh.
-    """
-    node, vertex = pairs_of(cKDTree(points).query_ball_point(points[nodes], radius))
-    way, longest = np.empty(len(node)), (1.0 + DETOUR + DETOUR_FADE) * radius
-    _follow_ways(graph.indptr, graph.indices, graph.data, nodes, longest, node, vertex, way)
-    reach, straight = radius[node], np.linalg.norm(points[vertex] - points[nodes[node]], axis=1)
-    d, detour = straight / reach, (way - straight) / reach
-    share = (1.0 - smoothstep((detour - DETOUR) / DETOUR_FADE)) * (1.0 - d) ** 4 * (4.0 * d + 1.0)
-    share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
-    near = share > 1e-9
-    return vertex[near], node[near], share[near]
-
-
 @compiled
-def _follow_ways(offsets, ring, length, nodes, longest, node, vertex, out):
-    """Write the lengths (p,) of the shortest ways along edges from nodes, by number, to vertices; infinite beyond the
-    `longest` (k,). The nodes ascend.
+def _shares(points, nodes, radius, offsets, ring, length):
+    """Vertices (p,), numbers of nodes (p,) and weights (p,) for all pairs of a vertex and a node that are near.
+
+    From each node, ways are followed along the edges of the mesh, of which each vertex has a `ring`, and the lengths.
     """
-    way, pair = np.full(len(offsets) - 1, np.inf), 0
+    way, vertices, numbers, shares = np.full(len(points), np.inf), [0], [0], [0.0]
     for k in range(len(nodes)):
         way[nodes[k]], met, at = 0.0, [nodes[k]], 0
         while at < len(met):
             start = met[at]
             for e in range(offsets[start], offsets[start + 1]):
                 end, further = ring[e], way[start] + length[e]
-                if further < min(way[end], longest[k]):
+                if further < min(way[end], (1.0 + DETOUR + DETOUR_FADE) * radius[k]):
                     way[end] = further
                     met.append(np.int64(end))
             at += 1
-        while pair < len(node) and node[pair] == k:
-            out[pair] = way[vertex[pair]]
-            pair += 1
         for v in met:
-            way[v] = np.inf
+            square = 0.0
+            for c in range(3):
+                square += (points[v, c] - points[nodes[k], c]) ** 2
+            d = np.sqrt(square) / radius[k]
+            t = min(max((way[v] / radius[k] - d - DETOUR) / DETOUR_FADE, 0.0), 1.0)
+            way[v] = np.inf  # it may have been met more than once
+            share = (1.0 - t * t * (3.0 - 2.0 * t)) * max(1.0 - d, 0.0) ** 4 * (4.0 * d + 1.0)
+            share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
+            if share > 1e-9:
+                vertices.append(v)
+                numbers.append(k)
+                shares.append(share)
+    return np.array(vertices)[1:], np.array(numbers)[1:], np.array(shares)[1:]
