@@ -153,11 +153,11 @@ def scale_of(face: Face) -> float:
     return face.frame.scale * face.unit if face.landmarks else 1.0
 
 
-def firmness(face: Face, deep: float = DEEP) -> Array:
+def firmness(face: Face) -> Array:
     """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair.
 
-    ``1 / (1 + (h / deep)^6)``, with h the depth of the tissue: thick cheeks bulge as a whole and stay smooth. Along the
-    edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch would run
+    ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm: thick cheeks bulge as a whole and stay smooth. Along
+    the edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch would run
     into each other, and outer sides of lids into their inner sides.
 
     Examples
@@ -169,7 +169,7 @@ def firmness(face: Face, deep: float = DEEP) -> Array:
     [0.6, 0.0]
     """
     depth = face.tissue.depth * face.unit / scale_of(face)
-    firm = np.asarray(1.0 / (1.0 + (depth / deep) ** SUDDEN))
+    firm = np.asarray(1.0 / (1.0 + (depth / DEEP) ** SUDDEN))
     for pattern in {id(muscle.folds): muscle.folds for muscle in face.muscles.values() if muscle.folds}.values():
         if pattern.wrinkles.waves:
             firm = np.maximum(firm, pattern.envelope(face.points))
