@@ -156,9 +156,9 @@ def scale_of(face: Face) -> float:
 def firmness(face: Face) -> Array:
     """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair.
 
-    ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm: thick cheeks bulge as a whole and stay smooth. Along
-    the edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch would run
-    into each other, and outer sides of lids into their inner sides.
+    ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm: thick cheeks bulge as a whole and stay smooth.
+    Along the edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch
+    would run into each other, and outer sides of lids into their inner sides.
 
     Examples
     --------
