@@ -26,8 +26,6 @@ hypothesis.settings.load_profile("untimed")
 collect_ignore = ["blender/scene.py"]
 """What runs in programs of its own, and is no test."""
 
-PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
-
 
 def fingerprint(mesh):
     """A digest of everything a PolyData holds."""

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import pytest
 import pyvista as pv
 
 import facewrinkle as fw
+
+PAPER = [
+    *("paper_surprise", "frowning", "stretching_mouth"),
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("closing_eye", "paper_fear")),
+]
+"""The expressions of the paper, as parameters."""
 
 
 def after(simulation: fw.Simulation, what: str | dict[str, float], frames: int) -> pv.PolyData:

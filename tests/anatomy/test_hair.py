@@ -15,8 +15,10 @@ from facewrinkle.export.meshes import part_models
 
 PEOPLE = [
     {"sex": -0.9},
-    {"child": 0.9, "age": -0.9},
-    {"width": 1.0, "length": -1.0},
+    *(
+        pytest.param(person, marks=pytest.mark.slow)
+        for person in ({"child": 0.9, "age": -0.9}, {"width": 1.0, "length": -1.0})
+    ),
     {"width": -1.0, "length": 1.0, "jaw": 1.0, "cheeks": 1.0, "brow": 1.0},
 ]
 

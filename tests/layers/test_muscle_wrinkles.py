@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from expressions import after
+from expressions import PAPER, after
 from hypothesis import given
 from hypothesis import strategies as st
 from synthetic_faces import head_with
@@ -30,8 +30,6 @@ from facewrinkle.geometry.equations import deepest
 from facewrinkle.layers.compression import StrainField, along
 from facewrinkle.layers.entries import LEVELLED, RAISED, STEPS, level_shares
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles, outer_skin
-
-PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 def seen_share(face, held):

@@ -131,7 +131,11 @@ def differ(a, b, face):
 
 @pytest.mark.parametrize(
     ("name", "packets"),
-    [("Live Link Face", [live_link(VALUES)]), ("VMC", [bundle(vmc(VALUES))]), ("VMC", vmc(VALUES))],
+    [
+        ("Live Link Face", [live_link(VALUES)]),
+        pytest.param("VMC", [bundle(vmc(VALUES))], marks=pytest.mark.slow),
+        ("VMC", vmc(VALUES)),
+    ],
     ids=["Live Link Face", "VMC", "VMC in many packets"],
 )
 def test_a_phone_drives_the_face_as_a_take_would(studio, seen, phone, taken, face, name, packets, capfd):

@@ -60,8 +60,8 @@ PATTERNS = {
     "eye_pouch": "left_eye",
 }
 WRINKLES = [("expression", *item) for item in EXPRESSIONS.items()] + [("pattern", *item) for item in PATTERNS.items()]
-QUICK = ("paper_surprise", "happiness", "forehead", "dimple")
-"""Names of wrinkles that are drawn also where slow tests are left out."""
+QUICK = ("paper_surprise", "happiness", "dimple", "hanging", "running")
+"""Names of wrinkles and tears that are drawn also where slow tests are left out."""
 LOOKS = {
     "rest": (None, "front"),
     "happiness": ("happiness", "left_three_quarter"),
@@ -198,7 +198,9 @@ def test_fields(name, verify):
         verify(scene.plotter, f"field_{name}")
 
 
-@pytest.mark.parametrize("name", TEARS)
+@pytest.mark.parametrize(
+    "name", [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in TEARS]
+)
 def test_tears(name, verify):
     of, time = TEARS[name]
     face = fw.default_face()

@@ -15,14 +15,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import pyvista as pv
-from expressions import after
+from expressions import PAPER, after
 
 import facewrinkle as fw
 from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import ARRAYS, MUSCLES
 from facewrinkle.mesh.arrays import PIECE
-
-PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 @pytest.mark.parametrize("name", PAPER)

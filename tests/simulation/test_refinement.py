@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from expressions import after
+from expressions import PAPER, after
 from scipy.spatial import cKDTree
 from small_meshes import area_vectors
 
@@ -27,8 +27,6 @@ from facewrinkle.geometry.topology import unique_edges
 from facewrinkle.layers.base import SurfacePoints
 from facewrinkle.simulation import loop
 from facewrinkle.simulation.refinement import Refinement, mark
-
-PAPER = ("paper_surprise", "frowning", "closing_eye", "stretching_mouth", "paper_fear")
 
 
 @pytest.mark.parametrize("name", PAPER)

@@ -458,12 +458,11 @@ def test_sequences_hold_all_that_is_asked_of_them(face):
 
 
 def test_people_differ_by_name_and_seed():
-    def shape(name, seed):
-        return subjects.subject(name, seed).points
-
-    assert np.array_equal(shape("head-1", 0), shape("head-1", 0))
-    assert not np.array_equal(shape("head-1", 0), shape("head-2", 0))
-    assert not np.array_equal(shape("head-1", 0), shape("head-1", 1))
+    asked = (("head-1", 0), ("head-1", 0), ("head-2", 0), ("head-1", 1))
+    one, again, other, seeded = (subjects.subject(*which).points for which in asked)
+    assert np.array_equal(one, again)
+    assert not np.array_equal(one, other)
+    assert not np.array_equal(one, seeded)
 
 
 def test_captured_persons_have_the_eyes_that_come_with_them():

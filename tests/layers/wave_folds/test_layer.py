@@ -199,7 +199,7 @@ def likeness(one, other):
 def test_another_identity_keeps_its_lines_and_another_seed_is_another_person(face, field):
     other = fw.default_face({"jaw": 0.8, "width": 0.4, "lips": -0.5})
     kept = WaveField(other, fold_shapes(other, fw.Skin(other)), 1.0, Style())
-    drawn = [WaveField(face, fold_shapes(face, fw.Skin(face)), 1.0, Style(seed=seed)) for seed in (1, 2, 3)]
+    drawn = [WaveField(face, fold_shapes(face, fw.Skin(face)), 1.0, Style(seed=seed)) for seed in (1, 2)]
     same, *others = (
         likeness(cosines(face, field, "forehead"), cosines(face_of, lines, "forehead"))
         for face_of, lines in ((other, kept), *((face, lines) for lines in drawn))
