@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csr_array
 
 from ...anatomy import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
 from ...geometry import smoothstep, unit, vertex_areas
+from ...geometry.laplacian import neighbor_mean
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -78,7 +78,7 @@ class FoldShapes:
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
-        strain = StrainField(face.points_mm, face.triangles)
+        strain = StrainField.of(face)
         area = vertex_areas(face.points, face.triangles)
         basis = orthonormal_tangents(strain.metric, face.normals)
         found = [_compressions(strain, basis, shape) for shape in shapes]
@@ -121,7 +121,8 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
     ParameterError
         If a shape does not have the vertices of the face.
     """
-    strain, around = StrainField(face.points_mm, face.triangles), _around(face.triangles, len(face.points))
+    strain, sides = StrainField.of(face), face.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    around = neighbor_mean(sides, len(face.points))  # each neighbor counts once for every triangle in which it is one
     basis = orthonormal_tangents(strain.metric, face.normals)
     found = {}
     for name, positions in shapes.families.items():
@@ -136,24 +137,11 @@ def tensors_of(face: Face, shapes: FoldShapes) -> dict[str, Array]:
             squared, where = _compressions(strain, basis, array)
             some = np.flatnonzero(squared)
             total[some] += squared[some, None] * dyads(where[some])
-        total = _evened(total, around)
+        for _ in range(3):
+            total = 0.5 * (total + around @ total)
         if window_of(strength_of(total)).any():
             found[name] = total
     return found
-
-
-def _around(triangles: npt.NDArray[np.int32], n: int) -> csr_array:
-    """Return the matrix (n, n) of sums over neighbors: each counts once for every triangle in which it is one."""
-    ends = triangles[:, [0, 1, 1, 2, 2, 0, 1, 0, 2, 1, 0, 2]].reshape(-1, 2).T
-    return csr_array((np.ones(ends.shape[1]), ends), shape=(n, n))
-
-
-def _evened(values: Array, around: csr_array) -> Array:
-    """Return values (n, d), each replaced by the mean of itself and its neighbors' mean, three times over."""
-    count = np.maximum(around.sum(axis=1), 1.0)[:, None]
-    for _ in range(3):
-        values = 0.5 * (values + (around @ values) / count)
-    return values
 
 
 def strength_of(tensor: Array) -> Array:
