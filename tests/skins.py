@@ -1,4 +1,6 @@
-"""Skins that hold contraction rates, for tests."""
+"""Skins that hold contraction rates, and gradients against differences, for tests."""
+
+import pytest
 
 import facewrinkle as fw
 
@@ -15,3 +17,13 @@ def settled(face, what, **material):
     """Displacements (n, 3) of skin at rest under an expression: to the subject's left, up and forward, mm."""
     skin = fw.Skin(face, time_step=1.0, material=fw.SkinMaterial(**material))
     return held(skin, face.atlas.contractions(what), 15) @ face.frame.axes.T
+
+
+# --- gradients -------------------------------------------------------------------------------------
+
+
+def assert_gradient(energy, x, gradient, rng, h=1e-6, rel=1e-5, ways=5):
+    """A gradient is the slope of an energy at x along random ways, by central differences."""
+    for way in rng.normal(size=(ways, *x.shape)):
+        slope = (energy(x + h * way) - energy(x - h * way)) / (2 * h)
+        assert slope == pytest.approx(float((gradient * way).sum()), rel=rel)

@@ -1,4 +1,4 @@
-"""Small meshes for tests, and comparisons of meshes."""
+"""Small meshes for tests, comparisons of meshes, squares in the plane and lines on spheres."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 import pyvista as pv
 from scipy.spatial import Delaunay
 
+import facewrinkle as fw
 from facewrinkle.geometry.interpolation import barycentric, interpolated
 from facewrinkle.geometry.normals import vertex_normals
+from facewrinkle.geometry.topology import boundary_loops, euler_characteristic, is_oriented
 from facewrinkle.mesh.arrays import closest_places
 
 
@@ -91,3 +93,50 @@ def signed_distances(points: np.ndarray, skin: pv.PolyData) -> np.ndarray:
     normals = interpolated(vertex_normals(vertices, triangles), corners, barycentric(near, vertices[corners]))
     away = np.asarray(points, dtype=float) - near
     return np.copysign(np.linalg.norm(away, axis=1), (away * normals).sum(axis=1))
+
+
+# --- unit squares of triangles, and sheets that are pressed together -------------------------------
+
+
+def grid(n: int) -> np.ndarray:
+    """Quads of an n x n grid of cells, vertex (i, j) at i (n + 1) + j."""
+    i, j = np.divmod(np.arange(n * n), n)
+    first = i * (n + 1) + j
+    return np.stack([first, first + n + 1, first + n + 2, first + 1], axis=1)
+
+
+def square(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Unit square of n x n cells: points (k, 2) and triangles."""
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1), indexing="ij")
+    quads = grid(n)
+    return np.stack([x.ravel(), y.ravel()], axis=1), np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+
+
+def signed_areas(plane: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    a, b, c = np.moveaxis(plane[triangles], 1, 0)
+    return 0.5 * ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0])
+
+
+def pressed(sheet: fw.Face, shares: list[tuple[float, float]]) -> fw.Recorded:
+    """A recording of a sheet that is pressed together by shares of its width and height, every 0.02 s by the next."""
+    return fw.Recorded.of_positions([sheet.points * [1.0 - x, 1.0 - y, 1.0] for x, y in [(0.0, 0.0), *shares]], fps=50)
+
+
+# --- spheres, for the tests of tears ---------------------------------------------------------------
+
+
+def meridian(azimuth: float, radius: float = 50.0) -> np.ndarray:
+    """Points down a sphere about the origin, from near its top to near its bottom."""
+    polar = np.linspace(0.3, 2.8, 30)
+    x, y = np.sin(polar) * np.cos(azimuth), np.sin(polar) * np.sin(azimuth)
+    return radius * np.stack([x, np.cos(polar), y], axis=1)
+
+
+def assert_ball(mesh):
+    """It is closed, of genus 0, turned outwards, and has no vertices to spare."""
+    triangles = np.asarray(mesh.regular_faces)
+    assert not boundary_loops(triangles)
+    assert euler_characteristic(triangles) == 2
+    assert is_oriented(triangles)
+    assert len(np.unique(triangles)) == mesh.n_points
+    assert mesh.volume > 0.0

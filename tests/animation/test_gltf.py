@@ -18,7 +18,7 @@ import pytest
 from glb_files import GltfFile
 from scipy.interpolate import CubicHermiteSpline
 from scipy.spatial.transform import Rotation, Slerp
-from squares import square
+from small_meshes import square
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, ParameterError, UnknownNameError

@@ -1,12 +1,18 @@
-"""What the pages of the site say exists, and the reference names everything. `make outside` runs their code."""
+"""What the pages of the site say exists, and the reference names everything; the pages of the gallery assert.
+
+`make outside` runs the code of both.
+"""
 
 from __future__ import annotations
 
+import ast
 import doctest
 import inspect
 import re
+import runpy
 from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 from cyclopts import MissingArgumentError
@@ -123,3 +129,36 @@ def test_the_papers_are_there_as_a_whole(title, rows):
         for low, high in re.findall(r"(\d+)(?:-(\d+))?", first.partition(":")[0]):
             found |= set(range(int(low), int(high or low) + 1))
     assert found == set(range(1, rows + 1))
+
+
+# --- the pages of the gallery ----------------------------------------------------------------------
+
+
+ROOT = Path(__file__).parents[2]
+GALLERY = sorted((ROOT / "gallery").rglob("plot_*.py"))
+
+
+def name_of(page):
+    return page.stem.removeprefix("plot_")
+
+
+@pytest.mark.parametrize("page", GALLERY, ids=name_of)
+def test_page_has_a_title_and_asserts_a_number(page):
+    code = ast.parse(page.read_text(encoding="utf-8"))
+    title, line = [text for text in ast.get_docstring(code).splitlines() if text and not text.startswith("..")][:2]
+    assert line == "=" * len(title)
+    assert any(isinstance(node, ast.Assert) for node in ast.walk(code))
+
+
+def test_the_site_shows_all_pages_in_its_order():
+    sections = runpy.run_path(str(ROOT / "docs" / "_ext" / "story.py"))["SECTIONS"]
+    listed = [(section, page) for section, pages in sections.items() for page in pages]
+    assert sorted(listed) == sorted((page.parent.name, name_of(page)) for page in GALLERY)
+
+
+@pytest.mark.parametrize("page", GALLERY, ids=name_of)
+def test_page_needs_no_files(page):
+    """Nor its own: where it is downloaded to, and where sphinx-gallery runs it, there is no ``__file__``."""
+    text = page.read_text(encoding="utf-8")
+    assert "shared" not in text
+    assert "__file__" not in text

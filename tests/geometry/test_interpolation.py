@@ -22,7 +22,7 @@ import pytest
 import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from squares import square
+from small_meshes import square
 
 from facewrinkle.geometry.interpolation import (
     barycentric,

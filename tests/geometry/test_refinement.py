@@ -17,8 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from small_meshes import delaunay, smallest_angles
-from squares import square
+from small_meshes import delaunay, smallest_angles, square
 
 from facewrinkle.errors import MeshError, ParameterError
 from facewrinkle.geometry.refinement import RedGreenForest

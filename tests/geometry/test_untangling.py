@@ -18,8 +18,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from small_meshes import area_vectors, arrays
-from squares import signed_areas
+from small_meshes import area_vectors, arrays, signed_areas
 
 from facewrinkle.geometry.normals import unit
 from facewrinkle.geometry.topology import vertex_rings

@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
-from squares import square
+from small_meshes import square
 
 import facewrinkle as fw
 from facewrinkle.anatomy.muscles import zones

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gradients import assert_gradient
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
+from skins import assert_gradient
 
 from facewrinkle.motion import _contact_kernels as kernels
 from facewrinkle.motion._skin_kernels import add_turns, shares_of_area, slopes_of_area

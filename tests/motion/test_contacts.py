@@ -16,13 +16,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gradients import assert_gradient
 from scipy.optimize import nnls
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
-from skins import held
+from skins import assert_gradient, held
 
 import facewrinkle as fw
 from facewrinkle.anatomy.landmarks import lips_middle

@@ -20,9 +20,8 @@ import dataclasses
 import numpy as np
 import pytest
 import pyvista as pv
-from gradients import assert_gradient
 from scipy.spatial import cKDTree
-from skins import held
+from skins import assert_gradient, held
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError

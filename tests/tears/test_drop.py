@@ -11,8 +11,7 @@ import pyvista as pv
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from small_meshes import signed_distances
-from spheres import assert_ball
+from small_meshes import assert_ball, signed_distances
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from spheres import meridian
+from small_meshes import meridian
 from synthetic_faces import head_with, skin_with
 
 import facewrinkle as fw

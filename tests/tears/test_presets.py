@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 import pyvista as pv
-from small_meshes import signed_distances
-from spheres import assert_ball
+from small_meshes import assert_ball, signed_distances
 
 import facewrinkle as fw
 from facewrinkle.errors import ParameterError, UnknownNameError

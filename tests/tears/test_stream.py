@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from expressions import after
-from small_meshes import signed_distances
-from spheres import assert_ball, meridian
+from small_meshes import assert_ball, meridian, signed_distances
 
 import facewrinkle as fw
 from facewrinkle.errors import MeshError, ParameterError, UnknownNameError

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from scipy.spatial import Delaunay
-from squares import grid, signed_areas, square
+from small_meshes import grid, signed_areas, square
 
 from facewrinkle.anatomy.head import cage_data, load_head
 from facewrinkle.geometry.normals import vertex_normals

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
-from squares import square
+from small_meshes import square
 
 import facewrinkle as fw
 from analysis import subjects

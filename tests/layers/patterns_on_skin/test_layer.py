@@ -15,7 +15,7 @@ import warnings
 import numpy as np
 import pytest
 import pyvista as pv
-from squares import pressed
+from small_meshes import pressed
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleError, FaceWrinkleWarning, ParameterError, UnknownNameError

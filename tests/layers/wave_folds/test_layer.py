@@ -22,7 +22,7 @@ from scipy.interpolate import LinearNDInterpolator
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from small_meshes import area_vectors
-from squares import pressed as pressed_by
+from small_meshes import pressed as pressed_by
 
 import facewrinkle as fw
 from analysis.swept import swept_volumes
