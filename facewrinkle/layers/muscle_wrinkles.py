@@ -72,10 +72,6 @@ class MuscleWrinkles(Layer):
         """Tell whether this layer draws the folds of a muscle, given by its fold pattern."""
         return not isinstance(pattern, Crease) and (self.waves or not pattern.wrinkles.waves)
 
-    def locates(self, pattern: Muscle) -> bool:
-        """Tell whether this layer only tells where the region of a muscle is, as its lines are waves of no muscle."""
-        return pattern.wrinkles.waves and not self.waves and not isinstance(pattern, Crease)
-
     def patterns(self, face: Face) -> tuple[list[Muscle], BoolArray]:
         """Return the fold patterns of the muscles of a face, and the base triangles (k, m0) that each may touch."""
         return [muscle.fold_pattern for muscle in face.muscles.values()], face.zones
@@ -89,7 +85,9 @@ class MuscleWrinkles(Layer):
         self._drawn = np.array([self.draws(muscle) for muscle in self._muscles], bool)
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
-        self._located = np.array([self.locates(muscle) for muscle in self._muscles], bool)
+        # Of these this layer only tells where the region is: their lines are waves of no muscle.
+        waves = [m.wrinkles.waves and not self.waves and not isinstance(m, Crease) for m in self._muscles]
+        self._located = np.array(waves, bool)
         self._kept = np.zeros(len(self._muscles))
         self._outer = outer_skin(face)
         outside = self._outer[face.triangles].any(axis=1)

@@ -419,14 +419,10 @@ def _aligned(smooth: Smoother, start: Array) -> Array:
 def _turns(ground: Ground, wave: Array) -> Array:
     """Return what brings waves from the corners of triangles to their middles, (m, 3, 2, 2)."""
     own = wave[ground.triangles]
-    sign, corners = _signs(own, own[:, :1]), ground.points[ground.triangles]
+    sign = np.where((own * own[:, :1]).sum(axis=2) >= 0.0, 1.0, -1.0)  # waves against the first are conjugated
+    corners = ground.points[ground.triangles]
     mean = (sign[:, :, None] * own).mean(axis=1)
     return _turned(np.einsum("mk,mck->mc", mean, corners.mean(axis=1)[:, None] - corners), sign)
-
-
-def _signs(waves: Array, others: Array) -> Array:
-    """Return -1 (...) for waves (..., 3) that run against others, which are conjugated then; else 1."""
-    return np.where((waves * others).sum(axis=-1) >= 0.0, 1.0, -1.0)
 
 
 def _turned(angle: Array, sign: Array) -> Array:
