@@ -19,9 +19,6 @@ from ..mesh import MUSCLES, rest_of
 DEEP = 0.05
 """Skin this far below the smooth surface is part of a furrow, mm."""
 
-LONG = 3.0
-"""Shorter furrows are not counted, mm."""
-
 
 @dataclass(frozen=True)
 class Furrow:
@@ -81,7 +78,7 @@ def furrows_of(
     members = members[np.argsort(component[members], kind="stable")]
     for vertices in np.split(members, np.flatnonzero(np.diff(component[members])) + 1):
         length = float(np.ptp(rest[vertices] @ _direction(rest[vertices]))) if len(vertices) else 0.0
-        if length >= LONG:
+        if length >= 3.0:  # mm; shorter ones are not counted
             found.append((float(-height[vertices].min()), length, vertices))
     found.sort(key=lambda entry: (-entry[0], int(entry[2][0])))
     number = np.zeros(len(height), np.int64)

@@ -18,9 +18,6 @@ from ..array_types import Array
 from ..errors import ParameterError
 from ..files import not_written, output_file, replaced, write_whole, written
 
-CELLS = {"Vertices": "Verts", "Lines": "Lines", "Polygons": "Polys", "Strips": "Strips"}
-"""Kinds of cells in the file, and their names in VTK."""
-
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
     """Write frames as one VTKHDF file, which ParaView plays and `pyvista.read` opens at the first time; or as a .pvd.
@@ -158,7 +155,7 @@ class _SeriesFile:
         self._tell("Steps/PointOffsets", self._append("Points", points))
         self._tell("NumberOfPoints", len(points))
         cells, ids = [], []
-        for kind, name in CELLS.items():
+        for kind, name in (("Vertices", "Verts"), ("Lines", "Lines"), ("Polygons", "Polys"), ("Strips", "Strips")):
             array = getattr(frame, f"Get{name}")()
             offsets, connectivity = vtk_to_numpy(array.GetOffsetsArray()), vtk_to_numpy(array.GetConnectivityArray())
             self._tell(f"{kind}/NumberOfCells", len(offsets) - 1)

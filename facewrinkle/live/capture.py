@@ -33,8 +33,6 @@ SHAPES = (
 VALUES = struct.Struct(">B61f")
 """The end of a packet of Live Link Face: its values, after their number."""
 
-SILENCE = 1.0
-"""Seconds without a packet after which the face is released."""
 
 MOST = 256
 """Shapes of a frame at most."""
@@ -125,7 +123,7 @@ class Capture(asyncio.DatagramProtocol):
             self._tell(name)
         else:
             self._end.cancel()
-        self._end = asyncio.get_running_loop().call_later(SILENCE, self._silent)
+        self._end = asyncio.get_running_loop().call_later(1.0, self._silent)  # a second of silence
 
     def _read(self, data: bytes) -> tuple[str, Mapping[str, float]]:
         """Return the name of a sender, and weights, if the packet completes a frame."""

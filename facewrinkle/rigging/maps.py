@@ -43,10 +43,6 @@ distances between the pupils.
 """
 
 
-TORN = 0.02
-"""A triangle whose middle is farther from the middle of its corners on this chart lies at the tear of it."""
-
-
 @dataclass(frozen=True, eq=False)
 class Maps:
     """Maps of an expression, on the texture coordinates of a face; the first row is the uppermost.
@@ -198,7 +194,7 @@ def visible_first(mesh: pv.PolyData, face: Face) -> pv.PolyData:
     first, second = (chart[triangles[:, k]] - chart[triangles[:, 0]] for k in (1, 2))
     turned = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] <= 0.0
     middle = around_head(face, rest[triangles].mean(axis=1))
-    torn = np.linalg.norm(middle - chart[triangles].mean(axis=1), axis=1) > TORN
+    torn = np.linalg.norm(middle - chart[triangles].mean(axis=1), axis=1) > 0.02  # at the tear of the chart
     out = mesh.copy()
     out.regular_faces = triangles[np.lexsort([away[triangles].mean(axis=1), ~(turned | torn)])]
     return out

@@ -21,9 +21,6 @@ from .linear_rig import Rig
 from .maps import around_head
 from .poses import Pose
 
-SAME_PLACE = 1e-6
-"""Points this close, as a share of the size of the mesh, are twins that repair has merged."""
-
 OFF_MESH = 0.01
 """Half the vertices of a face lie closer than this to their places in its mesh, in distances between the pupils."""
 
@@ -127,7 +124,7 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     left = np.flatnonzero(~known)
     if known.any() and len(left):
         away, nearest = cKDTree(points[known]).query(points[left])
-        twins = away <= SAME_PLACE * np.ptp(points, axis=0).max()
+        twins = away <= 1e-6 * np.ptp(points, axis=0).max()  # which repair has merged
         deltas[:, left[twins]], known[left[twins]] = deltas[:, np.flatnonzero(known)[nearest[twins]]], True
         left = left[~twins]
     if len(left):

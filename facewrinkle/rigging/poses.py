@@ -262,9 +262,6 @@ def _lifts(start: Array, end: Array, floor: Array) -> Array:
     return np.asarray(high - 1.0)
 
 
-PIVOT = np.array([0.0, -0.6, -1.3])
-"""Place about which a head turns, [left, up, forward] from between the eyes, in distances between the pupils."""
-
 SHOWN = 0.02
 """Shapes that a face cannot make and whose weight stays below this are not worth a word."""
 
@@ -419,7 +416,7 @@ class Performer(Undriven):
         if not self.head:
             return None
         frame, out = self.face.frame, np.eye(4)
-        pivot = frame.origin + PIVOT @ frame.axes * frame.pupil_distance
+        pivot = frame.origin + np.array([0.0, -0.6, -1.3]) @ frame.axes * frame.pupil_distance  # in the neck
         out[:3, :3] = frame.axes.T @ self.take.turn(time) @ frame.axes
         out[:3, 3] = pivot - out[:3, :3] @ pivot
         return out
