@@ -80,9 +80,6 @@ def test_a_smile_slopes_as_captured_skin_does(real_face):
 # --- spacings and directions -----------------------------------------------------------------------
 
 
-pytestmark = pytest.mark.slow
-
-
 @pytest.fixture(scope="module")
 def raised(face):
     """A simulation that holds the brows up, without layers, and its frame."""
@@ -92,6 +89,7 @@ def raised(face):
 
 
 @pytest.mark.parametrize(("axis", "low", "high"), [(1, 0.0, 25.0), (0, 60.0, 90.0)])
+@pytest.mark.slow
 def test_the_angle_is_that_between_lines_and_compression(face, raised, axis, low, high):
     """The forehead is compressed upwards: level lines lie across that, upright ones along."""
     sim, frame = raised
@@ -102,6 +100,7 @@ def test_the_angle_is_that_between_lines_and_compression(face, raised, axis, low
     assert low <= measured(sim, frame).angle <= high
 
 
+@pytest.mark.slow
 def test_spacings_are_those_of_the_furrows(face):
     """On a forehead whose triangles are fine enough."""
     sim = fw.Simulation(face)
