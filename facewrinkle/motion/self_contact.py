@@ -128,8 +128,8 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     reached = np.array([found[s][0] for s in faced], np.int64)
     some = (facing[reached] @ up) * (normals[faced] @ up) < FACING
     faced, reached = faced[some], reached[some]
-    own = [column[faced] for column in samples]
-    return Samples(*own[:2], triangles[reached], *own[3:])
+    corners, shares, _, allowed, stiffness = (column[faced] for column in samples)
+    return Samples(corners, shares, triangles[reached], allowed, stiffness)
 
 
 def squeezed(points: Array, direction: Array) -> Array:
