@@ -22,9 +22,9 @@ STEP, SOFT, RAYS = 1.0, 10.0, 24
 DULL = 0.8
 """Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
 
-DIM, BESIDE = 0.4, 12.0
-"""Share of the light that skin under cropped hair or a beard loses, and how far beside cropped hair that ends, mm on a
-face of average size.
+DIM, BESIDE, BEARDED = 0.4, 12.0, 0.25
+"""Share of the light that skin under cropped hair loses, how far beside it that ends, mm on a face of average size, and
+what skin under a beard loses.
 """
 
 WET = 2.4
@@ -111,7 +111,7 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     if "cropped_hair" in face.bound_hair:
         near -= DIM * smoothstep(1.0 + cover / BESIDE)
     if "beard" in face.bound_hair:
-        near -= DIM * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
+        near -= BEARDED * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
     bare += (WET - 1.0) * lip
     neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
