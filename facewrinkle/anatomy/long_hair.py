@@ -98,7 +98,7 @@ STRAND, OFF, LOOSE, ASTRAY = 0.15, 2.0, 6.0, 4.0
 """Half the width of loose hairs, how far the farthest locks and hairs stand off, and the deviation of their tips aside.
 """
 
-SIDES_DARKER, ROOTS_DARKER, UNDER_DARKER = 0.3, 0.4, 0.25
+SIDES_DARKER, ROOTS_DARKER, UNDER_DARKER = 0.3, 0.4, 0.45
 """How much darker the sides of locks are, the roots of hairs, and the sheet."""
 
 
