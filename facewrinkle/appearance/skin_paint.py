@@ -53,7 +53,7 @@ SHAVED = 0.10
 WHOLE_HEAD = 25.0
 """A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
-LIP_COLOR = (172.0, 96.0, 88.0)
+LIP_COLOR = (176.0, 106.0, 95.0)
 
 CAVITY_COLORS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
 """Colors in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
