@@ -39,6 +39,9 @@ HAIR_COLOR = (50.0, 38.0, 31.0)
 BROW_COLOR = (78.0, 56.0, 47.0)
 """The same of the hairs of the brows."""
 
+THINNER = 0.2
+"""Exponent of 1 + density in the share of thin hair: it covers the scalp until it is nearly shaved."""
+
 HAIR_LIGHT = 127.0
 """Stored light of hair that has this color."""
 
@@ -181,7 +184,7 @@ class Paint:
     tint, hair : array_like, shape (3,)
         Factors of the color of the skin; the color of the hair.
     density : float
-        -1 for a shaved head, 0 for the cropped hair, and 1 for hair that is denser at its borders.
+        -1 for a shaved head, below 0 for hair that is thinner all over, and 1 for hair that is denser at its borders.
     border : float
         Share of hair from which on it grows, below 1: the larger, the farther the hairline has receded.
     """
@@ -197,6 +200,8 @@ class Paint:
     def cover(self) -> Array:
         """Return how much of the skin (...) the hair covers, 0 to 1."""
         share = np.maximum(self.share / 255.0 - self.border, 0.0) / (1.0 - self.border)
+        if self.density < 0.0:
+            return np.asarray((1.0 + self.density) ** THINNER * share)
         return np.asarray(1.0 - (1.0 - share) ** (1.0 + self.density))
 
     def colors(self) -> NDArray[np.uint8]:

@@ -50,6 +50,11 @@ BACKWARDS, RAISED = 0.35, 0.16
 the other side of the middle.
 """
 
+FRINGE, FRINGE_HAIRS = 0.12, 6.0
+"""How much further forward than the others the foremost hairs are combed, each as far as it happens, and their number
+on either side.
+"""
+
 STEP, STEPS = 8.0, 42
 """Length and number of the pieces in which hair grows."""
 
@@ -203,6 +208,8 @@ def _fallen(random: np.random.Generator, head: Head, hull: RoundedHull, length: 
     far = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / FAR
     comb[:, 1] += RAISED * far * (1.0 - along)
     comb[:, 2] -= BACKWARDS * (1.0 + far) * (1.0 - along)
+    foremost = np.exp(-np.minimum(share, 1.0 - share) * COLUMNS / FRINGE_HAIRS)
+    comb[:, 2] += FRINGE * np.abs(uneven) * foremost / (1.0 + far)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
     down = SHORTEST + (1.0 - SHORTEST) * length
     hem = brows + down * (chin - brows) + UNEVEN * (even + 1.5 * uneven)

@@ -7,7 +7,7 @@ import pytest
 import pyvista as pv
 
 import facewrinkle as fw
-from facewrinkle.anatomy.identity import Identity, hair_cover
+from facewrinkle.anatomy.identity import Identity, hair_cover, head_of
 from facewrinkle.dataset.labels import PARTS
 from facewrinkle.dataset.sample import SampleMaker
 from facewrinkle.dataset.spec import Spec
@@ -203,6 +203,13 @@ def test_cropped_hair_is_shorter_where_it_is_thin(face):
     hairs = hairs_of(face)
     inside = hair_cover(hairs[:, 0], face.landmarks, face.frame)
     assert np.median(reach(hairs[inside < 6.0])) < 0.7 * np.median(reach(hairs[inside > 20.0]))
+
+
+def test_thin_hair_is_as_thin_everywhere():
+    usual, *thin = (head_of(Identity(hair_density=d)).paint[1].cover() for d in (0.0, -0.4, -0.9, -1.0))
+    shares = [cover[usual > 0.0] / usual[usual > 0.0] for cover in thin]
+    np.testing.assert_allclose(shares, np.array([[s.mean()] for s in shares]) + np.zeros_like(shares), atol=1e-12)
+    assert 1.0 > shares[0][0] > shares[1][0] > shares[2][0] == 0.0
 
 
 def test_cropped_hair_of_people_has_its_own_length_color_and_hairline(face):
