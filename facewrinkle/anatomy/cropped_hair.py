@@ -132,12 +132,13 @@ def beard(where: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Arr
     )
     x, y, z = np.abs(where[:, 0]), where[:, 1], where[:, 2]
     # From the nose past the corner of the mouth to the hair before the ear, and under the jaw.
-    top = np.interp(
-        x, [0.0, 14.0, mouth[0] + 8.0, jaw[0], 90.0], [nose[1] + 1.0, nose[1], mouth[1] + 9.0, ear[1], ear[1] + 40.0]
-    )
+    ends = [0.0, 14.0, mouth[0] + 8.0, jaw[0], 90.0]
+    top = np.interp(x, ends, [nose[1] + 1.0, nose[1], mouth[1] + 12.0, ear[1], ear[1] + 40.0])
+    top += 2.5 * np.sin(0.19 * z + 0.7) + 1.5 * np.sin(0.43 * z)  # nobody's edge is straight
+    fade = np.interp(x, ends[:3], [7.0, 7.0, 20.0])
     bottom = np.interp(z, [jaw[2], chin[2]], [jaw[1] - 14.0, chin[1] - 12.0])
     return np.asarray(
-        smoothstep((top - y) / 14.0) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 14.0) / 14.0)
+        smoothstep((top - y) / fade) * smoothstep((y - bottom) / 12.0) * smoothstep((z - jaw[2] + 20.0) / 20.0)
     )
 
 
