@@ -72,7 +72,6 @@ def test_express_reports_what_it_did(tmp_path, run):
     assert not list(tmp_path.glob("*.mp4")) + list(tmp_path.glob("*.vtkhdf"))
 
 
-@pytest.mark.slow
 def test_express_default_folder_and_safe_names(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["express", "AU1=0.5, AU4", "--frames", "1", "--size", "40", "--max-level", "1", "--no-movie"]) == 0
