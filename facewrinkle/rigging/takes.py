@@ -333,7 +333,7 @@ class _Reader:
         if names is None:
             return None
         angles = self.table.values[rows][:, [self.plain.index(name) for name in names]]
-        if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > 2.0:  # no head turns so far
+        if degrees is None and np.nanmax(np.abs(np.nan_to_num(angles))) > 2.0:  # radians: no head turns so far
             degrees = True
             self.tell("the turn of the head is read as degrees. If it is radians, say that degrees are wrong.")
         known = ~np.isnan(angles).any(axis=1)
