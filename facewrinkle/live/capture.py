@@ -33,7 +33,6 @@ SHAPES = (
 VALUES = struct.Struct(">B61f")
 """The end of a packet of Live Link Face: its values, after their number."""
 
-
 MOST = 256
 """Shapes of a frame at most."""
 

@@ -116,6 +116,10 @@ def _twenty(face: fw.Face, rng: np.random.Generator) -> Array:
     return rates
 
 
+def _all(face: fw.Face, rng: np.random.Generator) -> Array:
+    return np.ones(len(face.muscles))
+
+
 def _mixture(face: fw.Face, rng: np.random.Generator) -> Array:
     """One to all muscles at random rates, of which some are exactly 0 or 1."""
     count = round(float(_log_uniform(rng, len(face.muscles))))
@@ -150,10 +154,7 @@ def _looking(face: fw.Face, rng: np.random.Generator) -> Array:
     return rates
 
 
-POSES = (
-    *(_at_one, _at_one, _twenty, lambda face, rng: np.ones(len(face.muscles))),
-    *(_mixture, _mixture, _mixture, _expressions, _expressions, _looking),
-)
+POSES = (_at_one, _at_one, _twenty, _all, _mixture, _mixture, _mixture, _expressions, _expressions, _looking)
 """Poses, in the shares in which they are drawn."""
 
 

@@ -350,10 +350,11 @@ def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.in
     >>> zones([muscle], points, np.array([[0, 1, 2], [3, 4, 5]], np.int32)).tolist()
     [[True, False]]
     """
-    corners = csr_array((np.ones(triangles.size, bool), triangles.ravel(), 3 * np.arange(len(triangles) + 1)))
+    begins, shape = 3 * np.arange(len(triangles) + 1), (len(triangles), len(points))
+    corners = csr_array((np.ones(triangles.size, bool), triangles.ravel(), begins), shape=shape)
     inside = np.zeros((len(points), len(muscles)), bool)
     for k, muscle in enumerate(muscles):
         near = within(points, *muscle.reach)
         inside[near, k] = muscle.wrinkling_region(points[near])
-    touched = corners @ csr_array(inside[: corners.shape[1]])
+    touched = corners @ csr_array(inside)
     return np.asarray((corners @ (corners.T @ touched)).T.toarray())
