@@ -12,6 +12,7 @@ import numpy as np
 from ..array_types import Array, IntArray
 from ..geometry import double_areas, smoothstep, unit, vertex_normals
 from .head import BoundHairs, Head
+from .identity import hair_cover
 from .landmarks import FaceFrame, frame_of
 
 SEED = 3
@@ -31,6 +32,17 @@ ASTRAY = 0.35
 
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
 """Least and greatest length of cropped hair where it is dense, and what women and children may have beyond."""
+
+TOP, SIDES = 42.0, (0.25, 0.75)
+"""What combed hair has beyond on top of the head; upward parts of the normals at the ends of its sides and its top."""
+
+COMBED, PARTED, NARROW = 3.0, 22.0, 8.0
+"""Strength of a comb relative to how hair grows; how far to the left of the middle it parts hair, and half the width of
+the parting.
+"""
+
+ASIDE, BACK = np.array([1.0, 0.0, 0.25]), np.array([0.0, 0.3, -1.0])
+"""Ways of combs, the first from the parting on the left."""
 
 FEWEST = 0.12
 """Share of hair in the color of the skin up to which none grows."""
@@ -53,7 +65,9 @@ ROUND = 90.0
 """Radius of the scalp that hairs bend around."""
 
 
-def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | None:
+def cropped_hair(
+    head: Head, length: float, sex: float = 0.0, combed: float = 0.0, border: float = np.inf
+) -> BoundHairs | None:
     """Return cropped hair on the skin of a head; None for a shaved one.
 
     Parameters
@@ -63,6 +77,10 @@ def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | No
         From the shortest (-1) to the longest (0).
     sex : float
         From feminine or childlike (-1), with longer hair, to masculine.
+    combed : float
+        From hair that is longer on top and combed aside (-1), past hair that grows as it does, to hair combed back.
+    border : float
+        Width of the border of the scalp, along which alone it grows.
 
     Examples
     --------
@@ -78,36 +96,40 @@ def cropped_hair(head: Head, length: float, sex: float = 0.0) -> BoundHairs | No
     triangle = np.sort(random.choice(len(triangles), HAIRS, p=area / area.sum()))
     weights = random.dirichlet(np.ones(3), HAIRS)
     corners = triangles[triangle]
-    image = head.paint[1].cover()
-    u, v = np.einsum("kc,kci->ik", weights, head.uv[corners])
-    columns, rows = (np.minimum((share * len(image)).astype(int), len(image) - 1) for share in (u, 1.0 - v))
-    grown = random.uniform(FEWEST, 1.0, HAIRS) < image[rows, columns]
+    cover = np.einsum("kc,kc->k", weights, head.paint[0].cover()[corners])
+    roots, up = (np.einsum("kc,kci->ki", weights, of[corners]) for of in (points, vertex_normals(points, triangles)))
+    grown = random.uniform(FEWEST, 1.0, HAIRS) < cover
+    if border < np.inf:
+        grown &= hair_cover(roots, head.landmarks, frame_of(head.landmarks)) < border
     if not grown.any():
         return None
-    triangle, weights = triangle[grown], weights[grown]
-    dense = smoothstep(np.einsum("kc,kc->k", weights, head.paint[0].cover()[triangles[triangle]]))
-    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) - SHORTEST) * (1.0 + length)
-    return grown_hairs(head, triangle, weights, WHORL, longest * (THIN + (1.0 - THIN) * dense), random)
+    triangle, weights, roots, up, cover = (part[grown] for part in (triangle, weights, roots, up, cover))
+    styled = 1.0 - (1.0 - abs(combed)) ** 2
+    top = smoothstep((up[:, 1] - SIDES[0]) / (SIDES[1] - SIDES[0]))
+    longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) + TOP * styled * top - SHORTEST) * (1.0 + length)
+    aside = top[:, None] * np.tanh((roots[:, :1] - PARTED) / NARROW) * ASIDE if combed < 0.0 else BACK
+    comb = unit(roots - WHORL) + COMBED * styled * aside
+    return grown_hairs(head, triangle, weights, comb, longest * (THIN + (1.0 - THIN) * smoothstep(cover)), random)
 
 
 def grown_hairs(
     head: Head,
     triangle: IntArray,
     weights: Array,
-    start: Array,
+    comb: Array,
     longest: Array,
     random: np.random.Generator,
 ) -> BoundHairs:
     """Return hairs in the color of a head's that are rooted in triangles (k,) with weights (k, 3).
 
-    They grow along the skin away from `start` (3,), of random lengths around `longest` (k,).
+    They grow along the skin as it lets them of the ways `comb` (k, 3), of random lengths around `longest` (k,).
     """
     points, triangles = head.points, head.triangles
     corners = triangles[triangle]
     count, along = len(triangle), np.linspace(0.0, 1.0, KNOTS)
     normals = vertex_normals(points, triangles)
-    root, up = (np.einsum("kc,kci->ki", weights, values[corners]) for values in (points, normals))
-    way = unit(np.cross(np.cross(up, root - start), up))
+    up = np.einsum("kc,kci->ki", weights, normals[corners])
+    way = unit(np.cross(np.cross(up, comb), up))
     way[:, 1] -= FALLS * np.abs(up[:, 0])
     way = unit(np.cross(np.cross(up, way), up))
     turn = random.normal(0.0, ASTRAY, (count, 1))
@@ -171,4 +193,5 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     dense = np.minimum(DENSER * beard(where, head.landmarks, frame), 1.0) * smoothstep(6.0 * off_lips)
     grown = random.uniform(0.0, 1.0, BEARD_HAIRS) < dense
     longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * dense[grown]
-    return grown_hairs(head, triangle[grown], weights[grown], head.landmarks["sellion"], longest, random)
+    comb = where[grown] - frame.local_mm(head.landmarks["sellion"])
+    return grown_hairs(head, triangle[grown], weights[grown], comb, longest, random)

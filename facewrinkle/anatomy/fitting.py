@@ -44,7 +44,7 @@ from .landmarks import (
     mirrored,
     read_landmarks,
 )
-from .long_hair import long_hair
+from .long_hair import BORDER, long_hair
 from .parts import Part, follower, named_parts
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
@@ -115,9 +115,12 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     hair = {"brows": head.brows}
     seen: dict[str, Any] = {"texture": head.texture, "bound_hair": hair, "age": person.age, "iris": person.iris}
+    combed, border = person.hair_combed, np.inf
     if person.hair_length > 0.0:
-        seen["parts"] = {"hair": long_hair(head, person.hair_length)}
-    elif cropped := cropped_hair(head, person.hair_length, min(person.sex, -person.child)):
+        seen["parts"] = {"hair": long_hair(head, person.hair_length, combed)}
+        combed, border = 1.0, BORDER if combed > 0.0 else 0.0
+    feminine = min(person.sex, -person.child)
+    if border and (cropped := cropped_hair(head, min(person.hair_length, 0.0), feminine, combed, border)):
         hair["cropped_hair"] = cropped
     if person.beard > 0.0:
         hair["beard"] = beard_hairs(head, person.beard)

@@ -19,7 +19,7 @@ from .eyeball import eye_distance
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
 
-COLORS = ("skin", "hair", "hair_density", "iris", "hair_length", "beard")
+COLORS = ("skin", "hair", "hair_density", "iris", "hair_length", "beard", "hair_combed")
 """Parameters that do not change the shape of the head."""
 
 HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
@@ -158,8 +158,8 @@ class Identity:
     iris : float
         From blue over gray to dark brown irises.
     hair_length : float
-        Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, and at 1 below
-        the chin.
+        Up to 0 hair is cropped, from short to longer; above, it falls from a parting, over the ears, from a bob to
+        layers, and at 1 down the neck, or is tied back: see `hair_combed`.
     nose_bridge : float
         From a low, scooped bridge of the nose to a high one with a hump.
     nose_tip : float
@@ -176,6 +176,10 @@ class Identity:
         From small, close ears to large ones that stand out.
     beard : float
         Up to 0 none; above, from stubble to a full beard in the color of the hair.
+    hair_combed : float
+        From a crop that is longer on top and combed aside, past one that is as long all over, to one that is combed
+        back. Long hair falls beside the face up to behind the cheeks; above 0 it is tied at the back, the higher, the
+        greater: in a knot up to a `hair_length` of 0.4, else in a tail.
 
     Raises
     ------
@@ -216,6 +220,7 @@ class Identity:
     cheekbones: float = 0.0
     ears: float = 0.0
     beard: float = 0.0
+    hair_combed: float = 0.0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -274,8 +279,10 @@ class Identity:
         sex, child = spread * random.power(DISTINCT, 2)
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
         drawn["child"] = float(child) if random.random() < CHILDREN else 0.0
-        drawn |= values_of(names[FIRST:])
-        drawn["hair_length"] = float(np.clip(drawn["hair_length"] - drawn["sex"], -spread, spread))
+        drawn |= values_of(names[FIRST:-1])
+        # Cut short, hair of all lengths is common; few women have theirs cropped.
+        drawn["hair_length"] = float(np.clip(0.6 * (drawn["hair_length"] - drawn["sex"]), -spread, spread))
+        drawn["hair_combed"] = float(random.uniform(-spread, spread))
         return cls(**drawn).plausible()
 
     @property
@@ -299,7 +306,7 @@ class Identity:
         Examples
         --------
         >>> Identity(skin=0.5, hair=-1.0, child=0.8).plausible()
-        Identity(..., sex=0.0, child=0.8, skin=0.5, hair=0.5, ..., beard=-0.8)
+        Identity(..., sex=0.0, child=0.8, skin=0.5, hair=0.5, ..., beard=-0.8, hair_combed=0.0)
         """
         child = max(self.child, 0.0)
         age = min(self.age, -child) if child > 0.0 else self.age
@@ -347,7 +354,7 @@ def head_of(identity: Identity) -> Head:
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     thin = THIN_BROWS * max(-identity.sex, identity.child, 0.0)
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
-    falls = identity.hair_length > 0.0
+    falls = identity.hair_length > 0.0 >= identity.hair_combed
     if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING and not falls:
         return head
     at, *channels = TONES.T

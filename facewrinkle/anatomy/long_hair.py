@@ -1,4 +1,4 @@
-"""Long hair of the built-in head: a sheet that falls from a parting, with locks and loose hairs over it.
+"""Long hair of the built-in head: a sheet that falls from a parting or is combed to a knot or tail, with locks over it.
 
 Lengths are in mm. Hair is opaque, and a hair of the sheet is a row of its points: any program shows it as pictures do.
 """
@@ -11,9 +11,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
-from ..geometry import ring_quads, unit
+from ..geometry import ring_quads, smoothstep, unit
 from ..mesh import COLORS, to_polydata
 from .head import Head
+from .identity import hair_cover
+from .landmarks import frame_of
 from .parts import Part
 
 SEED = 5
@@ -28,7 +30,7 @@ KNOTS, LOCK_HAIRS = 14, 5
 ROOTS_DENSER = 1.4
 """Exponent that gathers the points of the sheet near the parting, where it bends."""
 
-PARTING = np.array([[4.0, -2.0], [5.0, -105.0]])
+PARTING = np.array([[4.0, 0.0, -2.0], [5.0, 0.0, -105.0]])
 """Both ends of the parting: to the left of the middle, and forward from the hairline."""
 
 OVAL, ROUNDER, PARTED_ASIDE = 0.84, 0.045, (-20.0, 30.0)
@@ -36,23 +38,15 @@ OVAL, ROUNDER, PARTED_ASIDE = 0.84, 0.045, (-20.0, 30.0)
 face, the farther aside its hair is parted, up to these distances.
 """
 
-CROOKED = 1.6
-"""Deviation of the parting from a straight line."""
-
 WHORL = (0.27, 0.73)
 """Shares of the way around the head at which its hairs begin to come from the rear end of the parting, and cease to."""
 
 FORWARD = 1.5
 """Exponent that gathers hair near the front end of the parting, from where it spreads around the face."""
 
-BACKWARDS, RAISED = 0.35, 0.16
-"""How much further back than straight to the side the foremost hair is combed, and how much upwards hair that falls to
-the other side of the middle.
-"""
-
-FRINGE, FRINGE_HAIRS = 0.12, 6.0
-"""How much further forward than the others the foremost hairs are combed, each as far as it happens, and their number
-on either side.
+BACKWARDS, SWEPT, RAISED = 0.35, 0.25, 0.16
+"""How much further back than straight to the side the foremost hair is combed, what is added to that the less it is
+combed aside, and how much upwards hair is combed that falls to the other side of the middle.
 """
 
 STEP, STEPS = 8.0, 42
@@ -83,13 +77,15 @@ CHEEK = 45.0
 TURNING, TURNED_IN = 0.55, 15.0
 """Share of its length from which hair turns in, and how far its tips do."""
 
-UNEVEN, HEM, SHORTEST = 4.0, -36.0, 0.4
-"""Deviation of the height of the hem, its height over the chin at length 1, and the share of the way from the brows to
-there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
+UNEVEN, HEM, SHORTEST = 4.0, -40.0, 0.42
+"""Deviation of the height of the hem at length 1, its height over the chin there, and the share of the way from the
+brows to there at which the hem of the shortest is: between that and cropped hair are cuts that a sheet cannot show.
 """
 
-LAYERS, UNDER = 0.3, 8.0
-"""Share of the length that the shortest locks lack, and how much shorter than the longest ones the sheet is."""
+LAYERS, UNDER = 0.3, 27.0
+"""Share of the length that the shortest locks lack at length 1, and in units of it how much shorter than the longest
+ones the sheet is: short hair is cut straight, long hair in layers.
+"""
 
 WIDEST, ROUND, TUCKED, ROUGH, POINTED = (1.0, 4.5), 0.12, 0.2, 0.08, 0.7
 """Half the width of locks; relative to it the height of their middle, the depth of their sides and the deviation of
@@ -99,12 +95,39 @@ single hairs from that; and the share of the width that tips lack.
 CLEAR, FRAYED = 1.2, 0.015
 """Height of locks over the sheet, and deviation of the lengths of their hairs, as a share."""
 
-STRAND, OFF, LOOSE, ASTRAY = 0.15, 2.0, 6.0, 4.0
-"""Half the width of loose hairs, how far the farthest locks and hairs stand off, and the deviation of their tips aside.
+STRAND, LOOSE, ASTRAY = 0.15, 6.0, 4.0
+"""Half the width of loose hairs, how far the farthest of them stand off, and the deviation of their tips aside."""
+
+OFF = 0.33
+"""How far the farthest locks stand off, relative to loose hairs."""
+
+SIDES_DARKER, DARKER = 0.3, 0.4
+"""How much darker the sides of locks are, and the roots of hairs that fall and the sheet of them."""
+
+# --- Hair that is tied back ---
+
+BARE, SMOOTH, TIGHT = 4.0, 0.4, 0.8
+"""It lies on the hull of all that is less than the first length outside of the hairline, with edges that are rounded
+over the second, at least as high as the third.
 """
 
-SIDES_DARKER, ROOTS_DARKER, UNDER_DARKER = 0.3, 0.4, 0.45
-"""How much darker the sides of locks are, the roots of hairs, and the sheet."""
+MIDDLE, TIE = np.array([0.0, 41.0, -12.0]), (-20.0, 60.0)
+"""Hair is combed along great circles about a point, here from the middle between the zygions, to a tie in a direction
+between these from there, degrees above straight back.
+"""
+
+STARTS, BORDER = (10.0, 5.0), 32.0
+"""How far inside the hairline the sheet begins at the sides, and how much farther at the front than there; width of the
+border of the scalp on which single hairs grow before it.
+"""
+
+FLAT, FULL, NEAT = 1.5, 3.0, 3.0
+"""Height of the sheet, what dense hair has beyond, and how far loose hairs stand off."""
+
+TAIL, THICK, RING, WOUND, AROUND = 0.4, 12.0, 16.0, 9.0, 72
+"""Length from which hair ends in a tail, shorter in a knot: a ring. Radius of a tail, and of what is wound to the ring;
+radius of the ring; angle by which hairs are wound around either, radians; and their number.
+"""
 
 
 class RoundedHull:
@@ -113,6 +136,8 @@ class RoundedHull:
     Parameters
     ----------
     points : ndarray, shape (n, 3)
+    rounding : float
+        Length over which edges are rounded.
 
     Examples
     --------
@@ -125,8 +150,8 @@ class RoundedHull:
     (True, array([[0., 1., 0.]]))
     """
 
-    def __init__(self, points: Array) -> None:
-        count = 240
+    def __init__(self, points: Array, rounding: float = ROUNDING) -> None:
+        self.rounding, count = rounding, 240
         share = 1.0 - (2.0 * np.arange(count) + 1.0) / count
         turn, radius = np.pi * (1.0 + 5.0**0.5) * np.arange(count), np.sqrt(1.0 - share**2)
         self.directions = np.stack([radius * np.cos(turn), share, radius * np.sin(turn)], axis=1)
@@ -134,21 +159,20 @@ class RoundedHull:
 
     def __call__(self, points: Array) -> tuple[Array, Array]:
         """Return heights (...) of points (..., 3) above the hull, and its normals (..., 3) there."""
-        beyond = (points @ self.directions.T - self.supports) / ROUNDING
+        beyond = (points @ self.directions.T - self.supports) / self.rounding
         most = beyond.max(axis=-1, keepdims=True)
         near = np.exp(beyond - most)
-        return ROUNDING * (most[..., 0] + np.log(near.sum(axis=-1))), unit(near @ self.directions)
+        return self.rounding * (most[..., 0] + np.log(near.sum(axis=-1))), unit(near @ self.directions)
 
-    def top(self, places: Array) -> Array:
-        """Return the points (k, 3) of the hull above places [x, z] (k, 2)."""
-        upper = self.directions[:, 1] > 0.1
-        x, y, z = self.directions[upper].T
-        height = ((self.supports[upper] - places @ np.stack([x, z])) / y).min(axis=1)
-        return np.stack([places[:, 0], height, places[:, 1]], axis=1)
+    def reached(self, starts: Array, ways: Array) -> Array:
+        """Return the points (..., 3) of the hull that are reached from inside along ways (..., 3)."""
+        speed = ways @ self.directions.T
+        far = np.where(speed > 0.1, self.supports - starts @ self.directions.T, np.inf) / np.maximum(speed, 0.1)
+        return np.asarray(starts + far.min(axis=-1)[..., None] * ways)
 
 
-def long_hair(head: Head, length: float) -> Part:
-    """Return hair that hangs down from a parting, the same for the same head and length.
+def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
+    """Return hair that falls from a parting or is tied back, the same for the same head, length and comb.
 
     The rounder the face, the farther aside the parting; the denser the hair, the fuller and the more wavy.
 
@@ -157,6 +181,9 @@ def long_hair(head: Head, length: float) -> Part:
     head : Head
     length : float
         From the mouth (0) to below the chin (1).
+    combed : float
+        From hair that falls beside the face (-1) to hair that falls behind the cheeks (0); above, it is tied back, the
+        higher, the greater: in a knot up to a length of 0.4, else in a tail.
 
     Examples
     --------
@@ -168,24 +195,17 @@ def long_hair(head: Head, length: float) -> Part:
     [False, True]
     """
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
-    behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
-    hull = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])])
-    lines, ends = _fallen(random, head, hull, length)
-    sheet = _between(lines, (ends - UNDER / STEP)[:, None] * np.linspace(0.0, 1.0, KNOTS) ** ROOTS_DENSER)
-    across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
-    over = ((np.arange(LOCKS) + random.uniform(0.0, 1.0, LOCKS)) / LOCKS * COLUMNS).astype(int)
-    locks = _locks(random, hull, lines[over], ends[over], random.uniform(*WIDEST, LOCKS), LOCK_HAIRS, OFF)
-    loose = random.integers(0, COLUMNS, STRANDS)
-    strands = _locks(random, hull, lines[loose], ends[loose], np.full(STRANDS, STRAND), 2, LOOSE)
-    shades = np.exp(0.08 * random.normal(size=(LOCKS, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
-    parts = [  # points and tints of hairs that are side by side
-        (sheet[None], (1.0 - UNDER_DARKER) * _tints(random, 1, COLUMNS)),
-        (locks, shades * _tints(random, LOCKS, LOCK_HAIRS)),
-        (strands, np.repeat(_tints(random, STRANDS, 1), 2, axis=1)),
-    ]
+    if combed > 0.0:
+        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -BARE], SMOOTH), TIGHT
+        parts = _tied(random, head, hull, length, combed)
+    else:
+        behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)
+        hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
+        lines, ends = _fallen(random, head, hull, length, combed)
+        parts = _bundle(random, hull, lines, ends, LOOSE, DARKER, LAYERS * length)
     places = np.concatenate([points.swapaxes(1, 2).reshape(-1, 3) for points, _ in parts])
     height, normals = hull(places)
-    places += np.maximum(LEAST - height, 0.0)[:, None] * normals
+    places += np.maximum(least - height, 0.0)[:, None] * normals
     mesh = to_polydata(places, _triangles([points.shape[:2] for points, _ in parts]))
     tints = np.concatenate([tints.swapaxes(1, 2).ravel() for _, tints in parts])
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
@@ -193,7 +213,77 @@ def long_hair(head: Head, length: float) -> Part:
     return Part(mesh, follows="skull")
 
 
-def _fallen(random: np.random.Generator, head: Head, hull: RoundedHull, length: float) -> tuple[Array, Array]:
+def _tied(
+    random: np.random.Generator, head: Head, hull: RoundedHull, length: float, high: float
+) -> list[tuple[Array, Array]]:
+    """Return the :func:`_bundle` of hairs that are combed from the hairline to a tie, and of the knot or tail there."""
+    marks, dense, aside = head.landmarks, 0.5 + 0.5 * head.paint[0].density, np.array([1.0, 0.0, 0.0])
+    middle, rise = marks["zygion_l"] * (1.0 - aside) + MIDDLE, np.radians(TIE[0] + (TIE[1] - TIE[0]) * high)
+    back = np.array([0.0, np.sin(rise), -np.cos(rise)])
+    up = np.cross(back, aside)
+    turn, angle = np.linspace(0.0, 2.0 * np.pi, COLUMNS)[:, None, None], np.linspace(0.1, 3.0, STEPS)[:, None]
+    ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
+    scalp = hull.reached(middle, ways)
+    inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks)).reshape(COLUMNS, STEPS)
+    first = (inside < STARTS[0] + STARTS[1] * ways[..., 2]).argmax(axis=1) - random.uniform(1.0, 2.0, COLUMNS)
+    along = np.linspace(1.0, 0.0, KNOTS)
+    lines = _between(scalp, first[:, None] * along)
+    lift = (FLAT + FULL * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.2 * random.normal(size=(COLUMNS, 1)))
+    lines += lift[..., None] * unit(lines - middle)
+    combed = _bundle(random, hull, lines, np.full(COLUMNS, KNOTS - 1.0))
+    tie, thick = hull.reached(middle, back), THICK * (0.7 + 0.6 * dense)
+    grown = np.linspace(0.0, 1.0, STEPS + 1)[:, None]
+    if length > TAIL:
+        (core,), last = _grown(
+            hull,
+            tie[None],
+            1.5 * back[None],
+            np.array([COMBED]),
+            np.array([thick]),
+            marks["menton"][[1]] + HEM * length,
+        )
+    else:
+        around, last = 2.0 * np.pi * grown, np.array([float(STEPS)])
+        core = tie + 0.5 * thick * back + RING * (np.cos(around) * up + np.sin(around) * aside)
+    turn = np.linspace(0.0, 2.0 * np.pi, AROUND)[:, None, None] + WOUND * grown
+    lines = core + thick * (np.cos(turn) * back + np.sin(turn) * np.cross(unit(np.gradient(core, axis=0)), back))
+    return combed + _bundle(random, RoundedHull(lines.reshape(-1, 3)), lines, np.repeat(last, AROUND))
+
+
+def _bundle(
+    random: np.random.Generator,
+    hull: RoundedHull,
+    lines: Array,
+    ends: Array,
+    loose: float = NEAT,
+    darker: float = 0.0,
+    layers: float = 0.0,
+) -> list[tuple[Array, Array]]:
+    """Return points (k, hairs, KNOTS, 3) and tints (k, hairs, KNOTS) of hairs that are side by side.
+
+    They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these.
+    """
+    columns, t = len(lines), np.linspace(0.0, 1.0, KNOTS)
+    count, strands = round(LOCKS * columns / COLUMNS), round(STRANDS * columns / COLUMNS)
+    dark = 1.0 - darker * np.maximum(1.0 - 5.0 * t, 0.0)
+    sheet = _between(lines, (ends - UNDER * layers / STEP)[:, None] * t**ROOTS_DENSER)
+    across = np.linspace(-1.0, 1.0, LOCK_HAIRS)
+    over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
+    wide = random.uniform(*WIDEST, count)
+    locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, OFF * loose)
+    some = random.integers(0, columns, strands)
+    astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
+    shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
+    return [
+        (sheet[None], (1.0 - darker) * dark * _tints(random, 1, columns)),
+        (locks, shades * dark * _tints(random, count, LOCK_HAIRS)),
+        (astray, dark * np.repeat(_tints(random, strands, 1), 2, axis=1)),
+    ]
+
+
+def _fallen(
+    random: np.random.Generator, head: Head, hull: RoundedHull, length: float, combed: float
+) -> tuple[Array, Array]:
     """Return the lines (k, STEPS + 1, 3) of the hairs of the sheet, combed and waved, and how many of the steps (k,) it
     takes to reach the hem.
     """
@@ -202,17 +292,15 @@ def _fallen(random: np.random.Generator, head: Head, hull: RoundedHull, length: 
     even, uneven = _even(random, (COLUMNS,), 12.0), _even(random, (COLUMNS,), 2.0)
     share = np.linspace(0.0, 1.0, COLUMNS)  # of the way around
     along = np.interp(share, [0.0, *WHORL, 1.0], [0.0, 1.0, 1.0, 0.0]) ** FORWARD
-    roots = hull.top(_parting(random, marks, along))
+    roots = hull.reached(_parting(marks, along), np.array([0.0, 1.0, 0.0]))
     aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
     comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
     far = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / FAR
     comb[:, 1] += RAISED * far * (1.0 - along)
-    comb[:, 2] -= BACKWARDS * (1.0 + far) * (1.0 - along)
-    foremost = np.exp(-np.minimum(share, 1.0 - share) * COLUMNS / FRINGE_HAIRS)
-    comb[:, 2] += FRINGE * np.abs(uneven) * foremost / (1.0 + far)
+    comb[:, 2] -= (BACKWARDS * (1.0 + far) + SWEPT * (1.0 + combed)) * (1.0 - along)
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
     down = SHORTEST + (1.0 - SHORTEST) * length
-    hem = brows + down * (chin - brows) + UNEVEN * (even + 1.5 * uneven)
+    hem = brows + down * (chin - brows) + UNEVEN * (0.15 + 0.85 * length) * (even + 1.5 * uneven)
     lift = (LIFT + FULLER * dense) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
     grown = np.minimum(np.arange(STEPS + 1) / ends[:, None], 1.0)
@@ -226,14 +314,12 @@ def _fallen(random: np.random.Generator, head: Head, hull: RoundedHull, length: 
     return lines, ends
 
 
-def _parting(random: np.random.Generator, marks: Mapping[str, Array], along: Array) -> Array:
-    """Return the places [x, z] (k, 2) at shares (k,) of the parting, which is where it suits the shape of the face."""
+def _parting(marks: Mapping[str, Array], along: Array) -> Array:
+    """Return the places (k, 3), at no height, at shares (k,) of the parting: where it suits the shape of the face."""
     ratio = (marks["zygion_l"] - marks["zygion_r"])[0] / (marks["trichion"] - marks["menton"])[1]
-    front, back = PARTING + np.array([0.0, marks["trichion"][2]])
+    front, back = PARTING + np.array([0.0, 0.0, marks["trichion"][2]])
     front[0] = np.clip(front[0] + (ratio - OVAL) / ROUNDER * PARTED_ASIDE[1], *PARTED_ASIDE)
-    places = front + along[:, None] * (back - front)
-    places[:, 0] += CROOKED * np.interp(along, np.linspace(0.0, 1.0, 24), _even(random, (24,), 0.8))
-    return places
+    return np.asarray(front + along[:, None] * (back - front))
 
 
 def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Array, hem: Array) -> tuple[Array, Array]:
@@ -257,7 +343,14 @@ def _grown(hull: RoundedHull, roots: Array, comb: Array, reach: Array, lift: Arr
 
 
 def _locks(
-    random: np.random.Generator, hull: RoundedHull, lines: Array, ends: Array, wide: Array, hairs: int, loose: float
+    random: np.random.Generator,
+    hull: RoundedHull,
+    lines: Array,
+    ends: Array,
+    wide: Array,
+    hairs: int,
+    layers: float,
+    loose: float,
 ) -> Array:
     """Return the points (k, hairs, KNOTS, 3) of locks along lines (k, s, 3), each a roof of so many hairs.
 
@@ -265,7 +358,7 @@ def _locks(
     """
     t, shape = np.linspace(0.0, 1.0, KNOTS), (len(lines), 1)
     begin = 0.45 * random.uniform(0.0, 1.0, shape) ** 2
-    end = 1.04 - LAYERS * random.uniform(0.0, 1.0, shape) ** 2
+    end = 1.04 - layers * random.uniform(0.0, 1.0, shape) ** 2
     points = _between(lines, ends[:, None] * (begin + (end - begin) * t**ROOTS_DENSER))
     up = hull(points)[1]
     aside = unit(np.cross(np.gradient(points, axis=1), up))
@@ -281,10 +374,10 @@ def _locks(
 
 
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:
-    """Return factors (locks, hairs, KNOTS) of the color: hairs differ, are dark at the roots and fair at the tips."""
+    """Return factors (locks, hairs, KNOTS) of the color: hairs differ, and are fair at the tips."""
     t = np.linspace(0.0, 1.0, KNOTS)
     streaks = random.uniform(-0.36, 0.36, (locks, hairs, 1)) + 0.12 * _even(random, (locks, hairs, KNOTS), 1.5)
-    return np.asarray(np.exp(streaks) * (1.0 - ROOTS_DARKER * np.maximum(1.0 - 5.0 * t, 0.0)) * (1.0 + 0.2 * t**2))
+    return np.asarray(np.exp(streaks) * (1.0 + 0.2 * t**2))
 
 
 def _even(random: np.random.Generator, shape: tuple[int, ...], reach: float) -> Array:

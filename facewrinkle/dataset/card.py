@@ -26,8 +26,9 @@ IDENTITY = tuple(f"identity_{name}" for name in ("sex", "age", "child", "iris", 
 BIASES = """\
 - Drawn at random, each by itself: shape, age, colors and skin tone of a person, expression, gaze, tears, fine lines,
   camera, lamps and background. Only hair and irises are never fairer than the skin, and children look young.
-- All people with the built-in head have its topology. Hair is shaved, cropped, or falls from a parting, to the neck
-  at most. Missing are other haircuts, long beards, make-up, glasses, jewellery, hats and clothes: necks are bare.
+- All people with the built-in head have its topology. Hair is shaved, cropped, falls from a parting to the neck at
+  most, or is tied back. Missing are other haircuts, long beards, make-up, glasses, jewellery, hats and clothes: necks
+  are bare.
 - The ranges are those of the specification, not of any population: ages and skin tones are even, not as in a country.
 - Skin tones are those of the paint; the light of a picture makes them fairer or darker, as it does in photographs.
 - Pictures are rasterized: skin and long hair cast shadows of the key light alone, and no light scatters under the

@@ -139,6 +139,65 @@ def test_women_have_longer_hair_than_men():
     assert not any(men)
 
 
+# --- long hair that is tied back -------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=[(0.2, 0.1), (0.3, 0.9), (0.9, 0.2), (1.0, 0.8)], ids=str)
+def tied(request):
+    """A face whose hair is tied in a knot or a tail, low or high."""
+    length, combed = request.param
+    return fw.default_face({"sex": -0.9, "hair_length": length, "hair_combed": combed})
+
+
+def test_tied_hair_bares_face_and_ears(tied):
+    points, marks = tied.points, tied.landmarks
+    inside = hair_cover(points, marks, tied.frame)
+    ahead = (points[:, 2] > marks["zygion_l"][2]) & (points[:, 1] > marks["menton"][1]) & (inside < -3.0)
+    assert ahead.sum() > 500
+    assert not hidden(tied, points[ahead], [0.0, 0.0, 1.0]).any()
+    ear = (abs(points[:, 0]) > marks["zygion_l"][0] + 6.0) & (abs(points[:, 1] - marks["zygion_l"][1]) < 15.0)
+    assert ear.sum() > 30
+    assert not hidden(tied, points[ear], [0.0, 0.0, 1.0]).any()
+
+
+def test_tied_hair_covers_the_scalp_to_its_border_of_short_hairs(tied):
+    points = tied.points
+    inside = hair_cover(points, tied.landmarks, tied.frame)
+    covered = hidden(tied, points[inside > 30.0], [0.0, 1.0, 0.0]) | hidden(
+        tied, points[inside > 30.0], [0.0, 0.0, -1.0]
+    )
+    assert covered.mean() > 0.97
+    roots = hairs_of(tied)[:, 0]
+    short = hair_cover(roots, tied.landmarks, tied.frame)
+    assert -8.0 < short.min() < 3.0
+    assert 25.0 < short.max() < 40.0
+
+
+def test_tied_hair_is_outside_the_head(tied):
+    placed = pv.PolyData(np.asarray(hair_of(tied).points)).compute_implicit_distance(tied.mesh)
+    assert np.asarray(placed["implicit_distance"]).min() > 0.2
+
+
+def test_a_tail_hangs_down_and_a_knot_does_not():
+    knot, tail = (fw.default_face({"hair_length": length, "hair_combed": 0.5}) for length in (0.3, 0.9))
+    assert hair_of(tail).bounds[2] < tail.landmarks["menton"][1] < hair_of(knot).bounds[2] - 20.0
+
+
+def test_the_more_combed_back_the_higher_the_knot():
+    knots = [fw.default_face({"hair_length": 0.3, "hair_combed": combed}) for combed in (0.1, 0.5, 0.9)]
+    low, middle, high = (np.asarray(hair_of(knot).points) for knot in knots)
+    assert low[low[:, 2].argmin(), 1] < middle[middle[:, 2].argmin(), 1] - 15.0
+    assert middle[:, 1].max() < high[:, 1].max() - 10.0
+
+
+def test_people_wear_hair_in_different_ways():
+    women = [p for p in map(Identity.random, range(300)) if p.hair_length > 0.0]
+    assert 0.35 < np.mean([p.hair_combed > 0.0 for p in women]) < 0.65
+
+
+# --- hair in files and data sets ---------------------------------------------------------------------
+
+
 def test_files_have_it(grown):
     face = grown[1.0]
     model = part_models(face, face.mesh)["hair"]
@@ -203,6 +262,17 @@ def test_cropped_hair_is_shorter_where_it_is_thin(face):
     hairs = hairs_of(face)
     inside = hair_cover(hairs[:, 0], face.landmarks, face.frame)
     assert np.median(reach(hairs[inside < 6.0])) < 0.7 * np.median(reach(hairs[inside > 20.0]))
+
+
+@pytest.mark.parametrize("combed, way", [(-0.8, 0), (0.8, 2)])
+def test_combed_hair_is_longer_on_top_and_lies_aside_or_back(face, combed, way):
+    hairs = hairs_of(fw.default_face({"hair_combed": combed}))
+    top, low = hairs[:, 0, 1] > 125.0, hairs[:, 0, 1] < 20.0
+    assert np.median(reach(hairs[top])) > 1.8 * np.median(reach(hairs_of(face)))
+    assert np.median(reach(hairs[low])) < 1.1 * np.median(reach(hairs_of(face)))
+    towards = hairs[top, -1] - hairs[top, 0]
+    side = np.sign(hairs[top, 0, 0] - 22.0) if way == 0 else -1.0  # from a parting on the left; backwards
+    assert np.mean(towards[:, way] * side > 0.0) > 0.95
 
 
 def test_thin_hair_is_as_thin_everywhere():

@@ -26,7 +26,7 @@ head_of = cache(made_head)
 """Most tests look at the same heads, and change none."""
 
 NAMES = [field.name for field in dataclasses.fields(Identity)]
-PAINTED = ("skin", "hair", "hair_density", "iris", "hair_length", "beard")
+PAINTED = ("skin", "hair", "hair_density", "iris", "hair_length", "beard", "hair_combed")
 """What leaves the shape of the head as it is."""
 
 SINGLES = [Identity(**{name: value}) for name in NAMES if name not in PAINTED for value in (-1.0, 1.0)]

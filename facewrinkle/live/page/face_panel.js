@@ -19,7 +19,7 @@ const PERSON = { // parameters of the built-in head: what each is called, and wh
   Colors: {
     skin: ["Skin color", "fair", "dark"], iris: ["Eye color", "blue over gray", "dark brown"], hair: ["Hair color", "fair", "black"],
     hair_density: ["Hair density", "shaved", "dense"], hair_length: ["Hair length", "cropped", "below the chin"],
-    beard: ["Beard", "none up to the middle", "full"],
+    hair_combed: ["Comb", "aside", "back"], beard: ["Beard", "none up to the middle", "full"],
   },
 };
 
