@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial import cKDTree
 
 from ..array_types import Array, IntArray
 from .compilation import compiled
@@ -15,6 +16,9 @@ from .refinement import RedGreenForest, frozen
 
 TOLERANCE = 0.02
 """Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""
+
+BRANCHES = 8
+"""Boxes in the next larger one, where the closest points of a mesh are looked for."""
 
 PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
 """1 / p and 1 / p^2 of the plastic number p: their multiples fill the square evenly (Roberts 2018)."""
@@ -311,6 +315,68 @@ def closest(points, triangles, query):
             for k in range(3):  # as a whole, numba would compile the text of an error for it: three seconds
                 weights[k] = w[k]
     return found, weights, np.sqrt(best)
+
+
+def closest_points(points: Array, triangles: IntArray, places: Array) -> tuple[IntArray, Array, Array]:
+    """Return the points of a mesh that are closest to many places (n, 3): triangles (n,), barycentric coordinates
+    (n, 3) and distances (n,), which are infinite if there are no triangles.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    >>> _, weights, distance = closest_points(corners, np.array([[0, 1, 2]]), np.array([[1.0, 2, 3], [8, 0, 0]]))
+    >>> weights.tolist(), distance.tolist()
+    ([[0.25, 0.25, 0.5], [0.0, 1.0, 0.0]], [3.0, 4.0])
+    """
+    corners = np.asarray(points, np.float64)[triangles]
+    a, b, c = (corners[:, k] for k in range(3))
+    tree = cKDTree((a + b + c) / 3.0, balanced_tree=False, compact_nodes=False)
+    order, count = tree.indices, len(triangles)  # triangles beside each other are close to each other
+    # A hierarchy of boxes: those of single triangles, of 8 in a row, of 64, and so on.
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    boxes = [np.hstack([low, -high])[order]]
+    while len(boxes[-1]) > 1:
+        boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), BRANCHES)))
+    sizes = np.repeat(BRANCHES ** np.arange(len(boxes)), [len(each) for each in boxes])
+    starts = np.concatenate([BRANCHES**k * np.arange(len(each)) for k, each in enumerate(boxes)])
+    rows = np.lexsort((-sizes, starts))  # each box comes before those in it
+    following = np.searchsorted(starts[rows], (starts + sizes)[rows])
+    held = np.where(sizes == 1, order[np.minimum(starts, count - 1)], -1)[rows]
+    nearest = tree.query(places)[1]
+    weights, distance = np.empty((len(places), 3)), np.empty(len(places))
+    _closest_in_boxes(places, corners, np.concatenate(boxes)[rows], following, held, nearest, weights, distance)
+    return nearest, weights, distance
+
+
+@compiled
+def _closest_in_boxes(places, corners, boxes, following, held, nearest, weights, distance):
+    """Replace near triangles by the `nearest` ones, and write barycentric coordinates and distances.
+
+    Rows of `boxes` have the lowest coordinates and the highest, negative. A box holds the triangle in `held`, or those
+    of the next rows up to `following`.
+    """
+    w = np.empty(3)
+    for i in range(len(places)):
+        place, row, best = places[i], 0, np.inf
+        if len(corners):
+            t = nearest[i]
+            best = closest_in_triangle(place, corners[t, 0], corners[t, 1], corners[t, 2], weights[i])
+        while row < len(boxes):
+            from_box = 0.0
+            for k in range(3):
+                from_box += max(boxes[row, k] - place[k], place[k] + boxes[row, k + 3], 0.0) ** 2
+            if from_box >= best:
+                row = following[row]
+                continue
+            t = held[row]
+            if t >= 0:
+                square = closest_in_triangle(place, corners[t, 0], corners[t, 1], corners[t, 2], w)
+                if square < best:
+                    best, nearest[i] = square, t
+                    for k in range(3):
+                        weights[i, k] = w[k]
+            row += 1
+        distance[i] = np.sqrt(best)
 
 
 @compiled

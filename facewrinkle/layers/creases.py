@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_range, check_whole
-from ..geometry import Change, closest, interpolated, unit
+from ..geometry import Change, closest_points, interpolated, unit
 from .base import SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
@@ -152,9 +152,8 @@ class Gathered:
             crease, inside = muscles[k], triangles[zones[k]]
             assert isinstance(crease, Crease)
             places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            found = [closest(points, inside, place) for place in places]
-            at = inside[[triangle for triangle, _, _ in found]]
-            share = np.array([barycentric for _, barycentric, _ in found])
+            found, share, _ = closest_points(points, inside, places)
+            at = inside[found]
             normal, rest = (interpolated(values, at, share) for values in (face.normals, metric))
             corners.append(at)
             weights.append(share)

@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..array_types import Array
 from ..errors import MeshError, unknown_name
-from ..geometry import barycentric, interpolated, nearest_values, split_vertices, vertex_normals
+from ..geometry import barycentric, closest_points, interpolated, nearest_values, split_vertices, vertex_normals
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -348,8 +348,9 @@ def closest_places(mesh: pv.PolyData, points: np.ndarray) -> tuple[np.ndarray, n
     >>> cells.tolist(), places.tolist()
     ([0, 0], [[4.0, 0.0, 0.0], [0.0, 0.0, 4.0]])
     """
-    cells, places = mesh.find_closest_cell(np.atleast_2d(points), return_closest_point=True)  # type: ignore[misc]
-    return np.atleast_1d(cells).astype(np.int32), np.atleast_2d(np.asarray(places, dtype=np.float64))
+    own, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
+    cells, weights, _ = closest_points(own, triangles, np.atleast_2d(np.asarray(points, np.float64)))
+    return cells.astype(np.int32), interpolated(own, triangles[cells].astype(np.int32), weights)
 
 
 def interpolated_point_data(

@@ -21,7 +21,7 @@ from ..anatomy.eyelids import CORNER
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
 from ..geometry import closest as closest_triangle
-from ..geometry import triangle_normals
+from ..geometry import closest_points, triangle_normals
 from .constraints import from_lips
 from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 
@@ -123,9 +123,9 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     both = points, face.normals
     places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in both)
     flat = squeezed(points, up)
-    found = [closest_triangle(flat, triangles, place) for place in squeezed(places, up)]
-    faced = np.flatnonzero([beside < BEYOND for _, _, beside in found])
-    reached = np.array([found[s][0] for s in faced], np.int64)
+    found, _, beside = closest_points(flat, triangles, squeezed(places, up))
+    faced = np.flatnonzero(beside < BEYOND)
+    reached = found[faced]
     some = (facing[reached] @ up) * (normals[faced] @ up) < FACING
     faced, reached = faced[some], reached[some]
     corners, shares, _, allowed, stiffness = (column[faced] for column in samples)

@@ -5,6 +5,7 @@ names                           pairs under mirroring
 the frame                       itself on turned, scaled, moved landmarks; axes by hand
 mirroring                       the reflection in the known plane of a symmetric face
 estimation                      the template itself where the others are the template's, whatever its pose
+maps by landmarks               SciPy's interpolation by radial functions
 swapped, missing, unreadable    the messages
 reading, writing                both JSON forms; each other
 """
@@ -15,12 +16,14 @@ import json
 
 import numpy as np
 import pytest
+from scipy.interpolate import RBFInterpolator
 from scipy.spatial.transform import Rotation
 
 from facewrinkle.anatomy.landmarks import (
     NAMES,
     REQUIRED,
     complete,
+    fitted_map,
     frame_of,
     mirrored,
     mirrored_name,
@@ -97,6 +100,19 @@ def test_estimates_from_the_template_itself_are_the_template(marks, kept, scale)
         assert np.linalg.norm(found[name] - face[name]) < (1e-9 if "eye_l_centre" in given else 0.05) * size
     for name in given:
         assert found[name] is given[name]
+
+
+def test_maps_by_landmarks_are_radial_functions_of_their_distances(marks):
+    rng = np.random.default_rng(3)
+    other = moved({name: place + rng.normal(0.0, 3.0, 3) for name, place in marks.items()}, 0.1)
+    base, frame = frame_of(marks), frame_of(other)
+    source, target = (one.local(np.array([each[n] for n in marks])) for one, each in ((base, marks), (frame, other)))
+    warp = RBFInterpolator(source, target - source, kernel="linear", degree=1)
+    places = rng.uniform(-200.0, 200.0, (100, 3))
+    local = base.local(places)
+    onto = fitted_map(marks, other, base, frame)
+    np.testing.assert_allclose(onto(places), frame.world(local + warp(local)), atol=1e-9)
+    np.testing.assert_allclose(onto(np.array([*marks.values()])), [*other.values()], atol=1e-9)
 
 
 @pytest.mark.parametrize("side", "lr")

@@ -12,6 +12,7 @@ Closest points.
 
 what                 checked against
 closest_point        brute force over a fine sampling of the triangles
+closest_points       VTK's locator, one place after the other, on small and large triangles in any order
 degenerate triangle  the segment or point that it is
 """
 
@@ -27,6 +28,7 @@ from small_meshes import square
 from facewrinkle.geometry.interpolation import (
     barycentric,
     closest_point,
+    closest_points,
     height_above,
     interpolated,
     nearest_values,
@@ -203,6 +205,27 @@ def test_no_sampled_point_is_closer():
         assert np.linalg.norm(found.point - query) == pytest.approx(found.distance, abs=1e-12)
         assert found.barycentric.min() >= 0.0
         np.testing.assert_allclose(found.barycentric @ points[triangles[found.triangle]], found.point, atol=1e-12)
+
+
+@pytest.mark.parametrize("spread", [0.001, 0.05, 2.0])
+def test_many_closest_points_are_those_of_another_library(spread):
+    ball = pv.Icosphere(radius=3.0, nsub=4)
+    points = np.asarray(ball.points, np.float64) ** 3  # large and small triangles, folded at the planes
+    rng = np.random.default_rng(2)
+    triangles = rng.permutation(ball.regular_faces)
+    places = points[rng.integers(0, len(points), 500)] + rng.normal(0.0, 27.0 * spread, (500, 3))
+    found, weights, distance = closest_points(points, triangles, places)
+    mesh = pv.PolyData.from_regular_faces(points, triangles)
+    others = np.array([mesh.find_closest_cell(place, return_closest_point=True)[1] for place in places])
+    np.testing.assert_allclose(distance, np.linalg.norm(others - places, axis=1), atol=1e-12)
+    on = np.einsum("nk,nki->ni", weights, points[triangles[found]])
+    np.testing.assert_allclose(np.linalg.norm(on - places, axis=1), distance, atol=1e-12)
+    assert weights.min() >= 0.0
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-14)
+
+
+def test_without_triangles_nothing_is_close():
+    assert closest_points(np.eye(3), np.empty((0, 3), np.int32), np.zeros((2, 3)))[2].tolist() == [np.inf, np.inf]
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,7 @@ from scipy.sparse import csc_array, diags_array
 from ...anatomy import Face
 from ...anatomy.landmarks import fitted_map
 from ...array_types import Array, BoolArray
-from ...geometry import RedGreenForest, barycentric, interpolated, side_lengths, smoothstep, symmetric_factors, unit
-from ...mesh import closest_places
+from ...geometry import RedGreenForest, closest_points, interpolated, side_lengths, smoothstep, symmetric_factors, unit
 from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
@@ -275,7 +274,7 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     ['forehead', 'brows', 'eyes', 'cheeks', 'chin']
     """
     onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
-    near, slopes = _closest(home, onto, face.points, TANGENT / face.unit)
+    near = _closest(home, onto(face.points))
     out = {}
     for name, own in lines.items():
         compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
@@ -283,31 +282,34 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
         if not zone.any():
             continue
         ground = Ground(face, zone, level_for(face, zone, length))
-        if ground.level:
-            there, turns = _closest(home, onto, ground.points / face.unit, TANGENT / face.unit)
-        else:
-            used = np.unique(face.triangles[zone])
-            there, turns = near.taken(used), slopes[used]
+        places = ground.points / face.unit
+        there = _closest(home, onto(places)) if ground.level else near.taken(np.unique(face.triangles[zone]))
         inside = np.flatnonzero(own.zone[there.host])
-        n = len(there.points)
+        n = len(places)
         phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
-        phase[inside], share[inside], wave[inside] = own.at(there, inside)
-        wave = (home.unit / face.unit) * (turns @ wave[:, :, None])[:, :, 0]
+        phase[inside], share[inside], waves = own.at(there, inside)
+        wave[inside] = (home.unit / face.unit) * _carried_back(waves, onto, places[inside], TANGENT / face.unit)
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 
 
-def _closest(home: Face, onto: Callable[[Array], Array], points: Array, step: float) -> tuple[SurfacePoints, Array]:
-    """The points of a face that are the closest to those to which a map takes points (n, 3), and the slopes of the map.
-
-    Row k of the slopes (n, 3, 3) is the derivative along axis k, over a `step`.
-    """
-    mapped = onto(points)
-    slopes = np.stack([(onto(points + step * axis) - mapped) / step for axis in np.eye(3)], axis=1)
-    host, places = closest_places(home.mesh, mapped)
+def _closest(home: Face, places: Array) -> SurfacePoints:
+    """Return the points of a face that are the closest to places (n, 3)."""
+    host, weights, _ = closest_points(home.points, home.triangles, places)
     corners = home.triangles[host]
-    at = SurfacePoints(places, home.normals[corners[:, 0]], corners, barycentric(places, home.points[corners]), host)
-    return at, slopes
+    return SurfacePoints(
+        interpolated(home.points, corners, weights), home.normals[corners[:, 0]], corners, weights, host
+    )
+
+
+def _carried_back(waves: Array, onto: Callable[[Array], Array], points: Array, step: float) -> Array:
+    """Return wave vectors (n, 3) at points that a map takes to where they are `waves` (n, 3).
+
+    They are products with the slopes of the map, over a `step` along each axis.
+    """
+    start = onto(points)
+    slopes = [((onto(points + step * axis) - start) * waves).sum(axis=1) / step for axis in np.eye(3)]
+    return np.stack(slopes, axis=1)
 
 
 def zone_of(face: Face, compression: Array) -> BoolArray:
