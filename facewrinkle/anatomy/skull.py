@@ -115,8 +115,8 @@ def tissue_of(
     array([ 4.7,  5.5,  8. , 10.5, 11.3])
     """
     where, values = samples
-    square = cdist(points, where, "sqeuclidean") / size**2
-    weights = (square + 0.03**2) ** -1.5  # no more than finite at a sample
+    square = cdist(points, where, "sqeuclidean") / size**2 + 0.03**2  # no more than finite at a sample
+    weights = 1.0 / (square * np.sqrt(square))
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T

@@ -147,7 +147,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     >>> round(behind_lips(lining[None], face.landmarks, face.frame), 2)
     12.3
     """
-    local = (points - lips_middle(landmarks)) @ frame.axes.T / frame.scale
+    local = frame.local_mm(points) - frame.local_mm(lips_middle(landmarks))
     most = BEHIND_LIPS
     for jaw, (half, depth) in ELLIPSE.items():
         side, (down, back) = 1.0 if jaw == "upper" else -1.0, place_of(jaw)

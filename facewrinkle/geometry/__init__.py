@@ -8,13 +8,13 @@ from .compilation import compiled
 from .depth_buffer import Lamp, openness, rasterize, sampled_depth_buffer
 from .equations import EdgeWeights, anisotropy, attenuation, band, deepest, fall, fall_integral, split_criterion
 from .interpolation import (
+    BoxTree,
     ClosestPoint,
     balls_around,
     barycentric,
     closest,
     closest_in_triangle,
     closest_point,
-    closest_points,
     displaced,
     height_above,
     heights_above,
@@ -59,6 +59,7 @@ from .topology import (
 from .untangling import Untangling, unfolded_shares
 
 __all__ = [
+    "BoxTree",
     "Change",
     "ClosestPoint",
     "EdgeWeights",
@@ -76,7 +77,6 @@ __all__ = [
     "closest",
     "closest_in_triangle",
     "closest_point",
-    "closest_points",
     "closest_rotations",
     "compiled",
     "components",

@@ -123,7 +123,7 @@ def _neighbors(v, triangles, alive, head, following, out):
         corner = following[corner]
         for k in range(3):
             w = triangles[t, k]
-            if not alive[t] or w == v or (out[:count] == w).any():
+            if not alive[t] or w == v or w in out[:count]:
                 continue
             if count == len(out):
                 return count + 1
@@ -161,32 +161,33 @@ def _least_facing(normals, normal, a, b, c):
 
 
 @compiled
-def _shape_after(v, u, points, normals, size, triangles, alive, head, following, before, after):
-    """Return the worst quality of the triangles around v once v is merged into u; -1 if a triangle would turn over, or
-    become too long or too thin.
+def _shape_after(v, u, least, points, normals, size, triangles, alive, head, following, before, after):
+    """Return the worst quality of the triangles around v once v is merged into u; -1 if it is not above `least`, or a
+    triangle would turn over, or become too long or too thin.
     """
     worst = 1.0
     corner = head[v]
     while corner >= 0:
         t = corner // 3
         corner = following[corner]
-        a, b, c = triangles[t]
+        a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
         if not alive[t] or a == u or b == u or c == u:
             continue
+        i, j, k = (u if a == v else a), (u if b == v else b), (u if c == v else c)
+        for w in (i, j, k):
+            if w != u and _distance(points, u, w) > LONGEST * 0.5 * (size[u] + size[w]):
+                return -1.0
+        shape = _measured(points, i, j, k, after)
+        worst = min(worst, shape)
+        if worst <= least:
+            return -1.0
         was = _measured(points, a, b, c, before)
-        facing = _least_facing(normals, before, a, b, c)
-        a, b, c = (u if a == v else a), (u if b == v else b), (u if c == v else c)
-        shape = _measured(points, a, b, c, after)
         if shape < min(SHAPE, was):
             return -1.0
         if before[0] * after[0] + before[1] * after[1] + before[2] * after[2] < BENT and was > 0.0:
             return -1.0
-        if _least_facing(normals, after, a, b, c) < min(FACING, facing):
+        if _least_facing(normals, after, i, j, k) < min(FACING, _least_facing(normals, before, a, b, c)):
             return -1.0
-        for w in (a, b, c):
-            if w != u and _distance(points, u, w) > LONGEST * 0.5 * (size[u] + size[w]):
-                return -1.0
-        worst = min(worst, shape)
     return worst
 
 
@@ -212,7 +213,7 @@ def _keeps_topology(v, u, count, ring, other, triangles, alive, head, following)
         return False
     shared = 0
     for w in ring[:count]:
-        if (other[:n_other] == w).any():
+        if w in other[:n_other]:
             shared += 1
             if (
                 _sides(v, w, triangles, alive, head, following) == 1
@@ -247,11 +248,9 @@ def _target(v, count, ring, other, points, normals, size, kind, lines, triangles
                 length += b * b
             if square - (along * along / length if length > 0.0 else 0.0) > (CORNER * size[v]) ** 2:
                 continue
-        shape = _shape_after(v, u, points, normals, size, triangles, alive, head, following, spare[0], spare[1])
-        if shape <= 0.0:
-            continue
         # Well-shaped triangles first, and short ways before long ones.
-        shape /= 1.0 + _distance(points, u, v) / size[v]
+        away = 1.0 + _distance(points, u, v) / size[v]
+        shape = _shape_after(v, u, best * away, points, normals, size, triangles, alive, head, following, *spare) / away
         if shape > best and _keeps_topology(v, u, count, ring, other, triangles, alive, head, following):
             best, found = shape, u
     return found
@@ -305,7 +304,7 @@ def _decimate(points, normals, size, triangles, kind, lines, loop, left):
         following[corner] = head[v]
         head[v] = corner
     ring, other = np.empty((2, MOST_NEIGHBORS), np.int64)
-    spare, key = np.empty((2, 3)), np.full(n, np.inf)
+    spare, key = (np.empty(3), np.empty(3)), np.full(n, np.inf)
     heap = [(0.0, 0)]
     heap.clear()
     for v in range(n):

@@ -304,11 +304,6 @@ def closest(points, triangles, query):
     weights, w = np.empty(3), np.empty(3)
     for f in range(triangles.shape[0]):
         a, b, c = points[triangles[f, 0]], points[triangles[f, 1]], points[triangles[f, 2]]
-        from_box = 0.0
-        for k in range(3):
-            from_box += max(min(a[k], b[k], c[k]) - query[k], query[k] - max(a[k], b[k], c[k]), 0.0) ** 2
-        if from_box >= best:
-            continue
         distance = closest_in_triangle(query, a, b, c, w)
         if distance < best:
             best, found = distance, f
@@ -317,65 +312,70 @@ def closest(points, triangles, query):
     return found, weights, np.sqrt(best)
 
 
-def closest_points(points: Array, triangles: IntArray, places: Array) -> tuple[IntArray, Array, Array]:
-    """Return the points of a mesh that are closest to many places (n, 3): triangles (n,), barycentric coordinates
-    (n, 3) and distances (n,), which are infinite if there are no triangles.
+class BoxTree:
+    """A hierarchy of boxes around the triangles of a mesh, in which the points closest to others are found.
+
+    Parameters
+    ----------
+    points : ndarray, shape (n, 3)
+    triangles : ndarray of int, shape (m, 3)
 
     Examples
     --------
-    >>> corners = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
-    >>> _, weights, distance = closest_points(corners, np.array([[0, 1, 2]]), np.array([[1.0, 2, 3], [8, 0, 0]]))
-    >>> weights.tolist(), distance.tolist()
-    ([[0.25, 0.25, 0.5], [0.0, 1.0, 0.0]], [3.0, 4.0])
+    >>> tree = BoxTree(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]), np.array([[0, 1, 2]]))
+    >>> triangle, weights, distance = tree.closest(np.array([[1.0, 2, 3], [8, 0, 0]]))
+    >>> triangle.tolist(), weights.tolist(), distance.tolist()
+    ([0, 0], [[0.25, 0.25, 0.5], [0.0, 1.0, 0.0]], [3.0, 4.0])
     """
-    corners = np.asarray(points, np.float64)[triangles]
-    a, b, c = (corners[:, k] for k in range(3))
-    tree = cKDTree((a + b + c) / 3.0, balanced_tree=False, compact_nodes=False)
-    order, count = tree.indices, len(triangles)  # triangles beside each other are close to each other
-    # A hierarchy of boxes: those of single triangles, of 8 in a row, of 64, and so on.
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    boxes = [np.hstack([low, -high])[order]]
-    while len(boxes[-1]) > 1:
-        boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), BRANCHES)))
-    sizes = np.repeat(BRANCHES ** np.arange(len(boxes)), [len(each) for each in boxes])
-    starts = np.concatenate([BRANCHES**k * np.arange(len(each)) for k, each in enumerate(boxes)])
-    rows = np.lexsort((-sizes, starts))  # each box comes before those in it
-    following = np.searchsorted(starts[rows], (starts + sizes)[rows])
-    held = np.where(sizes == 1, order[np.minimum(starts, count - 1)], -1)[rows]
-    nearest = tree.query(places)[1]
-    weights, distance = np.empty((len(places), 3)), np.empty(len(places))
-    _closest_in_boxes(places, corners, np.concatenate(boxes)[rows], following, held, nearest, weights, distance)
-    return nearest, weights, distance
+
+    def __init__(self, points: Array, triangles: IntArray) -> None:
+        self._corners = corners = np.asarray(points, np.float64)[triangles]
+        a, b, c = (corners[:, k] for k in range(3))
+        self._middles = cKDTree((a + b + c) / 3.0, balanced_tree=False, compact_nodes=False)
+        order = self._middles.indices  # triangles beside each other are close to each other
+        low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+        boxes = [np.hstack([low, -high])[order]]  # of single triangles, then of 8 in a row, of 64, and so on
+        while len(boxes[-1]) > 1:
+            boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), BRANCHES)))
+        starts = np.concatenate([BRANCHES**k * np.arange(len(each)) for k, each in enumerate(boxes)])
+        sizes = np.repeat(BRANCHES ** np.arange(len(boxes)), [len(each) for each in boxes])
+        rows = np.lexsort((-sizes, starts))  # each box comes before those in it
+        following = np.searchsorted(starts[rows], (starts + sizes)[rows])
+        held = np.append(order, np.full(len(rows) - len(order), -1))[rows]
+        self._boxes = np.concatenate(boxes)[rows], following, held
+
+    def closest(self, places: Array) -> tuple[npt.NDArray[np.int64], Array, Array]:
+        """Return triangles (n,), barycentric coordinates (n, 3) and distances (n,) of the points that are the closest
+        to places (n, 3); distances are infinite if there are no triangles.
+        """
+        n, (_, found) = len(places), self._middles.query(places)
+        weights, distance = np.empty((n, 3)), np.full(n, np.inf)
+        _look_in_boxes(places, self._corners, *self._boxes, found, weights, distance)
+        return found, weights, distance
 
 
 @compiled
-def _closest_in_boxes(places, corners, boxes, following, held, nearest, weights, distance):
-    """Replace near triangles by the `nearest` ones, and write barycentric coordinates and distances.
+def _look_in_boxes(places, corners, boxes, following, held, found, weights, distance):
+    """Replace the triangles that were `found` nearby by the closest ones; write barycentric coordinates and distances.
 
-    Rows of `boxes` have the lowest coordinates and the highest, negative. A box holds the triangle in `held`, or those
-    of the next rows up to `following`.
+    Rows of `boxes` have the lowest coordinates, and the highest with their signs changed. Each holds the triangle
+    `held`, or the boxes in the next rows up to `following`.
     """
     w = np.empty(3)
-    for i in range(len(places)):
-        place, row, best = places[i], 0, np.inf
-        if len(corners):
-            t = nearest[i]
-            best = closest_in_triangle(place, corners[t, 0], corners[t, 1], corners[t, 2], weights[i])
+    for i in range(len(places) if len(corners) else 0):
+        place, row, t = places[i], 0, found[i]
+        best = closest_in_triangle(place, corners[t, 0], corners[t, 1], corners[t, 2], weights[i])
         while row < len(boxes):
-            from_box = 0.0
+            from_box, t = 0.0, held[row]
             for k in range(3):
                 from_box += max(boxes[row, k] - place[k], place[k] + boxes[row, k + 3], 0.0) ** 2
-            if from_box >= best:
-                row = following[row]
-                continue
-            t = held[row]
-            if t >= 0:
+            row = row + 1 if from_box < best else following[row]
+            if t >= 0 and from_box < best:
                 square = closest_in_triangle(place, corners[t, 0], corners[t, 1], corners[t, 2], w)
                 if square < best:
-                    best, nearest[i] = square, t
+                    best, found[i] = square, t
                     for k in range(3):
                         weights[i, k] = w[k]
-            row += 1
         distance[i] = np.sqrt(best)
 
 

@@ -1,5 +1,6 @@
 """Moving least squares: a smooth function through or near scattered values (Lin and Cheng, Section 4.2)."""
 
+# mypy: disable-error-code="no-untyped-def"
 from __future__ import annotations
 
 from itertools import combinations_with_replacement
@@ -9,6 +10,7 @@ import numpy.typing as npt
 
 from ..array_types import Array
 from ..errors import FitWarning, ParameterError, check_range, check_whole, warn
+from .compilation import compiled
 
 BLOCK = 2**20
 """The largest array holds at most this many numbers at any time."""
@@ -122,3 +124,25 @@ def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: fl
         lowered = max(lowered, int((~enough).sum()))
         pending = pending[~enough]
     return out, lowered
+
+
+@compiled(inline="always")
+def cholesky_solve(matrix, out):
+    """Solve in place (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
+    m = out.shape[0]
+    column = np.empty(m)
+    for j in range(m):
+        matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-300))
+        for i in range(j + 1, m):
+            column[i] = matrix[i, j] = matrix[i, j] / matrix[j, j]
+        for i in range(j + 1, m):
+            for k in range(j + 1, i + 1):
+                matrix[i, k] -= column[i] * column[k]
+    for i in range(m):
+        for k in range(i):
+            out[i] -= matrix[i, k] * out[k]
+        out[i] /= matrix[i, i]
+    for i in range(m - 1, -1, -1):
+        out[i] /= matrix[i, i]
+        for k in range(i):
+            out[k] -= matrix[i, k] * out[i]

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 from ..array_types import Array, IntArray
 from .compilation import compiled
 from .laplacian import neighbor_mean
+from .least_squares import cholesky_solve
 from .normals import tangent_axes, unit, vertex_normals
 from .topology import unique_edges, vertex_rings
 
@@ -21,9 +22,6 @@ DETOUR, DETOUR_FADE = 0.2, 0.2
 """Nodes count in full if the way to them along the edges is longer than the straight line by less than the first share
 of their radius, and not at all from the sum of both on.
 """
-
-AT_ONCE = 8192
-"""Vertices whose polynomials are fitted at once."""
 
 RADIUS = 2.1
 """Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
@@ -85,42 +83,48 @@ class VertexInterpolation:
             vertex = np.concatenate([vertex, lost])
             node = np.concatenate([node, np.searchsorted(numbers, nearest[lost])])
             share = np.concatenate([share, np.ones(len(lost))])
-        self._rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
-        self._rows.sort_indices()
-        _fit(self._rows, positions, where, vertex_normals(where, node_triangles), radius)
+        self._rows = rows = csr_array((share, (vertex, node)), shape=(n, len(where)))
+        rows.sort_indices()
+        rows.data /= np.repeat(rows.sum(axis=1), np.diff(rows.indptr))
+        axes = np.stack(tangent_axes(unit(rows @ vertex_normals(where, node_triangles))))
+        axes /= np.maximum(rows @ radius, 1e-300)[:, None]
+        # Small penalties keep the polynomials determinate where nodes are few or on a line.
+        penalties = np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
+        _fit(rows.indptr, rows.indices, rows.data, positions, where, axes, penalties)
+        rows.data /= np.repeat(rows.sum(axis=1), np.diff(rows.indptr))
 
     def at(self, values: Array) -> Array:
         """Return the values (n, 3) at all vertices from those (k, 3) at the nodes; 0 at vertices of no triangle."""
         return np.asarray(self._rows @ values)
 
 
-def _fit(rows: csr_array, points: Array, nodes: Array, normals: Array, radius: Array) -> None:
-    """Replace the shares of nodes at each vertex, in the rows of a sparse matrix, by their weights.
+@compiled
+def _fit(offsets, numbers, shares, points, nodes, axes, penalties):
+    """Replace the shares of nodes at each vertex, in the rows of a sparse matrix, by weights that are as large relative
+    to each other as those of the nodes in the polynomial that fits their values best by their shares.
 
-    These are weights in the polynomial, of degree 2 in the tangent plane, that fits the values of the nodes best by
-    their shares: its value at the vertex is the sum of weighted values.
+    The polynomials are of degree 2 along two `axes` (2, n, 3); what counts is their value at the vertex.
     """
-    total = np.maximum(rows.sum(axis=1), 1e-300)
-    scale, normal = rows @ radius / total, unit(rows @ normals)
-    # Small penalties keep the polynomials determinate where nodes are few or on a line.
-    some, ridge = np.diff(rows.indptr) > 0, np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
-    i, j = np.triu_indices(6)
-    for first in range(0, len(points), AT_ONCE):
-        chosen = first + np.flatnonzero(some[first : first + AT_ONCE])
-        if not len(chosen):
-            continue
-        part = rows[chosen]
-        row = np.repeat(np.arange(len(chosen)), np.diff(part.indptr))
-        offset = (nodes[part.indices] - points[chosen][row]) / scale[chosen][row, None]
-        x, y = ((offset * axis[row]).sum(axis=1) for axis in tangent_axes(normal[chosen]))
-        basis = np.stack([np.ones_like(x), x, y, x * x, np.sqrt(2.0) * x * y, y * y])
-        share, matrix = part.data / total[chosen][row], np.empty((len(chosen), 6, 6))
-        sums = np.add.reduceat(share * basis[i] * basis[j], part.indptr[:-1], axis=1).T
-        matrix[:, i, j] = matrix[:, j, i] = sums
-        solution = np.linalg.solve(matrix + ridge, np.eye(6)[:, :1])[..., 0]
-        fitted = share * (basis * solution[row].T).sum(axis=0)
-        fitted /= np.bincount(row, fitted)[row]
-        rows.data[rows.indptr[chosen[0]] : rows.indptr[chosen[-1] + 1]] = fitted
+    terms, unity = np.empty((len(nodes), 6)), np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for v in range(len(points)):
+        matrix, first = penalties.copy(), unity.copy()
+        for e in range(offsets[v], offsets[v + 1]):
+            x = y = 0.0
+            for k in range(3):
+                way = nodes[numbers[e], k] - points[v, k]
+                x += axes[0, v, k] * way
+                y += axes[1, v, k] * way
+            t = terms[e - offsets[v]]
+            t[0], t[1], t[2], t[3], t[4], t[5] = 1.0, x, y, x * x, np.sqrt(2.0) * x * y, y * y
+            for i in range(6):
+                for j in range(i + 1):
+                    matrix[i, j] += shares[e] * t[i] * t[j]
+        cholesky_solve(matrix, first)
+        for e in range(offsets[v], offsets[v + 1]):
+            value = 0.0
+            for i in range(6):
+                value += terms[e - offsets[v], i] * first[i]
+            shares[e] *= value
 
 
 @compiled

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ..anatomy import Crease, Face, Muscle, zones
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import check_range, check_whole
-from ..geometry import Change, closest_points, interpolated, unit
+from ..geometry import BoxTree, Change, interpolated, unit
 from .base import SurfacePoints, SurfaceState
 from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
@@ -152,7 +152,7 @@ class Gathered:
             crease, inside = muscles[k], triangles[zones[k]]
             assert isinstance(crease, Crease)
             places = crease.points_at(*np.meshgrid(np.linspace(*crease.span, PLACES), ACROSS, indexing="ij"))
-            found, share, _ = closest_points(points, inside, places)
+            found, share, _ = BoxTree(points, inside).closest(places)
             at = inside[found]
             normal, rest = (interpolated(values, at, share) for values in (face.normals, metric))
             corners.append(at)

@@ -15,7 +15,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..array_types import Array
 from ..errors import MeshError, unknown_name
-from ..geometry import barycentric, closest_points, interpolated, nearest_values, split_vertices, vertex_normals
+from ..geometry import BoxTree, barycentric, interpolated, nearest_values, split_vertices, vertex_normals
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
     {
@@ -349,7 +349,7 @@ def closest_places(mesh: pv.PolyData, points: np.ndarray) -> tuple[np.ndarray, n
     ([0, 0], [[4.0, 0.0, 0.0], [0.0, 0.0, 4.0]])
     """
     own, triangles = np.asarray(mesh.points, np.float64), mesh.regular_faces
-    cells, weights, _ = closest_points(own, triangles, np.atleast_2d(np.asarray(points, np.float64)))
+    cells, weights, _ = BoxTree(own, triangles).closest(np.atleast_2d(np.asarray(points, np.float64)))
     return cells.astype(np.int32), interpolated(own, triangles[cells].astype(np.int32), weights)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..anatomy.teeth import END_RADIUS
 from ..geometry import area_vector, compiled
+from ..geometry.least_squares import cholesky_solve
 from ._skin_kernels import slopes_of_area
 
 SWEEPS = 8
@@ -266,28 +267,6 @@ def add(factor, vector, out):
     """Add a multiple of a vector (m,) to another."""
     for i in range(len(out)):
         out[i] += factor * vector[i]
-
-
-@compiled(inline="always")
-def cholesky_solve(matrix, out):
-    """Solve in place (m,) with a symmetric positive definite matrix (m, m), whose lower half is overwritten."""
-    m = out.shape[0]
-    column = np.empty(m)
-    for j in range(m):
-        matrix[j, j] = np.sqrt(max(matrix[j, j], 1e-300))
-        for i in range(j + 1, m):
-            column[i] = matrix[i, j] = matrix[i, j] / matrix[j, j]
-        for i in range(j + 1, m):
-            for k in range(j + 1, i + 1):
-                matrix[i, k] -= column[i] * column[k]
-    for i in range(m):
-        for k in range(i):
-            out[i] -= matrix[i, k] * out[k]
-        out[i] /= matrix[i, i]
-    for i in range(m - 1, -1, -1):
-        out[i] /= matrix[i, i]
-        for k in range(i):
-            out[k] -= matrix[i, k] * out[i]
 
 
 @compiled

@@ -51,7 +51,7 @@ def from_lips(face: Face) -> Array:
     >>> bool(from_lips(face)[nose, 1] > 0.0)
     True
     """
-    return np.asarray((face.points - lips_middle(face.landmarks)) @ face.frame.axes.T)
+    return face.frame.scale * (face.frame.local_mm(face.points) - face.frame.local_mm(lips_middle(face.landmarks)))
 
 
 def tip_of_nose(face: Face) -> tuple[Array, Array]:

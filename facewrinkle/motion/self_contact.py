@@ -20,8 +20,8 @@ from ..anatomy import EyelidOpening, Face
 from ..anatomy.eyelids import CORNER
 from ..anatomy.teeth import OVERJET
 from ..array_types import Array, BoolArray, IntArray
+from ..geometry import BoxTree, triangle_normals
 from ..geometry import closest as closest_triangle
-from ..geometry import closest_points, triangle_normals
 from .constraints import from_lips
 from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 
@@ -123,7 +123,7 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     both = points, face.normals
     places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in both)
     flat = squeezed(points, up)
-    found, _, beside = closest_points(flat, triangles, squeezed(places, up))
+    found, _, beside = BoxTree(flat, triangles).closest(squeezed(places, up))
     faced = np.flatnonzero(beside < BEYOND)
     reached = found[faced]
     some = (facing[reached] @ up) * (normals[faced] @ up) < FACING

@@ -14,8 +14,8 @@ from ..anatomy import Eyeball, Face, millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
-from ..geometry import barycentric, interpolated, vertex_normals
-from ..mesh import MeshLike, closest_places, is_frame, read_surface, rest_of, to_polydata
+from ..geometry import BoxTree, interpolated, vertex_normals
+from ..mesh import MeshLike, is_frame, read_surface, rest_of
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -92,9 +92,8 @@ class SupportSurface:
         return vertex_normals(self.points, self.triangles)
 
     @cached_property
-    def mesh(self) -> pv.PolyData:
-        """The surface as a mesh, for searches."""
-        return to_polydata(self.points, self.triangles)
+    def _tree(self) -> BoxTree:
+        return BoxTree(self.points, self.triangles)
 
     @property
     def size(self) -> float:
@@ -112,12 +111,13 @@ class SupportSurface:
 
     def nearest(self, points: Array) -> tuple[IntArray, Array]:
         """Return the triangles (n,) and the points (n, 3) of the surface that are nearest to points (n, 3)."""
-        return closest_places(self.mesh, points)
+        cells, weights, _ = self._tree.closest(points)
+        return cells, interpolated(self.points, self.triangles[cells], weights)
 
     def bound(self, points: Array) -> BoundPoints:
         """Bind the points of the surface that are nearest to points (n, 3)."""
-        cells, found = self.nearest(points)
-        return BoundPoints(self.triangles[cells], barycentric(found, self.points[self.triangles[cells]]))
+        cells, weights, _ = self._tree.closest(points)
+        return BoundPoints(self.triangles[cells], weights)
 
     def in_frame(self, on: pv.PolyData | None) -> tuple[SupportSurface, Array]:
         """Return the surface as it is in a frame, and the vertices (n, 3) of the frame at rest; None means at rest.

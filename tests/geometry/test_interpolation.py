@@ -12,7 +12,7 @@ Closest points.
 
 what                 checked against
 closest_point        brute force over a fine sampling of the triangles
-closest_points       VTK's locator, one place after the other, on small and large triangles in any order
+BoxTree              VTK's locator, one place after the other, on small and large triangles in any order
 degenerate triangle  the segment or point that it is
 """
 
@@ -26,9 +26,9 @@ from hypothesis import strategies as st
 from small_meshes import square
 
 from facewrinkle.geometry.interpolation import (
+    BoxTree,
     barycentric,
     closest_point,
-    closest_points,
     height_above,
     interpolated,
     nearest_values,
@@ -214,7 +214,7 @@ def test_many_closest_points_are_those_of_another_library(spread):
     rng = np.random.default_rng(2)
     triangles = rng.permutation(ball.regular_faces)
     places = points[rng.integers(0, len(points), 500)] + rng.normal(0.0, 27.0 * spread, (500, 3))
-    found, weights, distance = closest_points(points, triangles, places)
+    found, weights, distance = BoxTree(points, triangles).closest(places)
     mesh = pv.PolyData.from_regular_faces(points, triangles)
     others = np.array([mesh.find_closest_cell(place, return_closest_point=True)[1] for place in places])
     np.testing.assert_allclose(distance, np.linalg.norm(others - places, axis=1), atol=1e-12)
@@ -225,7 +225,10 @@ def test_many_closest_points_are_those_of_another_library(spread):
 
 
 def test_without_triangles_nothing_is_close():
-    assert closest_points(np.eye(3), np.empty((0, 3), np.int32), np.zeros((2, 3)))[2].tolist() == [np.inf, np.inf]
+    assert BoxTree(np.eye(3), np.empty((0, 3), np.int32)).closest(np.zeros((2, 3)))[2].tolist() == [
+        np.inf,
+        np.inf,
+    ]
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from scipy.sparse import csc_array, diags_array
 from ...anatomy import Face
 from ...anatomy.landmarks import fitted_map
 from ...array_types import Array, BoolArray
-from ...geometry import RedGreenForest, closest_points, interpolated, side_lengths, smoothstep, symmetric_factors, unit
+from ...geometry import BoxTree, RedGreenForest, interpolated, side_lengths, smoothstep, symmetric_factors, unit
 from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
@@ -274,7 +274,8 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     ['forehead', 'brows', 'eyes', 'cheeks', 'chin']
     """
     onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
-    near = _closest(home, onto(face.points))
+    tree = BoxTree(home.points, home.triangles)
+    near = _closest(home, tree, onto(face.points))
     out = {}
     for name, own in lines.items():
         compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
@@ -283,7 +284,7 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
             continue
         ground = Ground(face, zone, level_for(face, zone, length))
         places = ground.points / face.unit
-        there = _closest(home, onto(places)) if ground.level else near.taken(np.unique(face.triangles[zone]))
+        there = _closest(home, tree, onto(places)) if ground.level else near.taken(np.unique(face.triangles[zone]))
         inside = np.flatnonzero(own.zone[there.host])
         n = len(places)
         phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
@@ -293,9 +294,9 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     return out
 
 
-def _closest(home: Face, places: Array) -> SurfacePoints:
-    """Return the points of a face that are the closest to places (n, 3)."""
-    host, weights, _ = closest_points(home.points, home.triangles, places)
+def _closest(home: Face, tree: BoxTree, places: Array) -> SurfacePoints:
+    """Return the points of a face that are the closest to places (n, 3), with the tree of its triangles."""
+    host, weights, _ = tree.closest(places)
     corners = home.triangles[host]
     return SurfacePoints(
         interpolated(home.points, corners, weights), home.normals[corners[:, 0]], corners, weights, host

@@ -95,7 +95,7 @@ def thickness(face: Face) -> Array:
     if not known:
         return np.full(len(face.points), MEAN_THICKNESS)
     squares = cdist(face.points, np.array([face.landmarks[name] for name in known]), "sqeuclidean")
-    weights = (squares / face.frame.pupil_distance**2 + NEAR) ** -2
+    weights = 1.0 / (squares / face.frame.pupil_distance**2 + NEAR) ** 2
     return np.asarray(weights @ np.array(list(known.values())) / weights.sum(axis=1))
 
 
