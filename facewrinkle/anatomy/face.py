@@ -15,7 +15,7 @@ import pyvista as pv
 
 from ..array_types import Array, BoolArray
 from ..errors import LandmarkError, MeshError, check_range, unknown_name, warn
-from ..geometry import barycentric, boundary_loops, unique_edges, vertex_normals
+from ..geometry import BoxTree, boundary_loops, unique_edges, vertex_normals
 from ..mesh import FrameState, closest_places, is_frame, rest_of, to_polydata
 from .atlas import Atlas, Mixture, load_atlas
 from .attachments import Attachments, combined_mesh
@@ -513,9 +513,8 @@ class Face:
         places = np.array([self.landmarks[name] for name in names]).reshape(-1, 3)
         moved = {name: state.from_rest(place) for name, place in self.landmarks.items()}
         if names:
-            cells, on_skin = closest_places(to_polydata(rest, triangles), places)
-            corners = triangles[cells]
-            now = np.einsum("nk,nki->ni", barycentric(on_skin, rest[corners]), points[corners])
+            cells, weights, _ = BoxTree(rest, triangles).closest(places)
+            on_skin, now = (np.einsum("nk,nki->ni", weights, each[triangles[cells]]) for each in (rest, points))
             moved |= dict(zip(names, now + (places - on_skin) @ state.head[:3, :3].T, strict=True))
         return moved
 

@@ -10,8 +10,8 @@ import pyvista as pv
 from ..anatomy import BoundHairs, Eyeball, Face, frame_of, load_head
 from ..anatomy.landmarks import fitted_map
 from ..array_types import Array, IntArray
-from ..geometry import barycentric, height_above, ring_quads, smoothstep, unit
-from ..mesh.arrays import closest_places, reshaped
+from ..geometry import BoxTree, height_above, ring_quads, smoothstep, unit
+from ..mesh.arrays import reshaped
 
 WIDER = 0.75
 """Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
@@ -89,8 +89,7 @@ def fitted_brows(face: Face) -> BoundHairs:
     places = head.brows.polylines(head.points, head.triangles, np.zeros_like(head.points))
     base = frame_of(head.landmarks)
     onto_face = fitted_map(head.landmarks, face.landmarks, base, face.frame)
-    cells, on_skin = closest_places(face.mesh, onto_face(places.reshape(-1, 3)))
-    weights = barycentric(on_skin, face.points[face.triangles[cells]])
+    cells, weights, _ = BoxTree(face.points, face.triangles).closest(onto_face(places.reshape(-1, 3)))
     scale = face.frame.pupil_distance / base.pupil_distance
     return BoundHairs(cells.reshape(places.shape[:2]), weights.reshape(places.shape), scale * head.brows.heights)
 

@@ -147,18 +147,6 @@ def overlapping(points: Array, triangles: npt.NDArray[np.integer], low: Array, h
     return np.flatnonzero(((most >= low) & (least <= high)).all(axis=1))
 
 
-def balls_around(corners: Array) -> Array:
-    """Return centres and radii (k, 4) of balls around triangles (k, 3, 3).
-
-    Examples
-    --------
-    >>> balls_around(np.array([[[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]])).round(3).tolist()
-    [[1.0, 1.0, 0.0, 2.236]]
-    """
-    centres = corners.mean(axis=1)
-    return np.column_stack([centres, np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)])
-
-
 def surface_samples(points: Array, triangles: npt.NDArray[np.integer], count: int) -> Array:
     """Return `count` points (count, 3) spread over the triangles evenly by area, the same ones every time.
 
@@ -333,16 +321,15 @@ class BoxTree:
         a, b, c = (corners[:, k] for k in range(3))
         self._middles = cKDTree((a + b + c) / 3.0, balanced_tree=False, compact_nodes=False)
         order = self._middles.indices  # triangles beside each other are close to each other
-        low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-        boxes = [np.hstack([low, -high])[order]]  # of single triangles, then of 8 in a row, of 64, and so on
+        # Boxes of single triangles, then of 8 in a row, of 64, and so on.
+        boxes = [np.hstack([np.minimum(np.minimum(a, b), c), -np.maximum(np.maximum(a, b), c)])[order]]
         while len(boxes[-1]) > 1:
             boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), BRANCHES)))
         starts = np.concatenate([BRANCHES**k * np.arange(len(each)) for k, each in enumerate(boxes)])
         sizes = np.repeat(BRANCHES ** np.arange(len(boxes)), [len(each) for each in boxes])
         rows = np.lexsort((-sizes, starts))  # each box comes before those in it
-        following = np.searchsorted(starts[rows], (starts + sizes)[rows])
         held = np.append(order, np.full(len(rows) - len(order), -1))[rows]
-        self._boxes = np.concatenate(boxes)[rows], following, held
+        self._boxes = np.concatenate(boxes)[rows], np.searchsorted(starts[rows], (starts + sizes)[rows]), held
 
     def closest(self, places: Array) -> tuple[npt.NDArray[np.int64], Array, Array]:
         """Return triangles (n,), barycentric coordinates (n, 3) and distances (n,) of the points that are the closest

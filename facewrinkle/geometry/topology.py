@@ -6,9 +6,7 @@ A mesh here is its triangles (m, 3), all integers; no function looks at coordina
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from typing import Literal
 
 import numpy as np
@@ -299,19 +297,6 @@ def boundary_loops(triangles: ArrayLike) -> list[IntArray]:
 def _following(half_edges: NDArray[np.int64]) -> NDArray[np.int64]:
     """The half-edges that come next in their triangles."""
     return half_edges - half_edges % 3 + (half_edges + 1) % 3
-
-
-def pairs_of(found: Sequence[Sequence[int]]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the pairs that lists of neighbors stand for: the number (p,) of each one's list, and what is on it (p,).
-
-    Examples
-    --------
-    >>> owner, neighbor = pairs_of([[4, 2], [], [7]])
-    >>> owner.tolist(), neighbor.tolist()
-    ([0, 0, 2], [4, 2, 7])
-    """
-    counts = np.fromiter(map(len, found), np.int64, len(found))
-    return np.repeat(np.arange(len(found)), counts), np.fromiter(chain.from_iterable(found), np.int64, counts.sum())
 
 
 # --- vertices with several values --------------------------------------------------------------------

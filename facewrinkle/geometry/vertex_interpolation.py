@@ -87,10 +87,11 @@ class VertexInterpolation:
         rows.sort_indices()
         rows.data /= np.repeat(rows.sum(axis=1), np.diff(rows.indptr))
         axes = np.stack(tangent_axes(unit(rows @ vertex_normals(where, node_triangles))))
-        axes /= np.maximum(rows @ radius, 1e-300)[:, None]
         # Small penalties keep the polynomials determinate where nodes are few or on a line.
-        penalties = np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6])
-        _fit(rows.indptr, rows.indices, rows.data, positions, where, axes, penalties)
+        _fit(
+            rows.indptr, rows.indices, rows.data, positions, where, axes / np.maximum(rows @ radius, 1e-300)[:, None],
+            np.diag([0.0, 1e-12, 1e-12, 1e-6, 1e-6, 1e-6]),
+        )  # fmt: skip
         rows.data /= np.repeat(rows.sum(axis=1), np.diff(rows.indptr))
 
     def at(self, values: Array) -> Array:

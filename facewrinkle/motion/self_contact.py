@@ -125,11 +125,9 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     flat = squeezed(points, up)
     found, _, beside = BoxTree(flat, triangles).closest(squeezed(places, up))
     faced = np.flatnonzero(beside < BEYOND)
-    reached = found[faced]
-    some = (facing[reached] @ up) * (normals[faced] @ up) < FACING
-    faced, reached = faced[some], reached[some]
+    faced = faced[(facing[found[faced]] @ up) * (normals[faced] @ up) < FACING]
     corners, shares, _, allowed, stiffness = (column[faced] for column in samples)
-    return Samples(corners, shares, triangles[reached], allowed, stiffness)
+    return Samples(corners, shares, triangles[found[faced]], allowed, stiffness)
 
 
 def squeezed(points: Array, direction: Array) -> Array:

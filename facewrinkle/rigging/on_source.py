@@ -13,8 +13,8 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray, Single
 from ..errors import ParameterError
 from ..files import output_file, written
-from ..geometry.interpolation import barycentric
-from ..mesh import MeshLike, closest_places, corner_texture, read_surface
+from ..geometry import BoxTree
+from ..mesh import MeshLike, corner_texture, read_surface
 from ..progress import bar
 from .fields import CUT, Baker, faded, shape_fields
 from .linear_rig import Rig
@@ -128,11 +128,9 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
         deltas[:, left[twins]], known[left[twins]] = deltas[:, np.flatnonzero(known)[nearest[twins]]], True
         left = left[~twins]
     if len(left):
-        cells, places = closest_places(face.mesh, points[left])
-        corners = face.triangles[cells]
-        weights = barycentric(places, face.points[corners])
-        deltas[:, left] = np.einsum("nc,kncx->knx", weights, skin[:, corners])
-        known[left] = np.linalg.norm(places - points[left], axis=1) < REACHED * size
+        cells, weights, distance = BoxTree(face.points, face.triangles).closest(points[left])
+        deltas[:, left] = np.einsum("nc,kncx->knx", weights, skin[:, face.triangles[cells]])
+        known[left] = distance < REACHED * size
     charted = rig.wrinkles == "maps" and corner_texture(face.mesh) is None
     chart = around_head(face, points) if charted else None
     return SourceShapes(rig.names, points, deltas, known, face.unit, chart)

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial import cKDTree
 
 from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError, ParameterError
 from ..geometry import (
-    balls_around,
+    BoxTree,
     barycentric,
     closest_in_triangle,
     compiled,
     interpolated,
     overlapping,
-    pairs_of,
+    side_lengths,
     unit,
 )
 from .path import StreamPath, resampled
@@ -201,16 +200,10 @@ def bind(points: Array, rest: Array, triangles: IntArray, last: Binding | None =
     corners = rest[near]
     if last is not None and np.array_equal(last.corners, corners):
         return Binding(corners, last.hosts, BoundPoints(near[last.hosts], last.bound.weights))
-    balls = balls_around(corners)
-    cell, point = pairs_of(cKDTree(points).query_ball_point(balls[:, :3], balls[:, 3] + margin))
-    weights = barycentric(points[point], corners[cell])
-    away = np.linalg.norm(np.einsum("nk,nki->ni", weights, corners[cell]) - points[point], axis=1)
-    order = np.lexsort((away, point))
-    number, first = np.unique(point[order], return_index=True)
-    if len(number) < len(points):
+    hosts, weights, distance = BoxTree(rest, near).closest(points)
+    if not len(near) or distance.max() > side_lengths(corners).max():
         raise MeshError("nothing of the surface is under the tear. Is it a frame of another surface?")
-    hosts = cell[order[first]]
-    return Binding(corners, hosts, BoundPoints(near[hosts], weights[order[first]]))
+    return Binding(corners, hosts, BoundPoints(near[hosts], weights))
 
 
 def bulge(points: Array, up: Array) -> Array:
