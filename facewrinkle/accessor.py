@@ -22,8 +22,7 @@ from .geometry import closest_point, components
 from .layers.patterns_on_skin.layer import PatternLayer
 from .layers.patterns_on_skin.presets import names, table
 from .layers.patterns_on_skin.region import Compression
-from .mesh import PART, PARTS, add_seams, corner_texture, read_surface, with_data
-from .mesh.formats.merging import joined_texture
+from .mesh import PART, PARTS, add_seams, corner_texture, joined_texture, surface_in
 from .motion.base import Still
 from .simulation import FINEST, Refinement, Simulation
 from .tears.presets import grouped
@@ -220,8 +219,7 @@ def _units(mesh: pv.DataSet | pv.MultiBlock, units: str | float | None) -> str |
     """The unit that was given, or the one that goes with the size of the mesh."""
     if units is not None:
         return units
-    points = np.asarray(read_surface(mesh).points, dtype=np.float64)
-    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    size = float(np.linalg.norm(np.ptp(surface_in(mesh).points, axis=0)))
     if not 0.0 < size < np.inf:
         return "mm"
     unit = unit_by_size(size)
@@ -236,16 +234,14 @@ def _nearest_part(
     mesh: pv.DataSet | pv.MultiBlock, center: npt.ArrayLike | None, units: str | float
 ) -> tuple[Face, pv.PolyData | None]:
     """Return the connected part nearest to a point as a face, and the other parts."""
-    source = read_surface(mesh)
-    triangles = np.asarray(source.regular_faces, dtype=np.int32)
-    label = components(triangles) if len(triangles) else np.zeros(0, np.int32)
-    if center is None or np.shape(center) != (3,) or len(triangles) == 0 or label.max() == 0:
+    source = surface_in(mesh)
+    triangles = source.triangles.astype(np.int32)
+    label = components(triangles)
+    if center is None or np.shape(center) != (3,) or label.max() == 0:
         return surface(source, units), None
-    own = label == label[closest_point(np.asarray(source.points), triangles, center).triangle]
-    others, numbers = np.unique(triangles[~own], return_inverse=True)
-    rest = with_data(source, numbers.reshape(-1, 3), others, ~own)
-    rest = rest.compute_normals(cell_normals=False, split_vertices=False)
-    return surface(with_data(source, triangles[own], np.arange(source.n_points), own), units), rest
+    own = label == label[closest_point(source.points, triangles, center).triangle]
+    rest = source.only(~own).mesh.compute_normals(cell_normals=False, split_vertices=False)
+    return surface(source.only(own), units), rest
 
 
 def _combined(mesh: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.PolyData:

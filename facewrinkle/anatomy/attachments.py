@@ -12,10 +12,10 @@ from scipy.spatial import cKDTree
 
 from ..array_types import Array
 from ..geometry import closest_rotations, rigid_motion, vertex_normals, vertex_rings
-from ..mesh import COLORS, OF_PART, PART, PARTS, joined
+from ..mesh import COLORS, OF_PART, PART, PARTS, joined, to_polydata
 from ..mesh.arrays import use_texture
 from .eyeball import Eyeball
-from .parts import Part, piece_of
+from .parts import Part
 from .skull import Mandible
 
 STILL = 0.01
@@ -62,7 +62,7 @@ class Attachments:
         self._parts, self._eyes, self._mandible, self._size = parts, eyes, mandible, size
         self._still = points
         skin = points, triangles, size
-        self._on_skin = {name: _OnSkin(part.mesh, *skin) for name, part in parts.items() if part.follows == "skin"}
+        self._on_skin = {name: _OnSkin(part, *skin) for name, part in parts.items() if part.follows == "skin"}
         self._normals = {name: _normals(part.mesh) for name, part in parts.items()}
 
     def at(
@@ -129,7 +129,7 @@ class _OnSkin:
 
     Parameters
     ----------
-    mesh : pyvista.PolyData
+    part : Part
     skin : ndarray, shape (n, 3)
         At rest.
     triangles : ndarray of int, shape (m, 3)
@@ -137,14 +137,14 @@ class _OnSkin:
         Distance between the pupils.
     """
 
-    def __init__(self, mesh: pv.PolyData, skin: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
-        points = np.asarray(mesh.points, dtype=np.float64)
+    def __init__(self, part: Part, skin: Array, triangles: npt.NDArray[np.int32], size: float) -> None:
+        points = np.asarray(part.mesh.points, dtype=np.float64)
         height, below = cKDTree(skin).query(points)
         label = np.empty(len(points), np.int64)
-        label[np.asarray(mesh.regular_faces)] = piece_of(mesh)[:, None]
+        label[np.asarray(part.mesh.regular_faces)] = part.pieces[:, None]
         root = np.arange(len(points))
-        for part in np.unique(label):
-            mine = np.flatnonzero(label == part)
+        for piece in np.unique(label):
+            mine = np.flatnonzero(label == piece)
             low, high = height[mine].min(), height[mine].max()
             roots = mine[height[mine] <= low + 0.3 * (high - low)]  # the lowest third of a piece, above the skin
             root[mine] = roots[cKDTree(points[roots]).query(points[mine])[1]]
@@ -186,7 +186,8 @@ def combined_mesh(skin: pv.PolyData, parts: Mapping[str, pv.PolyData]) -> pv.Pol
     """
     meshes = [skin, *parts.values()]
     names = [*skin.point_data, *({COLORS} & {name for mesh in meshes[1:] for name in mesh.point_data})]
-    whole = joined(meshes, dict.fromkeys(names), {COLORS: 255})
+    each = [(mesh.points, mesh.regular_faces, mesh.point_data) for mesh in meshes]
+    whole = to_polydata(*joined(each, dict.fromkeys(names), {COLORS: 255}))
     owner: np.ndarray = np.repeat(np.arange(len(meshes), dtype=np.int32), [mesh.n_points for mesh in meshes])
     whole.point_data.set_array(owner, PART)
     whole.field_data.update({key: value for key, value in skin.field_data.items() if not key.startswith(OF_PART)})

@@ -8,13 +8,11 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import numpy.typing as npt
 import pyvista as pv
 
-from ..array_types import IntArray
 from ..errors import LARGEST, FaceWrinkleError, MeshError, check_type, warn
 from ..files import check_file, opened, path_of, written
-from ..mesh import CORNERS, PIECE, read_surface, to_polydata
+from ..mesh import CORNERS, read_surface, to_polydata
 from ..mesh.arrays import use_texture
 from .atlas import Atlas
 from .face import Face
@@ -24,7 +22,6 @@ from .parts import Follows, Part
 VERSION = 1
 SUFFIX = ".face"
 _DATA = "point_data/"
-_CELL_DATA = {"Texture Corners": CORNERS, "part": PIECE}
 _PARTS = "parts"
 
 Form = tuple[str, tuple[str | int | tuple[int, ...], ...], float, float | str]
@@ -53,7 +50,7 @@ FORMS: dict[str, Form] = {
     "triangles": (_WHOLE, ("m", 3), 0, "n"),
     "texture": ("u", ("height", "width", (3, 4)), 0, 255),
     "source_points": (_WHOLE, ("n",), 0, 2**62),
-    "Texture Corners": ("f", ("m", 6), -LARGEST, LARGEST),
+    CORNERS: ("f", ("m", 6), -LARGEST, LARGEST),
     "part": (_WHOLE, ("m",), 0, "m"),
     "unit": (_REAL, (), 1e-9, 1e9),
     "age": (_REAL, (), -1.0, 1.0),
@@ -119,10 +116,10 @@ def write_face(face: Face, path: str | Path) -> Path:
         arrays["likeness"] = face.likeness
     for kind, hairs in face.bound_hair.items():
         arrays |= {f"{kind}/{name}": values for name, values in vars(hairs).items()}
-    arrays |= _stored("", face.mesh, face.texture, face.source_points)
+    arrays |= _stored("", face)
     for name, part in face.parts.items():
         key = f"{_PARTS}/{name}/"
-        arrays |= _stored(key, part.mesh, part.texture, part.source_points)
+        arrays |= _stored(key, part)
         arrays |= {key + "follows": part.follows, key + "side": part.side}
     target = path_of(path)
     with written(target) as whole, whole.open("wb") as file:
@@ -130,10 +127,9 @@ def write_face(face: Face, path: str | Path) -> Path:
     return target
 
 
-def _stored(
-    key: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None, source_points: IntArray | None
-) -> dict[str, Any]:
-    """The arrays of a mesh, its texture and the numbers of its points; their names begin with `key`."""
+def _stored(key: str, seen: Face | Part) -> dict[str, Any]:
+    """The arrays of the mesh of a face or a part, and of what goes with it; their names begin with `key`."""
+    mesh = seen.mesh
     arrays: dict[str, Any] = {
         key + "points": np.asarray(mesh.points),
         key + "triangles": np.asarray(mesh.regular_faces),
@@ -142,21 +138,17 @@ def _stored(
     for name, values in mesh.point_data.items():
         if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
             arrays[key + _DATA + name] = np.asarray(values)
-    for name, array in _CELL_DATA.items():
-        if array in mesh.cell_data:
-            arrays[key + name] = np.asarray(mesh.cell_data[array])
-    optional = {"texture": texture, "source_points": source_points}
+    optional = {"texture": seen.texture, "source_points": seen.source_points, CORNERS: mesh.cell_data.get(CORNERS)}
+    optional["part"] = seen.sheet if isinstance(seen, Part) else None
     return arrays | {key + name: values for name, values in optional.items() if values is not None}
 
 
 def _restored(data: dict[str, Any]) -> pv.PolyData:
     """The mesh whose arrays `_stored` gave."""
     mesh = to_polydata(data["points"], data["triangles"], _within(data, _DATA))
-    if texture := str(data["texture_coordinates"]):
-        use_texture(mesh, texture)
-    for name, array in _CELL_DATA.items():
-        if name in data:
-            mesh.cell_data[array] = data[name]
+    use_texture(mesh, str(data["texture_coordinates"]))
+    if CORNERS in data:
+        mesh.cell_data[CORNERS] = data[CORNERS]
     return mesh
 
 
@@ -164,7 +156,7 @@ def _part(data: dict[str, Any]) -> Part:
     """The part whose arrays `_stored` gave."""
     return Part(
         _restored(data), cast(Follows, str(data["follows"])), str(data["side"]), data.get("texture"),
-        data.get("source_points"),
+        data.get("source_points"), data.get("part"),
     )  # fmt: skip
 
 

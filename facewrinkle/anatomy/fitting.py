@@ -10,20 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import pyvista as pv
 
 from ..array_types import Array
 from ..errors import LandmarkError, MeshError, ParameterError, check_type, unknown_name, warn
 from ..mesh import (
-    CleanSurface,
     MeshLike,
+    Surface,
     as_texture,
     closest_places,
     merged_texture,
     outside_images,
     prepare,
-    read_surface,
     read_texture,
+    surface_in,
     to_polydata,
 )
 from .atlas import Atlas
@@ -45,7 +44,7 @@ from .landmarks import (
     read_landmarks,
 )
 from .long_hair import BORDER, long_hair
-from .parts import Part, follower, named_parts
+from .parts import Part, named_parts, part_of
 
 if TYPE_CHECKING:  # the search is loaded when a face is searched for
     from ..progress import Progress
@@ -202,7 +201,7 @@ def fit_face(
         millimeters(units)  # raises before the search
     if texture is not None:
         texture = as_texture(texture)
-    source = read_surface(mesh)
+    source = surface_in(mesh)
     given = read_landmarks(landmarks) if landmarks is not None else {}
     known, search = mirrored(given), None
     if any(name not in known for name in REQUIRED):
@@ -211,12 +210,12 @@ def fit_face(
     found, _ = complete(known, load_head().landmarks)
     estimated = tuple(name for name in (NAMES if search is None else search.estimated) if name not in given)
     frame = frame_of(found)
-    used = np.asarray(source.points, dtype=np.float64)[np.unique(source.regular_faces)]
+    used = source.points[np.unique(source.triangles)]
     _check_both_sides(frame.local(used))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
     check_on_surface(given, clean.mesh, frame.pupil_distance, clean.others)
-    image = _image(mesh, texture, clean.mesh)
+    clean, image = _image(mesh, texture, clean)
     if search is not None:
         from .finding import rise_of_dark_bands
 
@@ -259,11 +258,11 @@ def _left_out(face: Face) -> list[str]:
     return said
 
 
-def _parts(clean: CleanSurface, landmarks: Mapping[str, Array]) -> tuple[dict[str, Part], tuple[str, ...]]:
+def _parts(clean: Surface, landmarks: Mapping[str, Array]) -> tuple[dict[str, Part], tuple[str, ...]]:
     """The other parts of a face's file, by name, and sentences on them."""
     if clean.others is None:
         return {}, ()
-    parts, specks = named_parts(clean.others, clean.mesh, landmarks, frame_of(landmarks), clean.names)
+    parts, specks = named_parts(clean.others, clean, landmarks, frame_of(landmarks))
     told = []
     if parts:
         listed = ", ".join(f"{name} ({part.mesh.n_cells})" for name, part in parts.items())
@@ -280,23 +279,21 @@ def _parts(clean: CleanSurface, landmarks: Mapping[str, Array]) -> tuple[dict[st
     return parts, tuple(told)
 
 
-def _image(mesh: MeshLike, texture: object, clean: pv.PolyData) -> npt.NDArray[np.uint8] | None:
+def _image(mesh: MeshLike, texture: object, clean: Surface) -> tuple[Surface, npt.NDArray[np.uint8] | None]:
     """The image that was given or that comes with the mesh, if there are texture coordinates; several are merged."""
-    if clean.active_texture_coordinates is not None:
-        if texture is not None:
-            return as_texture(texture)
-        found = merged_texture(clean)
-        if found is None and not isinstance(mesh, str | Path):
-            found = read_texture(mesh)
-        return None if found is None else found[:, :, :3]
     if texture is not None:
-        raise MeshError(
-            "the mesh has no texture coordinates, by which the texture would lie on it. Export it with its UVs."
-        )
-    return None
+        if clean.texture is None:
+            raise MeshError(
+                "the mesh has no texture coordinates, by which the texture would lie on it. Export it with its UVs."
+            )
+        return clean, as_texture(texture)
+    clean, found = merged_texture(clean)
+    if found is None and clean.texture is not None and not isinstance(mesh, str | Path):
+        found = read_texture(mesh)
+    return clean, None if found is None else found[:, :, :3]
 
 
-def _searched(source: pv.PolyData, given: Mapping[str, Array], progress: Progress | None) -> Found:
+def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | None) -> Found:
     """Landmarks found by the shape, warped to those that are given; a LandmarkError if there is no face."""
     from .finding import find_landmarks, pose_from_landmarks
     from .finding.landmarks import CHIN
@@ -405,13 +402,12 @@ def surface(
     >>> bool(frame["W"].min() < -0.5), float(frame["epsilon"].max().round(2))
     (True, 0.2)
     """
-    source = read_surface(mesh)
-    clean = prepare(source)
+    source = surface_in(mesh)
+    clean, image = _image(mesh, texture, prepare(source))
     face = Face.without_anatomy(clean.mesh, millimeters(units), clean.source_points)
-    others = clean.others
-    parts = {} if others is None else {"other": follower("other", others, merged_texture(others))}
+    parts = {} if clean.others is None else {"other": part_of("other", clean.others)}
     report = clean.report + (outside_images(source, mesh) if texture is None else ())
-    return dataclasses.replace(face, parts=parts, report=report, texture=_image(mesh, texture, clean.mesh))
+    return dataclasses.replace(face, parts=parts, report=report, texture=image)
 
 
 def millimeters(units: str | float) -> float:

@@ -21,7 +21,7 @@ from ..checks import vector
 from ..errors import LandmarkError, MeshError, ParameterError, unknown_name, warn
 from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..geometry import unit
-from ..mesh import CONNECT, closest_places
+from ..mesh import CONNECT, Surface, closest_places
 
 OFF_MESH = 0.2
 """A landmark may lie this far from the mesh, in distances between the pupils."""
@@ -479,7 +479,7 @@ def write_landmarks(
 
 
 def check_on_surface(
-    given: Mapping[str, Array], surface: pv.PolyData, size: float, others: pv.PolyData | None = None
+    given: Mapping[str, Array], surface: pv.PolyData, size: float, others: Surface | None = None
 ) -> None:
     """Raise a LandmarkError for landmarks that lie too far from a surface, or a MeshError if they lie on the `others`
     that were set apart from it.
@@ -494,7 +494,7 @@ def check_on_surface(
     if (
         off
         and others is not None
-        and np.linalg.norm(apart - closest_places(others, apart)[1], axis=1).max() < (OFF_MESH * size)
+        and np.linalg.norm(apart - closest_places(others.mesh, apart)[1], axis=1).max() < (OFF_MESH * size)
     ):
         raise MeshError(
             f"the surface under the landmarks is in pieces: {', '.join(off)} lie that far from the largest, in "

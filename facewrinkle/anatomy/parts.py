@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ..array_types import Array, IntArray
 from ..geometry.normals import vertex_normals
 from ..geometry.topology import components
-from ..mesh import COLORS, PIECE, SOURCE, has_colors, merged_texture, with_data
+from ..mesh import COLORS, Surface, has_colors, merged_texture
 from .eyeball import RADIUS, Eyeball
 from .landmarks import FaceFrame, mouth_middle
 
@@ -126,6 +126,9 @@ class Part:
         Color, and opacity, over the mesh's texture coordinates.
     source_points : ndarray of int, shape (k,), optional
         Index of each point in the mesh that the face was made from.
+    sheet : ndarray of int, shape (m,), optional
+        Which connected piece each triangle belongs to, as seams may have split the pieces of a file. Default: as the
+        triangles are connected.
 
     Examples
     --------
@@ -140,71 +143,80 @@ class Part:
     side: str = ""
     texture: npt.NDArray[np.uint8] | None = None
     source_points: IntArray | None = None
+    sheet: IntArray | None = None
+
+    @cached_property
+    def pieces(self) -> IntArray:
+        """The number (m,) of the connected piece that each triangle belongs to, from 0.
+
+        Examples
+        --------
+        >>> both = pv.Sphere() + pv.Icosahedron(center=(2, 0, 0))
+        >>> np.bincount(Part(both, follows="skull").pieces).tolist()
+        [1680, 20]
+        """
+        return components(np.asarray(self.mesh.regular_faces, np.int32)) if self.sheet is None else self.sheet
 
     @cached_property
     def lacks_picture(self) -> bool:
         """True for cards, mostly no hairs, that have neither the picture of hairs that they should show nor colors."""
-        if self.texture is not None or has_colors(self.mesh):
+        if self.texture is not None or has_colors(self.mesh.point_data):
             return False
         points, triangles = np.asarray(self.mesh.points), np.asarray(self.mesh.regular_faces)
-        pieces = [points[np.unique(triangles[piece])] for piece in _pieces(piece_of(self.mesh))]
+        pieces = [points[np.unique(triangles[piece])] for piece in _pieces(self.pieces)]
         cards = sum(len(piece) for piece in pieces if not _is_strand(piece))
         return 2 * cards > sum(map(len, pieces))
 
 
-def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None) -> Part:
+def follower(name: str, mesh: pv.PolyData, texture: npt.NDArray[np.uint8] | None = None, **of_file: Any) -> Part:
     """Return the part of a name: ``eye_l`` turns with the eye, lower teeth and tongue with the jaw, lashes with the
-    skin.
+    skin; `of_file` are its `source_points` and `sheet`.
     """
-    source, side = mesh.point_data.pop(SOURCE, None), ""  # the mesh was made for this part
+    side = ""
     follows: Follows = "skin" if name.split("_")[0] in ("lashes", "fuzz") else "skull"
     if name.startswith("eye_"):
         follows, side = "eye", name[-1]
     elif name in ("lower_teeth", "tongue"):
         follows = "mandible"
-    return Part(mesh, follows, side, texture, None if source is None else np.asarray(source))
+    return Part(mesh, follows, side, texture, **of_file)
 
 
 # --- naming them ------------------------------------------------------------------------------------------
 
 
 def named_parts(
-    others: pv.PolyData,
-    skin: pv.PolyData,
+    others: Surface,
+    skin: Surface,
     landmarks: Mapping[str, Array],
     frame: FaceFrame,
-    names: Sequence[str] = (),
 ) -> tuple[dict[str, Part], int]:
     """Return eyes, teeth, tongue, lashes, glasses and hair by name, and the number of specks that were dropped.
 
     Parameters
     ----------
-    others : pyvista.PolyData
-        All that is not skin.
-    skin : pyvista.PolyData
+    others : Surface
+        All that is not skin, by its sheets. What the file calls each counts more than place and size.
+    skin : Surface
     landmarks : dict of str to ndarray, shape (3,)
     frame : FaceFrame
-    names : sequence of str, optional
-        What the file calls each piece; one that says what it is counts more than place and size.
 
     Examples
     --------
     >>> import facewrinkle as fw
+    >>> from facewrinkle.mesh import Piece
     >>> face = fw.default_face()
     >>> ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
-    >>> parts, dropped = named_parts(ball, face.mesh, face.landmarks, face.frame)
-    >>> list(parts), dropped
-    (['eye_l'], 0)
-    >>> list(named_parts(ball, face.mesh, face.landmarks, face.frame, names=["Head/Monocle_glasses"])[0])
-    ['glasses']
+    >>> ball = replace(Surface.of(ball), sheet=np.zeros(ball.n_cells, int))
+    >>> monocle = replace(ball, pieces=(Piece(name="Head/Monocle_glasses"),))
+    >>> [list(named_parts(b, Surface.of(face.mesh), face.landmarks, face.frame)[0]) for b in (ball, monocle)]
+    [['eye_l'], ['glasses']]
     """
-    triangles, label = np.asarray(others.regular_faces), piece_of(others)
-    local = frame.local(np.asarray(others.points))
+    local = frame.local(others.points)
     marks = {name: frame.local(place) for name, place in landmarks.items()}
-    away = _height(np.asarray(others.points), skin) / frame.pupil_distance
-    pieces = [(piece, np.unique(triangles[piece])) for piece in _pieces(label)]
+    away = _height(others.points, skin) / frame.pupil_distance
+    pieces = [(piece, np.unique(others.triangles[piece])) for piece in _pieces(others.sheet)]
     eyes = {side: _socket([local[used] for _, used in pieces], marks[f"eye_{side}_centre"]) for side in "lr"}
-    said = map(kind_said, names or len(pieces) * [""])
+    said = [kind_said(others.pieces[others.piece[piece[0]]].name) for piece, _ in pieces]
     kinds = [
         _sided(kind, local[used], eyes) if kind else _kind(local[used], away[used], marks, eyes)
         for (_, used), kind in zip(pieces, said, strict=True)
@@ -216,7 +228,7 @@ def named_parts(
         name = f"{_jaw_of(local[used], bite)}_teeth" if kind == "teeth" else kind
         chosen.setdefault(name, []).append(piece)
     specks = len(chosen.pop("speck", []))
-    return {name: _part(name, others, np.sort(np.concatenate(chosen[name]))) for name in sorted(chosen)}, specks
+    return {name: part_of(name, others.only(np.sort(np.concatenate(chosen[name])))) for name in sorted(chosen)}, specks
 
 
 def kind_said(name: str) -> str:
@@ -243,46 +255,32 @@ def _sided(kind: str, points: Array, eyes: Mapping[str, tuple[Array, float]]) ->
     return f"{kind}_{side}"
 
 
-def piece_of(mesh: pv.PolyData) -> IntArray:
-    """The numbers (m,) of the connected pieces that the triangles of a part belong to, from 0.
-
-    Seams may have split the pieces of a file; those of a part of one's own are as its triangles are connected.
-
-    Examples
-    --------
-    >>> np.bincount(piece_of(pv.Sphere() + pv.Icosahedron(center=(2, 0, 0)))).tolist()
-    [1680, 20]
-    """
-    known = mesh.cell_data.get(PIECE)
-    return np.asarray(components(np.asarray(mesh.regular_faces, np.int32)) if known is None else known)
-
-
 def _pieces(label: IntArray) -> list[IntArray]:
     """The numbers of the triangles with each label."""
     counts = np.unique(label, return_counts=True)[1]
     return np.split(np.argsort(label, kind="stable"), np.cumsum(counts)[:-1])
 
 
-def _height(points: Array, skin: pv.PolyData) -> Array:
+def _height(points: Array, skin: Surface) -> Array:
     """Distance (n,) of points from the nearest vertices of the skin, negative inside the head."""
-    at = np.asarray(skin.points, dtype=np.float64)
-    distance, nearest = cKDTree(at).query(points)
-    outside = ((points - at[nearest]) * vertex_normals(at, np.asarray(skin.regular_faces))[nearest]).sum(axis=1) >= 0.0
+    distance, nearest = cKDTree(skin.points).query(points)
+    normals = vertex_normals(skin.points, skin.triangles)
+    outside = ((points - skin.points[nearest]) * normals[nearest]).sum(axis=1) >= 0.0
     return np.asarray(np.where(outside, distance, -distance))
 
 
-def _part(name: str, others: pv.PolyData, cells: IntArray) -> Part:
-    """The part of a name that some cells of a mesh make up."""
-    kept, renumbered = np.unique(np.asarray(others.regular_faces)[cells], return_inverse=True)
-    mesh = with_data(others, renumbered.reshape(-1, 3), kept, cells)
-    if has_colors(mesh):
-        colors = np.asarray(mesh.point_data[COLORS])
+def part_of(name: str, surface: Surface) -> Part:
+    """Return the part of a name that a surface is."""
+    data = dict(surface.point_data)
+    if has_colors(data):
+        colors = data[COLORS]
         if colors.min() == 255:
-            del mesh.point_data[COLORS]  # other parts have colors, this one has none
+            del data[COLORS]  # other parts have colors, this one has none
         elif colors.shape[1] == 4 and colors[:, 3].min() > 0.95 * (255 if colors.dtype == np.uint8 else 1.0):
             # Opaque: scanners and exporters leave an alpha of 254 here and there.
-            mesh.point_data[COLORS] = colors[:, :3].copy()
-    return follower(name, mesh, merged_texture(mesh))
+            data[COLORS] = colors[:, :3]
+    laid, texture = merged_texture(replace(surface, point_data=data))
+    return follower(name, laid.mesh, texture, source_points=laid.source_points, sheet=laid.sheet)
 
 
 def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
@@ -409,7 +407,6 @@ def given_eye(eye: Eyeball, part: Part | None) -> Eyeball:
     """
     if part is None:
         return eye
-    label = piece_of(part.mesh)
-    largest = np.asarray(part.mesh.regular_faces)[label == np.argmax(np.bincount(label))]
+    largest = np.asarray(part.mesh.regular_faces)[part.pieces == np.argmax(np.bincount(part.pieces))]
     ball = _eyeball(np.asarray(part.mesh.points)[np.unique(largest)], eye.centre, eye.radius)
     return eye if ball is None else replace(eye, centre=ball[0], radius=ball[1], given=True)

@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from ..array_types import Array
 from ..errors import MeshError, check_range, unknown_name, warn
+from ..mesh import Surface
 from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives
-from ..mesh.formats.polygons import Primitive
 from .action_units import named_shapes
 from .recorded import Bones, Interpolation, Recorded, Track, with_companions
 
@@ -70,7 +70,7 @@ class _Model:
     label: str
     names: tuple[str, ...]
     rest_weights: Array
-    primitives: list[Primitive]
+    primitives: list[Surface]
     bearers: frozenset[int]
 
     @classmethod
@@ -259,34 +259,34 @@ class _Scene:
         return replace(like.track, values=values, slopes=None if slopes is None else slopes @ same)
 
 
-def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tuple[pv.PolyData, Recorded | None]:
+def _animated(scene: _Scene, model: _Model, like: Recorded | None = None) -> tuple[Surface, Recorded | None]:
     """Return a mesh at rest, and the recording that moves it, if anything does."""
-    mesh, kept, deltas = merged_primitives(model.primitives, scene.document.path)
+    surface, kept, deltas = merged_primitives(model.primitives, scene.document.path)
     moving = [track for (node, path), track in scene.tracks.items() if node in model.bearers and path != "weights"]
     weights = scene.weights(model, like)
     if weights is None and not moving:
-        return mesh, None
+        return surface, None
     ends = [float(end) for track in moving for end in (track.times[0], track.times[-1])]
     if weights is None:
         times = np.unique([min(ends), max(ends)])
         weights = Track(times, np.tile(model.rest_weights, (len(times), 1)))
     elif ends:
         weights = _prolonged(weights, min(ends), max(ends))
-    rest = np.array(mesh.points)
+    rest = np.array(surface.points)
     if len(deltas):
         recorded = Recorded.of_shapes(deltas, weights, names=model.names, rest=rest)
     else:
         recorded = Recorded(weights, (), deltas, rest)
     if not moving:
-        return mesh, recorded
+        return surface, recorded
     borne = [part.weights for part in model.primitives]
     if any(own is None for own in borne):
         node, back = model.node, np.linalg.inv(scene.rest[model.node])
-        return mesh, replace(recorded, pose=lambda time: scene.world(time)[node] @ back)
+        return surface, replace(recorded, pose=lambda time: scene.world(time)[node] @ back)
     joints, bind = scene.document.bones(model.node)
     weights_of_bones = csr_array(vstack(borne))[kept]
     bones = Bones(weights_of_bones, lambda time: scene.world(time)[joints] @ bind, scene.rest[joints] @ bind)
-    return mesh, replace(recorded, bones=bones)
+    return surface, replace(recorded, bones=bones)
 
 
 def _prolonged(track: Track, first: float, last: float) -> Track:

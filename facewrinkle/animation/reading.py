@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from ..errors import MeshError, ParameterError
 from ..files import check_file, path_of, reading
 from ..geometry import vertex_normals
-from ..mesh import MOVED, PART, UNIT, blended, drop_frame_data, is_frame, read_surface, with_data
+from ..mesh import PART, UNIT, Surface, blended, is_frame, surface_in
 from ..mesh.formats.reading import GLTF, USD
 from .gltf import read_gltf
 from .recorded import Recorded, with_companions
@@ -114,7 +115,7 @@ def read_animation(
 
 
 def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
-    rest = read_surface(path)  # at the first time
+    rest = surface_in(path)  # at the first time
     with pv.vtk_verbosity("off"):
         reader = vtkHDFReader()
         reader.SetFileName(str(path))
@@ -131,17 +132,17 @@ def _read_series(path: Path) -> tuple[pv.PolyData, Recorded]:
     else:
         positions = [np.asarray(frame.points) for frame in frames]
         for step, frame in enumerate(frames):
-            if frame.n_points != rest.n_points or not np.array_equal(frame.faces, frames[0].faces):
+            if frame.n_points != len(rest.points) or not np.array_equal(frame.faces, frames[0].faces):
                 raise MeshError(
-                    f"{path.name}: the mesh changes at step {step}, from {rest.n_points} to {frame.n_points} points. A "
-                    "recording needs the same triangles at all times: write it without refinement."
+                    f"{path.name}: the mesh changes at step {step}, from {len(rest.points)} to {frame.n_points} points."
+                    " A recording needs the same triangles at all times: write it without refinement."
                 )
-    rest.point_data[MOVED] = blended(np.array(positions) - rest.points)
     # VTK itself writes single precision: this restores 0.1.
     written = [float(str(np.float32(time))) if time == np.float32(time) else time for time in times]
     recorded = Recorded.of_positions(positions, times=written, rest=rest.points)
+    rest = replace(rest, shapes=blended(np.array(positions) - rest.points)[None])
     if not simulated or PART not in frames[0].point_data:
-        return rest, recorded
+        return rest.to_polydata(), recorded
     others = _part_of(frames[0], np.arange(_skin_size(frames[0]), frames[0].n_points))
     moved = [np.asarray(frame.points)[_skin_size(frame) :] for frame in frames]
     own = Recorded.of_positions(moved, times=written, rest=others.points)
@@ -153,16 +154,15 @@ def _skin_size(frame: pv.PolyData) -> int:
     return int((frame[PART] == 0).sum()) if PART in frame.point_data else frame.n_points
 
 
-def _part_of(frame: pv.PolyData, points: np.ndarray) -> pv.PolyData:
+def _part_of(frame: pv.PolyData, points: np.ndarray) -> Surface:
     """Return the triangles on consecutive points of a frame of a simulation, where these are at rest."""
-    triangles = np.asarray(frame.regular_faces)
-    rows = (triangles[:, 0] >= points[0]) & (triangles[:, 0] <= points[-1])
-    part = with_data(frame, triangles[rows] - points[0], points, rows)
-    part.points = np.asarray(part["rest"])
-    return part
+    whole = Surface.of(frame)
+    rows = (whole.triangles[:, 0] >= points[0]) & (whole.triangles[:, 0] <= points[-1])
+    part = whole.mapped(whole.triangles[rows] - points[0], points, rows)
+    return replace(part, points=np.asarray(frame["rest"], np.float64)[points])
 
 
-def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData, list[np.ndarray]]:
+def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[Surface, list[np.ndarray]]:
     """Return the base mesh of frames of a simulation at rest, and its positions without the wrinkles on it.
 
     Vertices of the base mesh come first in every frame. The wrinkles displace them along the normals of the moved base
@@ -176,8 +176,7 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[pv.PolyData
             " Write the first frame of the simulation too."
         )
     rest = _part_of(plain, np.arange(n))
-    drop_frame_data(rest)
-    triangles, positions = np.asarray(rest.regular_faces, dtype=np.int32), []
+    triangles, positions = rest.triangles.astype(np.int32), []
     for frame in frames:
         unit = float(frame.field_data[UNIT][0])
         shown = np.asarray(frame.points, dtype=np.float64)[:n]

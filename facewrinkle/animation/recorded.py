@@ -17,7 +17,7 @@ from ..anatomy import Atlas, Face
 from ..array_types import Array, IntArray
 from ..checks import finite
 from ..errors import ParameterError, check_range, type_of, unknown_name, warn
-from ..mesh.formats.merging import merged_surfaces
+from ..mesh import Surface, merged
 from .action_units import units_of
 
 Interpolation = Literal["linear", "step", "cubic"]
@@ -395,16 +395,16 @@ class Recorded:
 
 
 def with_companions(
-    mesh: pv.PolyData, recorded: Recorded, others: Iterable[tuple[pv.PolyData, Recorded | None]]
+    surface: Surface, recorded: Recorded, others: Iterable[tuple[Surface, Recorded | None]]
 ) -> tuple[pv.PolyData, Recorded]:
     """Return a mesh with others after it, and its recording with theirs; those without one keep still."""
-    surfaces, companions, start = [mesh], {}, mesh.n_points
+    surfaces, companions, start = [surface], {}, len(surface.points)
     for other, own in others:
         surfaces.append(other)
         if own is not None:
             companions[start] = own
-        start += other.n_points
-    return merged_surfaces(surfaces), replace(recorded, companions=companions)
+        start += len(other.points)
+    return merged(surfaces).to_polydata(), replace(recorded, companions=companions)
 
 
 def same_places(ours: Array, theirs: Array) -> bool:

@@ -15,8 +15,8 @@ import pyvista as pv
 
 from ..array_types import Array
 from ..errors import MeshError, unknown_name, warn
+from ..mesh import Surface
 from ..mesh.formats.merging import merged_primitives
-from ..mesh.formats.polygons import Primitive
 from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded, Track, with_companions
 
@@ -49,7 +49,7 @@ def _baked(stage: Any) -> Any:
     return stage
 
 
-def _animated(model: _Mesh, path: Path) -> tuple[pv.PolyData, Recorded | None]:
+def _animated(model: _Mesh, path: Path) -> tuple[Surface, Recorded | None]:
     """Return a mesh at its first time, and the recording that moves it, if anything does."""
     primitive = model.primitive
     if primitive is None:
@@ -113,7 +113,7 @@ class _Mesh:
         return self._usd.TimeCode(self.times[0]) if self.times else self._usd.TimeCode.EarliestTime()
 
     @property
-    def primitive(self) -> Primitive | None:
+    def primitive(self) -> Surface | None:
         """The mesh at rest, in the coordinates of the stage; None if it has no triangles."""
         if self._mesh.GetFaceVertexIndicesAttr().GetNumTimeSamples() > 1:
             raise MeshError(

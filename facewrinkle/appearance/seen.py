@@ -67,7 +67,7 @@ class Appearance:
     def painter(self) -> SkinPainter | None:
         """Paints the skin, if it has landmarks but neither a texture nor colors."""
         face = self.face
-        painted = face.landmarks and face.texture is None and not has_colors(face.mesh)
+        painted = face.landmarks and face.texture is None and not has_colors(face.mesh.point_data)
         return SkinPainter(face) if painted else None
 
     @cached_property
@@ -287,7 +287,7 @@ def is_drawn(name: str, part: Part, face: Face) -> bool:
 
 def is_blind(part: Part) -> bool:
     """Return True for an eye that has no colors, or only one."""
-    one = not has_colors(part.mesh) or not np.ptp(part.mesh.point_data["Colors"], axis=0).any()
+    one = not has_colors(part.mesh.point_data) or not np.ptp(part.mesh.point_data["Colors"], axis=0).any()
     return part.texture is None and bool(one)
 
 
@@ -305,7 +305,7 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
             parts[name] = split_at_seams(part)
         elif name in eyes and is_blind(face.parts[name]):
             part.point_data["paint"] = eye_paint(np.asarray(face.parts[name].mesh.points), eyes[name], face)
-        elif has_colors(part):
+        elif has_colors(part.point_data):
             part.point_data["paint"] = np.asarray(part.point_data["Colors"])
         else:
             color = next((c for stem, c in PART_COLORS.items() if stem in name), PART_COLORS["hair"])

@@ -8,7 +8,6 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
-import pyvista as pv
 from rich.table import Table
 
 from ..anatomy.atlas import DEFAULT_ATLAS, Atlas, load_atlas
@@ -19,7 +18,7 @@ from ..array_types import Array, IntArray
 from ..errors import FaceWrinkleWarning, LandmarkError, unknown_name
 from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
-from ..mesh import NAME, CleanSurface, labels_of, merged_texture, outside_images, prepare, read_surface
+from ..mesh import Surface, merged_texture, outside_images, prepare, surface_in
 from ..mesh.formats.reading import GLTF
 from .options import Report, face_facts
 
@@ -73,16 +72,16 @@ def _of_face(path: Path) -> dict[str, str]:
 
 def _of_mesh(path: Path) -> dict[str, str]:
     """Return the rows of a table about a mesh and its faults."""
-    source = read_surface(path)
+    source = surface_in(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FaceWrinkleWarning)  # it is in the table
         clean = _head_of(source)
-    rows = {"in the file": f"{source.n_points} points, {source.n_cells} triangles"}
-    meshes = Counter(name.split("/")[0] for name in labels_of(source, NAME).tolist())
+    rows = {"in the file": f"{len(source.points)} points, {len(source.triangles)} triangles"}
+    meshes = Counter(source.pieces[number].name.split("/")[0] for number in source.piece.tolist())
     if len(meshes) > 1:
         rows[f"meshes ({len(meshes)})"] = ", ".join(f"{name or '(unnamed)'} ({n})" for name, n in meshes.items())
-    texture = merged_texture(clean.mesh)
-    rows["texture coordinates"] = "no" if source.active_texture_coordinates is None else "yes"
+    _, texture = merged_texture(clean)
+    rows["texture coordinates"] = "no" if source.texture is None else "yes"
     if path.suffix.lower() in GLTF:
         with reading(path):
             shapes, animations = shapes_of_gltf(path)
@@ -93,7 +92,7 @@ def _of_mesh(path: Path) -> dict[str, str]:
     return rows | _surface(clean.points, clean.triangles, texture is not None, report)
 
 
-def _head_of(source: pv.PolyData) -> CleanSurface:
+def _head_of(source: Surface) -> Surface:
     """Return the part of a mesh that is a face, as ``facewrinkle fit`` takes it; without one, the largest."""
     clean = prepare(source)
     if clean.others is None:

@@ -128,7 +128,7 @@ def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
         triangles=np.asarray(mesh.regular_faces, dtype=np.int64),
         origin=np.asarray(mesh.point_data[ORIGIN]),
         uv=None if uv is None else np.asarray(uv, dtype=np.float64),
-        colors=_colors(mesh, COLORS) if has_colors(mesh) else None,
+        colors=_colors(mesh, COLORS) if has_colors(mesh.point_data) else None,
         png=None if texture is None else png_of(texture),
     )
 

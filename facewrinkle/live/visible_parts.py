@@ -258,7 +258,7 @@ def _texture_numbers(places: np.ndarray) -> np.ndarray:
 
 
 def _skin_colors(frame: pv.PolyData, appearance: Appearance) -> npt.NDArray[np.uint8]:
-    if has_colors(frame):
+    if has_colors(frame.point_data):
         return in_bytes(np.asarray(frame.point_data[COLORS])[:, :3])
     if appearance.painter is not None:
         return appearance.at(frame).paint

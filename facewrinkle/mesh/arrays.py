@@ -66,35 +66,13 @@ eyes, in the unit of the mesh; NaN for parts that simply follow the skin."""
 PARTS = "parts"
 """Field-data array of a frame with its parts in one mesh that lists them; the point data `PART` number them."""
 
+FIELDS = (MUSCLES, UNIT, POSE, AGE, JAW, TONGUE, MANDIBLE, PARTS)
+"""The field-data arrays of a frame, besides those with a prefix."""
+
 PART = "part"
 """Point-data array of a frame with its parts in one mesh: the number in `PARTS` of what each point belongs to."""
 
-# --- what meshes carry from their file to the face: nobody else has arrays of such names -------------------------
-
-_OURS = "facewrinkle: "
-
-SOURCE = _OURS + "source point"
-"""The point-data array of parts other than the skin: the number that each point has in the original mesh."""
-
-PIECE = _OURS + "piece"
-"""The cell-data array that numbers the connected parts other than the skin."""
-
-IMAGE = _OURS + "image"
-"""The label (see :func:`set_labels`) of each triangle that tells its image: a file, `a.glb#3` for one in a glTF file,
-`a.usdz[b.png]` for one in a USD package."""
-
-NAME = _OURS + "object name"
-"""The label (see :func:`set_labels`) of each triangle that tells what its file calls it: see
-:class:`facewrinkle.mesh.formats.polygons.Primitive`."""
-
-MESH = _OURS + "mesh"
-"""The cell-data array that numbers the meshes of a file with several; meshes are never joined at their borders, as the
-lining of a mouth shares its rim with the lips."""
-
-MOVED = _OURS + "moved"
-"""The point-data array of an animated mesh with displacements (n, 3) of its points, blended of all shapes or times.
-
-It distinguishes seams from borders that touch at rest and part as the mesh moves, such as closed lips."""
+PointData = Mapping[str, np.ndarray] | pv.DataSetAttributes
 
 # --- what anybody's meshes may have --------------------------------------------------------------------------
 
@@ -108,19 +86,19 @@ CORNERS = "Texture Corners"
 """The cell-data array of texture coordinates (m, 6) of the three corners of each triangle, if there are seams."""
 
 
-def has_colors(mesh: pv.PolyData) -> bool:
-    """Return True if the points of a mesh have colors: uint8 or numbers from 0 to 1, (n, 3) or (n, 4).
+def has_colors(point_data: PointData) -> bool:
+    """Return True if the point data of a mesh hold colors: uint8 or numbers from 0 to 1, (n, 3) or (n, 4).
 
     Examples
     --------
     >>> sheet = pv.Plane()
     >>> sheet.point_data["Colors"] = np.zeros((sheet.n_points, 3))
-    >>> colors = has_colors(sheet)
+    >>> colors = has_colors(sheet.point_data)
     >>> sheet.point_data["Colors"] = np.arange(sheet.n_points)
-    >>> colors, has_colors(sheet)
+    >>> colors, has_colors(sheet.point_data)
     (True, False)
     """
-    colors = mesh.point_data.get(COLORS)
+    colors = point_data.get(COLORS)
     if colors is None or colors.ndim != 2 or colors.shape[1] not in (3, 4):
         return False
     return bool(colors.dtype == np.uint8 or (colors.dtype.kind == "f" and colors.min() >= 0.0 and colors.max() <= 1.0))
@@ -143,54 +121,6 @@ def is_frame(mesh: pv.PolyData) -> bool:
 def rest_of(mesh: pv.PolyData) -> np.ndarray:
     """Return where the points (n, 3) of a frame are at rest, and those of any other mesh as they are."""
     return np.asarray(mesh.point_data["rest"] if is_frame(mesh) else mesh.points, dtype=np.float64)
-
-
-def drop_frame_data(frame: pv.PolyData) -> None:
-    """Take away what a simulation has written, which is stale where the frame becomes a mesh at rest."""
-    fields = (MUSCLES, UNIT, POSE, AGE, JAW, TONGUE, MANDIBLE, PARTS)
-    for name in {*ARRAYS, PART} & set(frame.point_data):
-        del frame.point_data[name]
-    for name in frame.field_data.keys():  # noqa: SIM118 (they change)
-        if name in fields or name.startswith((GAZE, OF_PART)):
-            del frame.field_data[name]
-
-
-def set_labels(mesh: pv.PolyData, array: str, labels: np.ndarray) -> None:
-    """Store a text for each triangle (m,), "" for none, with the mesh.
-
-    The cell data `array` number them, from 0, -1 for none, and the field data `array` + "s" list them, escaped, as VTK
-    stores ASCII only.
-
-    Examples
-    --------
-    >>> sheet = pv.Plane(i_resolution=3, j_resolution=1)
-    >>> set_labels(sheet, "image", np.array(["", "größe.png", ""]))
-    >>> listed_labels(sheet, "image"), sheet.cell_data["image"].tolist()
-    (['größe.png'], [-1, 0, -1])
-    """
-    known, number = np.unique(labels, return_inverse=True)  # sorted, so "" comes first
-    bare = int("" in known)
-    if len(known) > bare:
-        mesh.cell_data[array] = number.ravel() - bare
-        mesh.field_data[array + "s"] = [name.encode("unicode_escape").decode("ascii") for name in known[bare:].tolist()]
-
-
-def listed_labels(mesh: pv.PolyData, array: str) -> list[str]:
-    """The texts that :func:`set_labels` has numbered."""
-    names = np.asarray(mesh.field_data.get(array + "s", []), dtype=str)
-    return [name.encode("ascii").decode("unicode_escape") for name in names.tolist()]
-
-
-def labels_of(mesh: pv.PolyData, array: str) -> np.ndarray:
-    """The texts (m,) that :func:`set_labels` has stored for each triangle, "" for none."""
-    number = np.asarray(mesh.cell_data.get(array, np.full(mesh.n_cells, -1)))
-    return np.array([*listed_labels(mesh, array), ""])[number]
-
-
-def drop_labels(mesh: pv.PolyData, array: str) -> None:
-    """Take away what :func:`set_labels` has stored."""
-    mesh.cell_data.pop(array, None)
-    mesh.field_data.pop(array + "s", None)
 
 
 def to_polydata(
@@ -279,7 +209,7 @@ def use_texture(mesh: pv.PolyData, name: str | None) -> None:
 
 
 def blended(shapes: np.ndarray) -> np.ndarray:
-    """Several displacements (k, n, 3) as one (n, 3), each with a weight of its own; see `MOVED`."""
+    """Several displacements (k, n, 3) as one (n, 3), each with a weight of its own."""
     return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
 
 
@@ -390,30 +320,6 @@ def with_normals(mesh: pv.PolyData) -> pv.PolyData:
     return shaded
 
 
-def with_data(
-    source: pv.PolyData, triangles: np.ndarray, kept: np.ndarray, rows: np.ndarray | None = None
-) -> pv.PolyData:
-    """Return triangles on the points `kept` of `source`, with the data of these points, and field data.
-
-    `rows` are the triangles of `source` that these are, if they are some of its own: their cell data are kept, too.
-    Normals are left out: VTK would go on shading with them after the points have moved.
-    """
-    stale = {source.point_data.active_normals_name, "Normals"}
-    names = [name for name in source.point_data if name not in stale]
-    mesh = to_polydata(
-        np.asarray(source.points)[kept], triangles, {name: source.point_data[name][kept] for name in names}
-    )
-    texture, scalars = source.point_data.active_texture_coordinates_name, source.point_data.active_scalars_name
-    if texture in names:
-        use_texture(mesh, texture)
-    if scalars in names and scalars != texture:  # PyVista makes the first array both, and VTK's filters drop it
-        mesh.point_data.active_scalars_name = scalars
-    mesh.field_data.update(source.field_data)
-    for name in () if rows is None else source.cell_data:
-        mesh.cell_data[name] = np.asarray(source.cell_data[name])[rows]
-    return mesh
-
-
 def corner_texture(mesh: pv.PolyData) -> np.ndarray | None:
     """Return texture coordinates (m, 3, 2) at the corners of the triangles, or None."""
     if CORNERS in mesh.cell_data and mesh.cell_data[CORNERS].shape == (mesh.n_cells, 6):
@@ -428,6 +334,15 @@ def add_seams(mesh: pv.PolyData, corners: np.ndarray) -> None:
         mesh.cell_data[CORNERS] = corners.reshape(-1, 6)
 
 
+def set_texture(mesh: pv.PolyData, corners: np.ndarray, name: str = TEXTURE) -> None:
+    """Give a mesh texture coordinates (m, 3, 2): points get the first of theirs, corners their own if these differ."""
+    texture: np.ndarray = np.zeros((mesh.n_points, 2), np.float32)
+    texture[mesh.regular_faces.ravel()[::-1]] = corners.reshape(-1, 2)[::-1]  # the first is written last
+    mesh.point_data.set_array(texture, name)
+    mesh.point_data.active_texture_coordinates_name = name
+    add_seams(mesh, corners)
+
+
 def in_bytes(colors: np.ndarray) -> npt.NDArray[np.uint8]:
     """Return colors as bytes, which they may be already; others are numbers from 0 to 1.
 
@@ -439,36 +354,47 @@ def in_bytes(colors: np.ndarray) -> npt.NDArray[np.uint8]:
     return colors if colors.dtype == np.uint8 else np.rint(255.0 * np.clip(colors, 0.0, 1.0)).astype(np.uint8)
 
 
-def joined(meshes: Sequence[pv.PolyData], names: Iterable[str], missing: Mapping[str, float]) -> pv.PolyData:
-    """Return several meshes of triangles as one, their points and triangles one after the other.
+def joined(
+    meshes: Sequence[tuple[np.ndarray, np.ndarray, PointData]],
+    names: Iterable[str],
+    missing: Mapping[str, float],
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Return several meshes as one, their points and triangles one after the other.
 
-    Of the point data, it has the arrays of the given names, in the widest form that one of the meshes has; those that
-    lack it get the number in `missing`, or else 0. Colors without transparency are opaque beside others, and
-    those from 0 to 1 become bytes.
+    Each has points (n, 3), triangles (m, 3) and point data. Of these, the result has the arrays of the given names, in
+    the widest form that one of the meshes has; those that lack it get the number in `missing`, or else 0. Colors
+    without transparency are opaque beside others, and those from 0 to 1 become bytes.
 
     Examples
     --------
-    >>> both = joined([pv.Triangle(), pv.Sphere()], [], {})
-    >>> both.n_points, both.n_cells
-    (845, 1681)
+    >>> corner = np.eye(3), np.array([[0, 1, 2]])
+    >>> _, triangles, data = joined([(*corner, {"W": np.ones(3)}), (*corner, {})], ["W"], {})
+    >>> triangles.tolist(), data["W"].tolist()
+    ([[0, 1, 2], [3, 4, 5]], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
     """
-    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
-    data = {}
+    counts = [len(points) for points, _, _ in meshes]
+    joint = {}
     for name in names:
-        owns: list[np.ndarray | None] = [mesh.point_data.get(name) for mesh in meshes]
+        owns: list[np.ndarray | None] = [data.get(name) for _, _, data in meshes]
         if name == COLORS:
-            owns = [
-                in_bytes(mesh.point_data[name]) if has_colors(mesh) else own
-                for mesh, own in zip(meshes, owns, strict=True)
-            ]
+            owns = [in_bytes(data[name]) if has_colors(data) else data.get(name) for _, _, data in meshes]
         widest = max((own for own in owns if own is not None), key=lambda own: own.shape[1:])
-        rows = [np.full((mesh.n_points, *widest.shape[1:]), missing.get(name, 0), widest.dtype) for mesh in meshes]
+        rows = [np.full((count, *widest.shape[1:]), missing.get(name, 0), widest.dtype) for count in counts]
         for own, row in zip(owns, rows, strict=True):
             if own is not None:
                 row.reshape(len(row), -1)[:, : own[:1].size] = own.reshape(len(own), -1)
-        data[name] = np.concatenate(rows)
-    triangles = [mesh.regular_faces + start for mesh, start in zip(meshes, starts, strict=True)]
-    return to_polydata(np.concatenate([mesh.points for mesh in meshes]), np.concatenate(triangles), data)
+        joint[name] = np.concatenate(rows)
+    starts = np.cumsum([0, *counts[:-1]])
+    triangles = [own + start for (_, own, _), start in zip(meshes, starts, strict=True)]
+    return np.concatenate([points for points, _, _ in meshes]), np.concatenate(triangles), joint
+
+
+def joined_texture(textures: Sequence[np.ndarray | None], lengths: Sequence[int]) -> np.ndarray | None:
+    """Texture coordinates (m, 3, 2) at the corners of several meshes, 0 on those without; None if all are."""
+    if all(own is None for own in textures):
+        return None
+    rows = [np.zeros((m, 3, 2)) if own is None else own for own, m in zip(textures, lengths, strict=True)]
+    return np.concatenate(rows)
 
 
 def values_at(frame: pv.PolyData, name: str, places: npt.ArrayLike) -> np.ndarray:

@@ -2,31 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-import pyvista as pv
 from scipy.spatial import cKDTree
 
 from ..checks import vector, vectors
 from ..errors import LARGEST, MeshError, ParameterError, warn
 from ..geometry import double_areas, topology
-from .arrays import (
-    COLORS,
-    CORNERS,
-    MESH,
-    MOVED,
-    NAME,
-    PIECE,
-    SOURCE,
-    corner_texture,
-    drop_labels,
-    has_colors,
-    labels_of,
-    with_data,
-)
-from .formats.reading import MeshLike, read_surface
+from .arrays import COLORS, blended, has_colors
+from .formats.reading import MeshLike, surface_in
 from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
+from .surface import Surface
 
 IN_PIECES = 0.5
 """A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
@@ -42,50 +29,7 @@ FEW = 4
 so many lie on it."""
 
 
-@dataclass(frozen=True)
-class CleanSurface:
-    """One connected, manifold, consistently oriented surface that faces outward.
-
-    Attributes
-    ----------
-    mesh : pyvista.PolyData
-        With the point data of the input.
-    triangles : ndarray of int32, shape (m, 3)
-    points : ndarray, shape (n, 3)
-    source_points : ndarray of int, shape (n,)
-        The number that each point has in the input.
-    report : tuple of str
-        One sentence for each repair.
-    others : pyvista.PolyData, optional
-        The other parts of the input, unchanged; the cell data `PIECE` of :mod:`facewrinkle.mesh.arrays` number
-        them, and the point data `SOURCE` give the numbers of their points in the input.
-    names : tuple of str
-        What the file of the input calls each of these parts, "" if it does not tell.
-
-    Examples
-    --------
-    A sheet and a ball; the sheet is larger:
-
-    >>> import pyvista as pv
-    >>> import warnings
-    >>> with warnings.catch_warnings(action="ignore"):
-    ...     surface = prepare(pv.Plane() + pv.Sphere(radius=0.1, center=(0, 0, 2)))
-    >>> surface.triangles.shape, surface.others.n_cells
-    ((200, 3), 1680)
-    >>> surface.report
-    ('Kept one of 2 separate parts, the one with the largest area, with 200 triangles; set apart parts of 1680 ...',)
-    """
-
-    mesh: pv.PolyData
-    triangles: np.ndarray
-    points: np.ndarray
-    source_points: np.ndarray
-    report: tuple[str, ...]
-    others: pv.PolyData | None = None
-    names: tuple[str, ...] = ()
-
-
-def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> CleanSurface:
+def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray | None = None) -> Surface:
     """Return a clean copy of a surface on which the algorithms can rely.
 
     Degenerate and duplicate triangles are dropped without tearing the surface, points that are split at seams are
@@ -106,7 +50,9 @@ def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray 
 
     Returns
     -------
-    CleanSurface
+    Surface
+        One connected, manifold, consistently oriented surface that faces outward; its `source_points` are the numbers
+        of its points in the input, its `others` the other parts of the input, unchanged.
 
     Raises
     ------
@@ -127,17 +73,26 @@ def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray 
     >>> surface = prepare(pv.Plane(i_resolution=2, j_resolution=2))
     >>> surface.points.shape, surface.triangles.shape, surface.report
     ((9, 3), (8, 3), ())
+
+    A sheet and a ball; the sheet is larger:
+
+    >>> import warnings
+    >>> with warnings.catch_warnings(action="ignore"):
+    ...     surface = prepare(pv.Plane() + pv.Sphere(radius=0.1, center=(0, 0, 2)))
+    >>> surface.triangles.shape, surface.others.triangles.shape
+    ((200, 3), (1680, 3))
+    >>> surface.report
+    ('Kept one of 2 separate parts, the one with the largest area, with 200 triangles; set apart parts of 1680 ...',)
     """
     near = None if near is None else vectors("near", near)
     if forward is not None and not vector("forward", forward).any():
         raise ParameterError("forward must be a direction, received (0, 0, 0).")
-    source = read_surface(mesh)
-    points, faces = np.asarray(source.points), np.asarray(source.regular_faces)
-    _check_finite(points, faces)
-    moved, meshes = source.point_data.pop(MOVED, None), source.cell_data.pop(MESH, None)  # `source` is a new object
-    whole = mended(RepairedMesh.of(points, faces), moved, meshes)
-    if meshes is not None and near is not None:
-        joined = mended(RepairedMesh.of(points, faces), moved)
+    source = surface_in(mesh)
+    _check_finite(source.points, source.triangles)
+    moved, meshes = None if source.shapes is None else blended(source.shapes), source.meshes
+    whole = mended(RepairedMesh.of(source.points, source.triangles), moved, meshes)
+    if meshes.any() and near is not None:
+        joined = mended(RepairedMesh.of(source.points, source.triangles), moved)
         if _touched(joined, near) >= _touched(whole, near) + FEW:  # a face that is several meshes of its file
             whole = joined
     skin, others = _chosen_sheet(source, whole, near)
@@ -147,38 +102,21 @@ def prepare(mesh: MeshLike, near: np.ndarray | None = None, forward: np.ndarray 
     return _surface(source, skin, others)
 
 
-def _surface(source: pv.PolyData, skin: RepairedMesh, others: pv.PolyData | None) -> CleanSurface:
+def _surface(source: Surface, skin: RepairedMesh, others: Surface | None) -> Surface:
     """Return the repaired triangles with the data of the source at their points and corners."""
     used, triangles = np.unique(skin.triangles, return_inverse=True)
-    triangles = triangles.reshape(-1, 3)
-    kept = skin.origin[used]
-    clean = with_data(source, triangles, kept, skin.corners[:, 0] // 3)
-    clean.points = skin.points[used]
-    if has_colors(clean):
-        clean.point_data[COLORS] = np.array(clean.point_data[COLORS][:, :3])  # skin is opaque
-        if not np.ptp(clean.point_data[COLORS], axis=0).any():
-            del clean.point_data[COLORS]  # a single color is that of the material, and of no use
-    texture, of_points = corner_texture(source), clean.active_texture_coordinates
-    if texture is not None:
-        at_corners = texture.reshape(-1, 2)[skin.corners]
-        if CORNERS in clean.cell_data or of_points is None or not np.array_equal(at_corners, of_points[triangles]):
-            clean.cell_data[CORNERS] = at_corners.reshape(-1, 6)
-    drop_labels(clean, NAME)
-    names = () if others is None else _taken_names(others)
-    return CleanSurface(clean, triangles.astype(np.int32), np.array(clean.points), kept, skin.report, others, names)
+    clean = source.mapped(triangles.reshape(-1, 3).astype(np.int32), skin.origin[used], skin.corners[:, 0] // 3)
+    data = dict(clean.point_data)
+    if has_colors(data):
+        data[COLORS] = data[COLORS][:, :3]  # skin is opaque
+        if not np.ptp(data[COLORS], axis=0).any():
+            del data[COLORS]  # a single color is that of the material, and of no use
+    texture = None if source.texture is None else source.texture.reshape(-1, 2)[skin.corners]
+    points = skin.points[used]
+    return replace(clean, points=points, texture=texture, point_data=data, report=skin.report, others=others)
 
 
-def _taken_names(others: pv.PolyData) -> tuple[str, ...]:
-    """What the file calls each part, which is taken off the mesh."""
-    first = np.unique(others.cell_data[PIECE], return_index=True)[1]
-    names = labels_of(others, NAME)[first]
-    drop_labels(others, NAME)
-    return tuple(names.tolist())
-
-
-def _chosen_sheet(
-    source: pv.PolyData, whole: RepairedMesh, near: np.ndarray | None
-) -> tuple[RepairedMesh, pv.PolyData | None]:
+def _chosen_sheet(source: Surface, whole: RepairedMesh, near: np.ndarray | None) -> tuple[RepairedMesh, Surface | None]:
     """Return the sheet that is the skin, and the other parts as they are in the source."""
     label = topology.sheets(whole.triangles)
     votes, reason = _votes(whole, label, near)
@@ -214,14 +152,10 @@ def _touched(whole: RepairedMesh, near: np.ndarray) -> int:
     return int((cKDTree(whole.points[own]).query(near)[0] <= (1.0 + ROUNDING) * least).sum())
 
 
-def _others(source: pv.PolyData, apart: RepairedMesh, label: np.ndarray) -> pv.PolyData:
+def _others(source: Surface, apart: RepairedMesh, label: np.ndarray) -> Surface:
     """Triangles of the source that do not belong to the skin, with the numbers of their parts."""
     rows, first = np.unique(apart.corners[:, 0] // 3, return_index=True)
-    kept, renumbered = np.unique(np.asarray(source.regular_faces)[rows], return_inverse=True)
-    others = with_data(source, renumbered.reshape(-1, 3), kept, rows)
-    others.point_data[SOURCE] = kept
-    others.cell_data[PIECE] = np.unique(label[first], return_inverse=True)[1].ravel()
-    return others
+    return replace(source.only(rows), sheet=np.unique(label[first], return_inverse=True)[1].ravel())
 
 
 def _check_finite(points: np.ndarray, triangles: np.ndarray) -> None:

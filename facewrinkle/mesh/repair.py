@@ -52,8 +52,8 @@ class RepairedMesh:
     @classmethod
     def of(cls, points: Array, triangles: NDArray[np.integer]) -> RepairedMesh:
         """Return a source mesh as it is, before any repair."""
-        faces = np.array(triangles, dtype=np.int64)
-        return cls(np.array(points), faces, np.arange(faces.size).reshape(-1, 3), np.arange(len(points)))
+        faces = np.array(triangles, dtype=np.int64, order="C")
+        return cls(np.array(points, order="C"), faces, np.arange(faces.size).reshape(-1, 3), np.arange(len(points)))
 
     def only(self, kept: BoolArray | IntArray) -> RepairedMesh:
         """Return the mesh with only some of its triangles."""

@@ -8,7 +8,8 @@ import pyvista as pv
 
 from ..geometry import RedGreenForest, interpolated, refined_values, split_vertices
 from .arrays import CORNERS, TEXTURE, corner_texture, interpolated_point_data, to_polydata, use_texture
-from .formats.reading import MeshLike, read_surface
+from .formats.reading import MeshLike, surface_in
+from .surface import Surface
 
 
 def refine(mesh: MeshLike, marked: npt.ArrayLike) -> pv.PolyData:
@@ -37,16 +38,14 @@ def refine(mesh: MeshLike, marked: npt.ArrayLike) -> pv.PolyData:
     >>> fine.n_cells, fine.n_points
     (12, 12)
     """
-    source = read_surface(mesh)
-    triangles = np.asarray(source.regular_faces, dtype=np.int32)
-    forest = RedGreenForest(triangles, n_points=source.n_points)
+    source = surface_in(mesh)
+    triangles = source.triangles.astype(np.int32)
+    forest = RedGreenForest(triangles, n_points=len(source.points))
     forest.split(marked)
-    points = interpolated(np.asarray(source.points, dtype=np.float64), forest.corners, forest.barycentric)
-    data = interpolated_point_data(dict(source.point_data), forest.corners, forest.barycentric)
-    fine = to_polydata(points, forest.triangles, data)
-    use_texture(fine, source.point_data.active_texture_coordinates_name)
-    refine_seams(source, fine, forest)
-    return fine
+    points = interpolated(source.points, forest.corners, forest.barycentric)
+    data = interpolated_point_data(source.point_data, forest.corners, forest.barycentric)
+    texture = None if source.texture is None else refined_values(source.texture, triangles, forest)
+    return Surface(points, forest.triangles, texture, data, active=source.active).mesh
 
 
 def refine_seams(source: pv.PolyData, fine: pv.PolyData, forest: RedGreenForest) -> None:

@@ -299,7 +299,7 @@ class Scene:
             paint = _clay(seen.skin.n_points, seen.shade)
         elif textured:
             paint = seen.shade
-        elif has_colors(seen.skin):
+        elif has_colors(seen.skin.point_data):
             paint = np.asarray(seen.skin.point_data[COLORS])
         elif self._appearance.painter is not None:
             paint = seen.paint

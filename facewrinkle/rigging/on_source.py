@@ -14,7 +14,7 @@ from ..array_types import Array, IntArray, Single
 from ..errors import ParameterError
 from ..files import output_file, written
 from ..geometry import BoxTree
-from ..mesh import MeshLike, corner_texture, read_surface
+from ..mesh import MeshLike, corner_texture, surface_in
 from ..progress import bar
 from .fields import CUT, Baker, faded, shape_fields
 from .linear_rig import Rig
@@ -111,7 +111,7 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     >>> shapes.deltas.shape == (1, head.mesh.n_points, 3), bool(shapes.reached.all())
     (True, True)
     """
-    face, points = rig.face, np.asarray(read_surface(mesh).points, np.float64)
+    face, points = rig.face, surface_in(mesh).points
     size, skin = face.frame.pupil_distance, rig.deltas[:, : len(face.points)]
     deltas, known = np.zeros((len(rig.names), len(points), 3), np.float32), np.zeros(len(points), bool)
     for rows, rest, moved in _pieces(rig, skin):

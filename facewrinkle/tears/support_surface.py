@@ -15,7 +15,7 @@ from ..array_types import Array, IntArray
 from ..checks import vector
 from ..errors import MeshError, ParameterError, check_range, unknown_name
 from ..geometry import BoxTree, interpolated, vertex_normals
-from ..mesh import MeshLike, is_frame, read_surface, rest_of
+from ..mesh import MeshLike, is_frame, rest_of, surface_in
 
 EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
 """Names of the two eyes, the subject's own left and right."""
@@ -195,9 +195,8 @@ def support_surface(
     if isinstance(surface, Face):
         points, triangles, unit = surface.points, surface.triangles, surface.unit
     else:
-        mesh = read_surface(surface)
-        points = np.asarray(mesh.points, dtype=np.float64)
-        triangles = np.ascontiguousarray(mesh.regular_faces, dtype=np.int32)
+        source = surface_in(surface)
+        points, triangles = source.points, source.triangles.astype(np.int32)
         if not len(triangles) or not np.isfinite(points).all():
             raise MeshError("a surface for tears needs triangles and finite points.")
         unit = millimeters(units)

@@ -11,7 +11,6 @@ import pyvista as pv
 import facewrinkle as fw
 from facewrinkle.anatomy.parts import Part
 from facewrinkle.errors import FaceWrinkleWarning, MeshError, OutputError
-from facewrinkle.mesh.arrays import PIECE
 
 
 def assert_equal(ours, theirs):
@@ -43,8 +42,8 @@ def every_field_set():
     """A face none of whose fields has its default."""
     face = fw.default_face({"jaw": 0.5, "age": 0.75, "iris": 0.5})
     rest = fw.Face.from_landmarks(face.mesh, face.landmarks, 2.5, None, ("trichion", "gonion_l"))
-    hat = Part(pv.Sphere(radius=90.0, center=(0, 120, 0)), "mandible", "l", face.texture[::4], np.arange(842)[::-1])
-    hat.mesh.cell_data[PIECE] = np.zeros(hat.mesh.n_cells, int)
+    ball = pv.Sphere(radius=90.0, center=(0, 120, 0))
+    hat = Part(ball, "mandible", "l", face.texture[::4], np.arange(842)[::-1], np.zeros(ball.n_cells, int))
     return dataclasses.replace(
         rest,
         texture=face.texture,
@@ -85,9 +84,8 @@ def test_a_part_of_ones_own_comes_back(face, tmp_path, follows, numbered):
     eye = face.eyes[0]
     shifted = eye.centre + np.array([0.0, 0.0, 1.0])
     ball = pv.Sphere(radius=1.2 * eye.radius, center=shifted)
-    if numbered:
-        ball.cell_data[PIECE] = np.zeros(ball.n_cells, np.int32)
-    own = dataclasses.replace(face, parts={f"eye_{eye.side}": Part(ball, follows, eye.side)})
+    sheet = np.zeros(ball.n_cells, np.int32) if numbered else None
+    own = dataclasses.replace(face, parts={f"eye_{eye.side}": Part(ball, follows, eye.side, sheet=sheet)})
     again = fw.read_face(fw.write_face(own, tmp_path / "own.face"))
     assert_equal(again.parts, own.parts)
     np.testing.assert_allclose(again.eyes[0].centre, shifted, atol=1e-3)

@@ -16,7 +16,6 @@ from facewrinkle.anatomy.parts import follower
 from facewrinkle.cli import main
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.mesh import corner_texture, to_polydata
-from facewrinkle.mesh.arrays import PIECE
 from facewrinkle.plotting import Scene, Style, picture
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*bad X server")
@@ -35,7 +34,6 @@ def card(face):
     mesh = to_polydata(local * size @ axes + face.frame.origin, plane.regular_faces)
     mesh.point_data["Texture Coordinates"] = np.asarray(plane.points, float)[:, :2] + 0.5
     mesh.point_data.active_texture_coordinates_name = "Texture Coordinates"
-    mesh.cell_data[PIECE] = np.zeros(mesh.n_cells, np.int64)
     return mesh
 
 
@@ -48,8 +46,7 @@ def dressed(face):
         mesh = to_polydata(ball.points, ball.regular_faces)
         ahead = (np.asarray(mesh.points) - eye.centre) @ eye.gaze > 0.87 * eye.radius
         mesh.point_data["Colors"] = np.where(ahead[:, None], RED, WHITE).astype(np.uint8)
-        mesh.cell_data[PIECE] = np.zeros(mesh.n_cells, np.int64)
-        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", mesh)
+        parts[f"eye_{eye.side}"] = follower(f"eye_{eye.side}", mesh, sheet=np.zeros(mesh.n_cells, np.int64))
     return dataclasses.replace(face, parts={name: parts[name] for name in NAMES})
 
 

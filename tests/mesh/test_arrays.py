@@ -85,18 +85,24 @@ def test_refine_splits_one_triangle_and_closes_around_it() -> None:
     assert plane == before
 
 
+def colors_of(meshes):
+    _, _, data = joined(
+        [(mesh.points, mesh.regular_faces, mesh.point_data) for mesh in meshes], ["Colors"], {"Colors": 255}
+    )
+    return data["Colors"]
+
+
 def test_colors_in_bytes_and_in_shares_are_the_same_side_by_side():
     shades = np.random.default_rng(2).integers(0, 256, (3, 3), dtype=np.uint8)
     sheets = [pv.Triangle() for _ in range(3)]
     sheets[0].point_data["Colors"] = shades / 255.0
     sheets[1].point_data["Colors"] = shades
     for order in ([0, 1, 2], [2, 1, 0]):
-        found = joined([sheets[i] for i in order], ["Colors"], {"Colors": 255}).point_data["Colors"]
+        found = colors_of([sheets[i] for i in order])
         expected = [shades if i < 2 else np.full((3, 3), 255) for i in order]
         np.testing.assert_array_equal(found, np.concatenate(expected))
         assert found.dtype == np.uint8
-    white = joined([sheets[2], sheets[0]], ["Colors"], {"Colors": 255})
-    np.testing.assert_array_equal(white.point_data["Colors"], np.concatenate([np.full((3, 3), 255), shades]))
+    np.testing.assert_array_equal(colors_of([sheets[2], sheets[0]]), np.concatenate([np.full((3, 3), 255), shades]))
 
 
 POINTS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0]])

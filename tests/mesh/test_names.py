@@ -13,13 +13,13 @@ import pyvista as pv
 
 import facewrinkle as fw
 from facewrinkle.export import write_series
-from facewrinkle.mesh import arrays, with_normals
+from facewrinkle.mesh import arrays, surface, with_normals
 from facewrinkle.plotting import Style, picture
 
 NAMES = sorted(
     {*arrays.ARRAYS, "split_gamma", "paint", "relief"}
-    | {value for name, value in vars(arrays).items() if name.isupper() and isinstance(value, str)}
-    | {arrays.GAZE + "l", arrays.OF_PART + "hat", arrays.IMAGE + "s", "image", "images", "object name", "moved"}
+    | {value for name, value in (vars(arrays) | vars(surface)).items() if name.isupper() and isinstance(value, str)}
+    | {arrays.GAZE + "l", arrays.OF_PART + "hat", "image", "images", "object name", "moved"}
 )
 """All names of the module, and those that it once gave to what only it should read."""
 

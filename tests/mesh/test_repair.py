@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,8 +15,7 @@ from small_meshes import arrays, sphere
 from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.geometry import topology
 from facewrinkle.geometry.normals import double_areas
-from facewrinkle.mesh import prepare
-from facewrinkle.mesh.arrays import MOVED
+from facewrinkle.mesh import Surface, prepare
 from facewrinkle.mesh.repair import (
     RepairedMesh,
     mended,
@@ -238,14 +238,14 @@ def test_borders_that_part_as_the_mesh_moves_are_not_stitched():
     still = mesh.copy()
     for data in (None, moved):  # a seam, whether it is known how it moves or not
         if data is not None:
-            mesh.point_data[MOVED] = data
+            mesh = replace(Surface.of(still), shapes=data[None]).to_polydata()
         with pytest.warns(FaceWrinkleWarning, match="Joined points"):
             whole = prepare(mesh)
         assert whole.points.shape[0] == still.n_points - 7
-        assert MOVED not in whole.mesh.point_data
-    mesh.point_data[MOVED] = lips(0.1)[1]
+        assert whole.mesh.point_data.keys() == []
+    mesh = replace(Surface.of(still), shapes=lips(0.1)[1][None]).to_polydata()
     with pytest.warns(FaceWrinkleWarning, match="Joined points at which the mesh was split along seams: 4 of"):
         opened = prepare(mesh)  # at the corners of the mouth, which stay together
     assert opened.points.shape[0] == still.n_points - 4
     assert rim(opened.triangles) == rim(whole.triangles) + 2 * 4
-    assert MOVED in mesh.point_data
+    np.testing.assert_array_equal(Surface.of(mesh).shapes, lips(0.1)[1][None])

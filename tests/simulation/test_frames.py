@@ -20,7 +20,6 @@ from expressions import PAPER, after
 import facewrinkle as fw
 from facewrinkle.geometry.normals import unit, vertex_normals
 from facewrinkle.mesh import ARRAYS, MUSCLES
-from facewrinkle.mesh.arrays import PIECE
 
 
 @pytest.mark.parametrize("name", PAPER)
@@ -104,7 +103,7 @@ def labeled(face):
     mesh.point_data["tiny"] = (np.arange(n) % 251).astype(np.uint8)
     mesh.point_data["flag"] = x[:, 0] > 0.0
     mesh.point_data["W"] = np.full(n, 7.0)
-    mesh.cell_data[PIECE] = np.arange(mesh.n_cells)
+    mesh.cell_data["of each triangle"] = np.arange(mesh.n_cells)
     return dataclasses.replace(face, mesh=mesh)
 
 

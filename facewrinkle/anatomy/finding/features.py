@@ -300,7 +300,7 @@ def _brightness(
     corners, texture, colors = (
         points[triangles],
         corner_texture(mesh),
-        mesh.point_data.get(COLORS) if has_colors(mesh) else None,
+        mesh.point_data.get(COLORS) if has_colors(mesh.point_data) else None,
     )
     ahead = np.flatnonzero(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0.0)
     depth = depth_buffer(points, triangles[ahead], (low[0], low[1]), PHOTO_STEP, (shape[0], shape[1]))

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_limits
 
 from ...array_types import Array, IntArray
 from ...errors import LARGEST, LandmarkError, MeshError
-from ...mesh import MeshLike, closest_places, read_surface, to_polydata
+from ...mesh import MeshLike, closest_places, surface_in, to_polydata
 from ...mesh.repair import degenerate
 from ...progress import Progress, bar
 from ..landmarks import MOUTH_LANDMARKS, NAMES, complete
@@ -146,8 +146,8 @@ def find_landmarks(
 
 def _regular_surface(mesh: MeshLike) -> tuple[Array, IntArray]:
     """The triangles of a mesh that have an area, and the points that they use."""
-    source = read_surface(mesh)
-    points, triangles = np.array(source.points, dtype=np.float64), np.array(source.regular_faces, dtype=np.int64)
+    source = surface_in(mesh)
+    points, triangles = source.points, source.triangles
     if not (np.abs(points[triangles]) < LARGEST).all():
         raise MeshError("points of the mesh are NaN, infinite or huge. Delete them, or export the mesh again.")
     triangles = triangles[~degenerate(points, triangles)]

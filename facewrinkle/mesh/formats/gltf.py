@@ -11,7 +11,6 @@ import base64
 import json
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import cached_property
 from importlib import import_module
 from pathlib import Path
@@ -27,8 +26,10 @@ from scipy.spatial.transform import Rotation
 from ...array_types import Array
 from ...errors import MeshError, optional_imports, warn
 from ...files import bytes_of, sibling_file
+from ..arrays import COLORS
+from ..surface import Piece, Surface
 from .merging import srgb
-from .polygons import Primitive, image_place, tinted
+from .polygons import image_place, tinted
 
 COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -54,7 +55,7 @@ MOST_BYTES = 2**30
 """A part that would be larger, when it is decoded, is taken for damaged."""
 
 
-def read_gltf_file(path: Path) -> list[Primitive]:
+def read_gltf_file(path: Path) -> list[Surface]:
     """Read the triangles of all meshes in the scene of a glTF or GLB file.
 
     Raises
@@ -294,7 +295,7 @@ class Document:
         mesh = self._at("meshes", self.nodes[node]["mesh"])
         return str(mesh.get("name") or self.nodes[node].get("name") or node)
 
-    def primitives(self, node: int, world: Array) -> list[Primitive]:
+    def primitives(self, node: int, world: Array) -> list[Surface]:
         """The mesh of a node in the coordinates of the scene, given the matrices of all nodes."""
         mesh = self._at("meshes", self.nodes[node]["mesh"])
         bones = None
@@ -302,12 +303,12 @@ class Document:
             joints, bind = self.bones(node)
             bones = world[joints] @ bind
         solid = [part for part in mesh["primitives"] if part.get("material") not in self.materials.transparent]
-        found = [self._primitive(part, world[node], bones) for part in solid]
         names = f"{self.nodes[node].get('name', '')}/{mesh.get('name', '')}"
-        return [replace(part, mesh=node, name=f"{names}/{part.name}".strip("/")) for part in found if part is not None]
+        found = [self._primitive(part, world[node], bones, Piece(node, names)) for part in solid]
+        return [part for part in found if part is not None]
 
-    def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None) -> Primitive | None:
-        """One primitive in the coordinates of the scene; None for points and lines."""
+    def _primitive(self, primitive: dict[str, Any], world: Array, bones: Array | None, mesh: Piece) -> Surface | None:
+        """One primitive of a mesh in the coordinates of the scene; None for points and lines."""
         attributes = primitive["attributes"]
         mode = primitive.get("mode", TRIANGLES)
         if mode not in (TRIANGLES, STRIP, FAN) or "POSITION" not in attributes:
@@ -343,8 +344,9 @@ class Document:
             if values is not None and len(values) != n:
                 raise self.broken(f"it has {n} points and {len(values)} texture coordinates or colors")
         at_corners = None if texture is None else (texture * [1.0, -1.0] + [0.0, 1.0])[triangles]
-        name = self.materials.name(primitive)
-        return Primitive(points, triangles, at_corners, colors, shapes, image, weights, name=name)
+        piece = mesh._replace(name=f"{mesh.name}/{self.materials.name(primitive)}".strip("/"), image=image)
+        data = {} if colors is None else {COLORS: colors}
+        return Surface(points, triangles, at_corners, data, pieces=(piece,), shapes=shapes, weights=weights)
 
     def _colors(self, attributes: dict[str, Any], n: int, color: Array | None) -> npt.NDArray[np.uint8] | None:
         """Colors (n, 3) of points: their own times that of the material, None if they have neither."""

@@ -14,7 +14,9 @@ import numpy.typing as npt
 
 from ...errors import MeshError
 from ...files import bytes_of
-from .polygons import Primitive, image_place, split_polygons, textured
+from ..arrays import COLORS
+from ..surface import Piece, Surface
+from .polygons import image_place, split_polygons, textured
 
 NUMBERS = {
     name: kind
@@ -43,7 +45,7 @@ Columns = dict[str, np.ndarray]
 Lists = dict[str, tuple[npt.NDArray[np.int64], np.ndarray]]  # lengths, and the numbers of all lists in a row
 
 
-def read_ply(path: Path) -> Primitive:
+def read_ply(path: Path) -> Surface:
     """Read the polygons of a PLY file, with texture coordinates and colors; all else is ignored.
 
     Raises
@@ -71,9 +73,10 @@ def read_ply(path: Path) -> Primitive:
     triangles, _ = split_polygons(path, points, lengths, numbers)
     texture = _texture(vertex, face, lengths, numbers, len(points))
     channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
-    colors = np.stack(channels, axis=1) if vertex.keys() >= set(CHANNELS) else None
+    colors = {COLORS: np.stack(channels, axis=1)} if vertex.keys() >= set(CHANNELS) else {}
     at_corners = None if texture is None else texture[triangles]
-    return Primitive(points, numbers[triangles], at_corners, colors, image=image_place(path.parent, image))
+    piece = Piece(image=image_place(path.parent, image))
+    return Surface(points, numbers[triangles], at_corners, colors, pieces=(piece,))
 
 
 def _broken(path: Path, reason: str) -> MeshError:

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pyvista as pv
-from scipy.sparse import csr_array
 
 from ...errors import MeshError, warn
 from ...files import bytes_of, sibling_file, text_of
+from ..arrays import COLORS
+from ..surface import Piece, Surface
 
 LIBRARIES = 64
 """The most material libraries of one line that are looked for."""
@@ -29,44 +29,6 @@ _POLYPAINT = re.compile(r"#MRGB (?:[\da-f]{8})+\s*$", re.IGNORECASE)
 _OPTION = re.compile(
     r"-(?:(?:o|s|t)(?:\s+[-+.\deE]+){1,3}|mm(?:\s+\S+){2}|(?:blendu|blendv|cc|clamp|texres|imfchan|boost|bm)\s+\S+)\s+"
 )
-
-
-@dataclass(frozen=True)
-class Primitive:
-    """A mesh of a file, in the coordinates of its scene.
-
-    Attributes
-    ----------
-    points : ndarray, shape (n, 3)
-    triangles : ndarray of int64, shape (m, 3)
-    texture : ndarray, shape (m, 3, 2), or None
-        At the corners of the triangles, with v upwards.
-    colors : ndarray, shape (n, 3) or (n, 4), or None
-        Of the points, as uint8 or as numbers up to 1, 255 or 65535.
-    shapes : ndarray, shape (k, n, 3), or None
-        Displacements of the morph targets.
-    image : str or ndarray of str, shape (m,)
-        The image on the mesh, or on each triangle: a file, `a.glb#3` or `a.usdz[b.png]`; "" for none.
-        See :func:`tinted` for images that are multiplied by a color.
-    weights : csr_array, shape (n, b), or None
-        Weights of the bones of its skin at each point; they add up to 1.
-    mesh : int or ndarray of int, shape (m,)
-        Number of the mesh that it, or each triangle, belongs to: the materials of a mesh of a glTF file are several
-        primitives, and the groups of an OBJ file one.
-    name : str or ndarray of str, shape (m,)
-        What the file calls it, or each triangle: several names with "/" between them, the most telling first. Group,
-        object and material of an OBJ file; node, mesh and material of a glTF file; a USD prim and those above it.
-    """
-
-    points: np.ndarray
-    triangles: np.ndarray
-    texture: np.ndarray | None = None
-    colors: np.ndarray | None = None
-    shapes: np.ndarray | None = None
-    image: str | np.ndarray = ""
-    weights: csr_array | None = None
-    mesh: int | np.ndarray = 0
-    name: str | np.ndarray = ""
 
 
 def polygon_triangles(corners: np.ndarray, counts: np.ndarray) -> np.ndarray:
@@ -132,7 +94,7 @@ def _array(rows: list[list[float]], columns: int) -> np.ndarray:
     return np.array(rows, dtype=np.float64).reshape(-1, columns)
 
 
-def read_obj(path: Path) -> Primitive:
+def read_obj(path: Path) -> Surface:
     """Read the polygons of a Wavefront OBJ file, and the images of their materials; normals and lines are ignored.
 
     Raises
@@ -181,32 +143,31 @@ def read_obj(path: Path) -> Primitive:
     order = np.array(vertices, dtype=np.int64)
     triangles, of_triangle = split_polygons(path, _array(points, 3), np.array(counts, dtype=np.int64), order)
     of_corners = textured(order, np.array(corners, dtype=np.int64), _array(texture, 2), len(points))
-    piece = np.array(piece_of_face, dtype=np.int64)[of_triangle]
-    images = np.array("")
+    places: dict[str, str] = {}
     if of_corners is not None:
         known = images_of_materials(path.parent, libraries)
         if not any(name for *_, name in pieces):  # it uses no material, so the only image is meant
             known = _only_image(path, known)
         places = {name: image_place(path.parent, known.get(name, "")) for name in sorted({name for *_, name in pieces})}
-        images = np.array([places[name] for *_, name in pieces])[piece]
-    return Primitive(
+    meshes = {pair: number for number, pair in enumerate(dict.fromkeys(names[:2] for names in pieces))}
+    return Surface(
         _array(points, 3),
         order[triangles],
         None if of_corners is None else of_corners[triangles],
         _colors(colors, painted, len(points)),
-        image=images,
-        mesh=np.unique([f"{thing}\n{group}" for thing, group, _ in pieces], return_inverse=True)[1][piece],
-        name=np.array([f"{group}/{thing}/{material}".strip("/") for thing, group, material in pieces], dtype=str)[
-            piece
-        ],
+        pieces=tuple(
+            Piece(meshes[thing, group], f"{group}/{thing}/{material}".strip("/"), places.get(material, ""))
+            for thing, group, material in pieces
+        ),
+        piece=np.array(piece_of_face, dtype=np.int64)[of_triangle],
     )
 
 
-def _colors(colors: list[list[float]], painted: bytearray, count: int) -> np.ndarray | None:
-    """Colors (n, 3) of the points of an OBJ file, beside their coordinates or painted in ZBrush; None without."""
+def _colors(colors: list[list[float]], painted: bytearray, count: int) -> dict[str, np.ndarray]:
+    """Colors (n, 3) of the points of an OBJ file, beside their coordinates or painted in ZBrush."""
     if 0 < len(painted) == 4 * count:
-        return np.frombuffer(painted, np.uint8).reshape(-1, 4)[:, 1:]
-    return _array(colors, 3) if 0 < len(colors) == count else None
+        return {COLORS: np.frombuffer(painted, np.uint8).reshape(-1, 4)[:, 1:]}
+    return {COLORS: _array(colors, 3)} if 0 < len(colors) == count else {}
 
 
 def _only_image(path: Path, known: dict[str, str]) -> dict[str, str]:
@@ -281,7 +242,7 @@ def textured(vertices: np.ndarray, corners: np.ndarray, texture: np.ndarray, n_p
     return of_corners
 
 
-def read_off(path: Path) -> Primitive:
+def read_off(path: Path) -> Surface:
     """Read the polygons of an ASCII OFF file (also COFF, NOFF and so on); colors and normals are ignored.
 
     Raises
@@ -324,10 +285,10 @@ def read_off(path: Path) -> Primitive:
         )
     order = np.array(vertices, dtype=np.int64)
     triangles, _ = split_polygons(path, _array(points, 3), np.array(counts, dtype=np.int64), order)
-    return Primitive(_array(points, 3), order[triangles])
+    return Surface(_array(points, 3), order[triangles])
 
 
-def read_stl(path: Path) -> Primitive:
+def read_stl(path: Path) -> Surface:
     """Read the triangles of an STL file, text or binary; corners at the same place become one point.
 
     Raises
@@ -356,7 +317,7 @@ def read_stl(path: Path) -> Primitive:
     triangles = number[same.reshape(-1, 3)]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    return Primitive(corners[first[order]].astype(np.float64), triangles)
+    return Surface(corners[first[order]].astype(np.float64), triangles)
 
 
 # --- materials of OBJ files, and images beside files ----------------------------------------------------------

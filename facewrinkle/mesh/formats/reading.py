@@ -1,9 +1,10 @@
-"""Triangles as PolyData, from files and from meshes of other libraries."""
+"""Triangles, from files and from meshes of other libraries."""
 
 from __future__ import annotations
 
 import html
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -13,9 +14,10 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkPolyData
 
 from ...errors import MeshError
 from ...files import check_file, check_inside, path_of, reading, text_of
-from ..arrays import COLORS, IMAGE, NAME, TEXTURE, drop_labels, numbers, to_polydata, use_texture
+from ..arrays import COLORS, numbers, to_polydata
+from ..surface import Surface
 from .gltf import read_gltf_file
-from .merging import from_dataset, merged_primitives, surface_of
+from .merging import checked, from_dataset, merged_primitives
 from .ply import read_ply
 from .polygons import read_obj, read_off, read_stl
 from .probing import OF_VTK, probe
@@ -23,6 +25,8 @@ from .usd import read_usd_file
 
 GLTF = (".glb", ".gltf", ".vrm")
 USD = (".usd", ".usda", ".usdc", ".usdz")
+READERS = {".obj": read_obj, ".off": read_off, ".stl": read_stl, ".ply": read_ply}
+SCENES = {**dict.fromkeys(GLTF, read_gltf_file), **dict.fromkeys(USD, read_usd_file)}
 READABLE = "OBJ, OFF, PLY, STL, glTF, VTK (.vtk, .vtp, .vtm, .vtkhdf), USD"
 
 
@@ -45,7 +49,7 @@ class HasFaces(Protocol):
         """Triangles (m, 3)."""
 
 
-MeshLike = pv.DataSet | pv.MultiBlock | vtkDataObject | HasFaces | HasMeshes | str | Path
+MeshLike = pv.DataSet | pv.MultiBlock | vtkDataObject | HasFaces | HasMeshes | Surface | str | Path
 """All that :func:`read_surface` takes; every function that takes a mesh takes these."""
 
 
@@ -53,9 +57,9 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     """Return the triangles of a file or of a mesh of another library, with the points numbered as in the source.
 
     Polygons are split into triangles (along the shorter diagonal of a quad). If the texture has seams, points keep
-    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. The names
-    that a file gives its objects are told by `NAME` of :mod:`facewrinkle.mesh.arrays`. What a simulation has written to
-    its frames is left out; other point data and field data are kept; lines and loose points are ignored.
+    the first of their texture coordinates, and the cell data "Texture Corners" holds those of all corners. What else a
+    file tells, such as names of objects and images, goes along to :func:`facewrinkle.fit_face`. What a simulation has
+    written to its frames is left out; other point data and field data are kept; lines and loose points are ignored.
 
     Parameters
     ----------
@@ -79,6 +83,13 @@ def read_surface(source: MeshLike) -> pv.PolyData:
     >>> read_surface(pv.Plane(i_resolution=2, j_resolution=3)).n_cells
     12
     """
+    return surface_in(source).to_polydata()
+
+
+def surface_in(source: MeshLike) -> Surface:
+    """Return what :func:`read_surface` does, as arrays."""
+    if isinstance(source, Surface):
+        return source
     if isinstance(source, str | Path):
         path = path_of(source)
         check_file(path)
@@ -124,25 +135,15 @@ def triangle_mesh(mesh: MeshLike) -> pv.PolyData:
     return mesh if isinstance(mesh, pv.PolyData) and mesh.n_cells and mesh.is_all_triangles else read_surface(mesh)
 
 
-def _read_by_ending(path: Path) -> pv.PolyData:
-    match path.suffix.lower():
-        case ".obj":
-            return surface_of(read_obj(path), path.name)
-        case ".off":
-            return surface_of(read_off(path), path.name)
-        case ".stl":
-            return surface_of(read_stl(path), path.name)
-        case ".ply":
-            return surface_of(read_ply(path), path.name)
-        case ending if ending in GLTF:
-            return merged_primitives(read_gltf_file(path), path)[0]
-        case ending if ending in USD:
-            return merged_primitives(read_usd_file(path), path)[0]
-        case ending if ending in OF_VTK:
-            mesh = from_dataset(_read_with_vtk(path), path.name)
-            for array in (IMAGE, NAME):  # its file may have come from anywhere
-                drop_labels(mesh, array)
-            return mesh
+def _read_by_ending(path: Path) -> Surface:
+    ending = path.suffix.lower()
+    if ending in READERS:
+        return checked(READERS[ending](path), path.name)
+    if ending in SCENES:
+        return merged_primitives(SCENES[ending](path), path)[0]
+    if ending in OF_VTK:
+        # The file may have come from anywhere, and name any image.
+        return from_dataset(_read_with_vtk(path), path.name).without_images()
     if path.suffix == ".face":
         raise MeshError(f"{path.name} holds a face that has been fitted: facewrinkle.read_face(path), or --face PATH.")
     ending = f"for {path.suffix!r}" if path.suffix else "for a file without an ending"
@@ -186,16 +187,15 @@ def _is_empty(data: Any) -> bool:
     return isinstance(data, pv.DataSet) and data.n_points == 0
 
 
-def _from_trimesh(source: Any) -> pv.PolyData:
+def _from_trimesh(source: Any) -> Surface:
     faces = numbers("faces", source.faces)
     if faces.ndim != 2 or faces.shape[1] != 3:
         raise MeshError(f"faces must have the shape (m, 3), received {faces.shape}. Triangulate the mesh first.")
-    mesh = to_polydata(source.vertices, faces)
+    surface = Surface.of(to_polydata(source.vertices, faces))  # which checks them
     visual = getattr(source, "visual", None)
     texture = getattr(visual, "uv", None)
-    if texture is not None and len(texture) == mesh.n_points:
-        mesh.point_data[TEXTURE] = np.array(texture, dtype=np.float32)
-        use_texture(mesh, TEXTURE)
+    if texture is not None and len(texture) == len(surface.points):
+        surface = replace(surface, texture=np.array(texture, dtype=np.float64)[faces])
     if visual is not None and getattr(visual, "kind", None) == "vertex":
-        mesh.point_data[COLORS] = np.array(visual.vertex_colors)
-    return mesh
+        surface = replace(surface, point_data={COLORS: np.array(visual.vertex_colors)})
+    return surface

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
@@ -15,10 +16,11 @@ import pyvista as pv
 from ...array_types import Image
 from ...errors import MeshError, ParameterError, warn
 from ...files import bytes_of, check_file, is_outside, path_of, reading
-from ..arrays import COLORS, CORNERS, IMAGE, corner_texture, drop_labels, has_colors, in_bytes, listed_labels
+from ..arrays import COLORS, has_colors, in_bytes
+from ..surface import Surface
 from .gltf import Document
-from .merging import linear_light, set_texture, srgb
-from .reading import GLTF, MeshLike, one_mesh, read_surface
+from .merging import linear_light, srgb
+from .reading import GLTF, MeshLike, one_mesh, surface_in
 
 LARGEST_SIDE = 16_384
 """The most pixels along a side; graphics cards take no larger textures."""
@@ -110,15 +112,13 @@ def read_texture(source: MeshLike) -> Image | None:
     elif (image := _of_object(source)) is not None:
         return image
     else:
-        source = read_surface(source)  # what is no mesh is an error, unlike an image that cannot be read
+        source = surface_in(source)  # what is no mesh is an error, unlike an image that cannot be read
     name = source.name if isinstance(source, Path) else "the mesh"
     try:
-        surface = read_surface(source)
-        numbers = np.asarray(surface.cell_data.get(IMAGE, []), dtype=np.int64)
+        names, numbers = surface_in(source).images
         counts = np.bincount(numbers[numbers >= 0])
         if not counts.any():
             return None
-        names = listed_labels(surface, IMAGE)
         if len(names) > 1:
             taken, *others = [repr(_short(names[number])) for number in np.argsort(-counts, kind="stable")]
             warn(f"{name} has several textures; took {taken}, which most faces have, and not {', '.join(others)}.")
@@ -128,41 +128,36 @@ def read_texture(source: MeshLike) -> Image | None:
     return None
 
 
-def merged_texture(mesh: pv.PolyData) -> Image | None:
-    """Return the image on a mesh; if there are several, merge them and change the texture coordinates of the mesh.
+def merged_texture(surface: Surface) -> tuple[Surface, Image | None]:
+    """Return the image on a surface; if there are several, merge them, and change the texture coordinates.
 
     Several images, such as those of a head and its ears, are put side by side, with a patch of plain color for
     triangles that have none.
 
-    Parameters
-    ----------
-    mesh : PolyData
-        The result of :func:`facewrinkle.read_surface`, or a part of it.
-
     Returns
     -------
-    ndarray of uint8, shape (h, w, 3), or (h, w, 4) if it is transparent; or None
+    surface : Surface
+        With texture coordinates on the image.
+    image : ndarray of uint8, shape (h, w, 3), or (h, w, 4) if it is transparent; or None
 
     Warns
     -----
     FaceWrinkleWarning
         For an image that cannot be read, and if one of several images is repeated.
     """
-    numbers = np.asarray(mesh.cell_data.get(IMAGE, np.full(mesh.n_cells, -1)), dtype=np.int64)
-    if not (numbers >= 0).any() or mesh.active_texture_coordinates is None:
-        return None
+    names, numbers = surface.images
     images: dict[int, Image] = {}
     for number in np.unique(numbers[numbers >= 0]).tolist():
         try:
-            images[number] = _opened(listed_labels(mesh, IMAGE)[number])
+            images[number] = _opened(names[number])
         except MeshError as problem:
             warn(f"the texture is left out: {problem}")
     if not images:
-        return None
+        return surface, None
     numbers = np.where(np.isin(numbers, list(images)), numbers, -1)
     if (numbers == -1).any():
-        images[-1] = _patch(mesh, numbers == -1, images)
-    return images.popitem()[1] if len(images) == 1 else _side_by_side(mesh, numbers, images)
+        images[-1] = _patch(surface, numbers == -1, images)
+    return (surface, images.popitem()[1]) if len(images) == 1 else _side_by_side(surface, names, numbers, images)
 
 
 def _opened(source: str) -> Image:
@@ -190,12 +185,12 @@ def _opened(source: str) -> Image:
     return image_of_file(Path(source))
 
 
-def outside_images(mesh: pv.PolyData, source: object) -> tuple[str, ...]:
-    """Return a sentence on images that a mesh file names outside of its folder, if it does; `mesh` is what was read."""
+def outside_images(surface: Surface, source: object) -> tuple[str, ...]:
+    """Return a sentence on images that a mesh file names outside of its folder; `surface` is what was read."""
     if not isinstance(source, str | Path):
         return ()
     folder = path_of(source).parent
-    outside = [str(Path(name).resolve()) for name in listed_labels(mesh, IMAGE) if is_outside(folder, name)]
+    outside = [str(Path(name).resolve()) for name in surface.images[0] if is_outside(folder, name)]
     return (f"Read images from outside the folder of the mesh: {', '.join(outside)}.",) if outside else ()
 
 
@@ -204,23 +199,25 @@ def _short(source: str) -> str:
     return Path(_TINTED.sub(r"\1", source)).name
 
 
-def _patch(mesh: pv.PolyData, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
+def _patch(surface: Surface, bare: npt.NDArray[np.bool_], images: dict[int, Image]) -> Image:
     """A small image in the color of the triangles without an image, else in the median color of the largest image."""
-    colors = np.asarray(mesh.point_data[COLORS])[:, :3] if has_colors(mesh) else None
-    own = None if colors is None else colors[np.asarray(mesh.regular_faces)[bare]].reshape(-1, 3)
+    colors = surface.point_data[COLORS][:, :3] if has_colors(surface.point_data) else None
+    own = None if colors is None else colors[surface.triangles[bare]].reshape(-1, 3)
     if own is None or own.dtype != np.uint8 or own.min() == 255:
         own = max(images.values(), key=lambda image: image.size)[..., :3].reshape(-1, 3)
     return np.tile(np.median(own, axis=0).astype(np.uint8), (2, 2, 1))
 
 
-def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dict[int, Image]) -> Image:
-    """Put images in a row, by number, and move the texture coordinates of the mesh to their places in it."""
+def _side_by_side(
+    surface: Surface, names: list[str], numbers: npt.NDArray[np.int64], images: dict[int, Image]
+) -> tuple[Surface, Image]:
+    """Put images in a row, by number, and move the texture coordinates to their places in it."""
     channels = max(image.shape[2] for image in images.values())
     factor = min(1.0, LARGEST_SIDE / sum(image.shape[1] + 2 * BORDER for image in images.values()))
     row = {number: _padded(_reduced(image, factor), channels) for number, image in images.items()}
     height, width = max(image.shape[0] for image in row.values()), sum(image.shape[1] for image in row.values())
     out = np.zeros((height, width, channels), np.uint8)
-    corners = np.array(corner_texture(mesh))
+    corners = np.array(surface.texture)
     left, repeated = 0, []
     for number, image in row.items():
         h, w = image.shape[0], image.shape[1]
@@ -229,7 +226,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
         place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
         place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat: each triangle lies in one tile
         if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
-            repeated.append(_short(listed_labels(mesh, IMAGE)[number]))
+            repeated.append(_short(names[number]))
         place = np.clip(place, 0.0, 1.0)
         x = left + BORDER + place[..., 0] * (w - 2 * BORDER)
         y = BORDER + (1.0 - place[..., 1]) * (h - 2 * BORDER)
@@ -240,10 +237,7 @@ def _side_by_side(mesh: pv.PolyData, numbers: npt.NDArray[np.int64], images: dic
             f"images that are repeated on the mesh, {', '.join(repeated)}, are cut off where they are put into one "
             "with others. Bake the textures into one image."
         )
-    mesh.cell_data.pop(CORNERS, None)
-    drop_labels(mesh, IMAGE)  # the merged image is in no file
-    set_texture(mesh, corners)
-    return out
+    return replace(surface, texture=corners).without_images(), out  # the merged image is in no file
 
 
 def _reduced(image: Image, factor: float) -> Image:

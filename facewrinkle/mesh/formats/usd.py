@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +9,10 @@ import numpy as np
 
 from ...errors import MeshError, optional_imports, warn
 from ...files import check_inside
+from ..arrays import COLORS
+from ..surface import Piece, Surface
 from .merging import srgb
-from .polygons import Primitive, polygon_triangles
+from .polygons import polygon_triangles
 from .probing import probe
 
 COORDINATES = ("st", "UVMap", "st0", "uv")
@@ -21,7 +22,7 @@ COLOR_INPUTS = ("diffusecolor", "basecolor", "diffusetexture", "basecolortexture
 """Names of the color inputs of shaders, without underscores: of the preview surface, MaterialX and MDL."""
 
 
-def read_usd_file(path: Path) -> list[Primitive]:
+def read_usd_file(path: Path) -> list[Surface]:
     """Read the triangles of all meshes that are drawn on the stage of a USD file.
 
     Raises
@@ -37,10 +38,10 @@ def read_usd_file(path: Path) -> list[Primitive]:
     first = Usd.TimeCode.EarliestTime()
     places = UsdGeom.XformCache(first)
     found = [
-        primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first)
-        for prim in shown(stage)
+        primitive_of(path, UsdGeom.Mesh(prim), np.array(places.GetLocalToWorldTransform(prim)).T, first, number)
+        for number, prim in enumerate(shown(stage))
     ]
-    return [replace(part, mesh=number) for number, part in enumerate(found) if part is not None]
+    return [part for part in found if part is not None]
 
 
 def shown(stage: Any) -> list[Any]:
@@ -73,7 +74,7 @@ def opened(path: Path) -> Any:
     return stage
 
 
-def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primitive | None:
+def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any, number: int = 0) -> Surface | None:
     """Return a mesh at a time code, transformed by a matrix (4, 4); None if it is empty."""
     from pxr import UsdGeom
 
@@ -99,19 +100,22 @@ def primitive_of(path: Path, mesh: Any, matrix: np.ndarray, time: Any) -> Primit
         split = split[:, [0, 2, 1]]
     texture = _texture(mesh, split, vertices, time, UsdGeom)
     face = np.repeat(np.arange(len(sizes)), sizes)[split[:, 0]]
-    images = "" if texture is None else _inside(path, _images(mesh, len(sizes)))[face]
+    of_face = np.full(len(sizes), "") if texture is None else _inside(path, _images(mesh, len(sizes)))
     colors = _colors(mesh, len(points), time)
     name = "/".join(reversed(str(mesh.GetPath()).split("/")))
-    return Primitive(placed, vertices[split].astype(np.int64), texture, colors, image=images, name=name)
+    images, piece = np.unique(of_face, return_inverse=True)
+    pieces = tuple(Piece(number, name, image) for image in images.tolist())
+    triangles = vertices[split].astype(np.int64)
+    return Surface(placed, triangles, texture, colors, pieces=pieces, piece=piece.ravel()[face])
 
 
-def _colors(mesh: Any, count: int, time: Any) -> np.ndarray | None:
+def _colors(mesh: Any, count: int, time: Any) -> dict[str, np.ndarray]:
     """Colors of the `count` points."""
     primvar = mesh.GetDisplayColorPrimvar()
     values = primvar.ComputeFlattened(time) if primvar and primvar.HasValue() else None
     if values is None or primvar.GetInterpolation() not in ("vertex", "varying") or len(values) != count:
-        return None
-    return srgb(np.array(values))
+        return {}
+    return {COLORS: srgb(np.array(values))}
 
 
 def _inside(path: Path, images: np.ndarray) -> np.ndarray:

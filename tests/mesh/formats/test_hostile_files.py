@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -18,7 +19,7 @@ from PIL import Image
 import facewrinkle as fw
 from facewrinkle.errors import MeshError
 from facewrinkle.files import inside_only
-from facewrinkle.mesh.arrays import IMAGE
+from facewrinkle.mesh import Piece, Surface
 from facewrinkle.mesh.formats import probing
 from tools.trials.fuzzing import READERS, SECONDS, play
 from tools.trials.runner import Worker
@@ -169,9 +170,8 @@ def test_hdf_that_lies_in_other_files(secret, how):
 
 
 def test_a_data_set_does_not_name_pictures(secret):
-    sheet = pv.Plane().triangulate()
-    sheet.cell_data[IMAGE] = np.zeros(sheet.n_cells, np.int64)
-    sheet.field_data[IMAGE + "s"] = [str(secret)]
+    sheet = replace(Surface.of(pv.Plane().triangulate()), pieces=(Piece(image=str(secret)),)).to_polydata()
+    assert fw.surface(sheet).texture is not None
     sheet.save(secret.parent / "mesh" / "sheet.vtp")
     assert fw.surface(secret.parent / "mesh" / "sheet.vtp").texture is None
 

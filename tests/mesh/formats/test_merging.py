@@ -15,8 +15,7 @@ from facewrinkle.errors import FaceWrinkleWarning
 from facewrinkle.export.gltf import gltf
 from facewrinkle.export.model import Model
 from facewrinkle.export.usd import write_usd
-from facewrinkle.mesh import prepare, read_surface
-from facewrinkle.mesh.arrays import PIECE
+from facewrinkle.mesh import prepare, read_surface, surface_in
 
 SIDE = 4
 
@@ -57,8 +56,10 @@ def test_meshes_keep_the_names_of_their_objects_when_they_are_put_together(tmp_p
     sheet = pv.Plane(i_resolution=9, j_resolution=9, center=(9.0, 0.0, 0.0))
     with pytest.warns(FaceWrinkleWarning, match="separate parts"):
         surface = prepare(pv.MultiBlock([sheet, read_surface(tmp_path / "a.obj"), sheet.translate((9.0, 0.0, 0.0))]))
-    assert surface.names == ("part_0", "part_1", "")
-    np.testing.assert_array_equal(np.bincount(surface.others.cell_data[PIECE]), [32, 32, 162])
+    others = surface.others
+    first = np.unique(others.sheet, return_index=True)[1]
+    assert [others.pieces[number].name for number in others.piece[first]] == ["part_0", "part_1", ""]
+    np.testing.assert_array_equal(np.bincount(others.sheet), [32, 32, 162])
 
 
 def save(kind, path):
@@ -87,7 +88,7 @@ def test_meshes_that_share_a_border_stay_apart(tmp_path, kind):
         np.testing.assert_allclose(clean.points, points, atol=1e-6)  # the larger one
         np.testing.assert_array_equal(clean.source_points, np.arange(len(points)))
         assert clean.others is not None
-        assert clean.others.n_cells == len(triangles)
+        assert len(clean.others.triangles) == len(triangles)
 
 
 def test_landmarks_on_both_make_them_one(tmp_path):
@@ -106,7 +107,7 @@ def test_landmarks_on_both_make_them_one(tmp_path):
 
 def test_groups_that_share_points_are_one_mesh(tmp_path):
     obj(path := tmp_path / "one.obj", "g", shared=True)
-    assert "mesh" not in read_surface(path).cell_data
+    assert not surface_in(path).meshes.any()
     assert prepare(path).others is None
 
 

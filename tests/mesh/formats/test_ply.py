@@ -59,9 +59,8 @@ def test_everything_is_read_in_any_order_of_bytes(tmp_path, order):
     np.testing.assert_array_equal(found.points, POINTS)
     assert same_triangles(found.triangles, TRIANGLES)
     np.testing.assert_array_equal(found.texture, TEXTURE[found.triangles])
-    np.testing.assert_array_equal(found.colors, COLORS)
-    assert found.colors is not None
-    assert found.colors.dtype == np.uint8
+    np.testing.assert_array_equal(found.point_data["Colors"], COLORS)
+    assert found.point_data["Colors"].dtype == np.uint8
 
 
 @pytest.mark.parametrize("ends", [b"\r\n", b"\r"])

@@ -15,8 +15,8 @@ from small_meshes import cap, same_triangles, sphere
 
 from facewrinkle.errors import FaceWrinkleWarning, MeshError
 from facewrinkle.geometry import topology
-from facewrinkle.mesh import prepare, read_surface, read_texture
-from facewrinkle.mesh.arrays import IMAGE, MESH, NAME
+from facewrinkle.mesh import prepare, read_surface, read_texture, surface_in
+from facewrinkle.mesh.surface import PIECES
 
 REAL = ("ict_face_narrow", "mediapipe_canonical_face_model", "makehuman_head_male")
 
@@ -340,7 +340,9 @@ def test_multiblock():
     np.testing.assert_array_equal(both.points[both.regular_faces[original.n_cells :]],
                                   blocks["eye"].points[blocks["eye"].regular_faces])  # fmt: skip
     assert both.point_data.keys() == []  # the eye has none
-    np.testing.assert_array_equal(both.cell_data[MESH], np.repeat([0, 1], [original.n_cells, blocks["eye"].n_cells]))
+    meshes = np.repeat([0, 1], [original.n_cells, blocks["eye"].n_cells])
+    for source in (both, blocks):
+        np.testing.assert_array_equal(surface_in(source).meshes, meshes)
     with pytest.raises(MeshError, match="holds no surface"):
         read_surface(pv.MultiBlock())
 
@@ -348,9 +350,7 @@ def test_multiblock():
 KINDS = {"nan": [np.nan, np.nan], "text": ["skin", "eye"], "rows": [[0, 1], [1, 0]], "numbers": [0, 1]}
 
 
-@pytest.mark.parametrize(
-    ("name", "kind"), [(n, k) for n in ("mesh", MESH, IMAGE, NAME) for k in KINDS if (n, k) != (MESH, "numbers")]
-)
+@pytest.mark.parametrize(("name", "kind"), [(name, kind) for name in ("mesh", PIECES) for kind in KINDS])
 def test_arrays_of_others_change_nothing(name, kind):
     """Cell data of other programs may have any name; halves of a surface that lie apart are joined all the same."""
     halves = [pv.Plane(center=(x, 0.0, 0.0), i_resolution=4, j_resolution=4).triangulate() for x in (0.0, 1.0)]
@@ -359,8 +359,8 @@ def test_arrays_of_others_change_nothing(name, kind):
     with pytest.warns(FaceWrinkleWarning, match="Joined points .* 5 of 50"):
         assert len(prepare(halves[0].append_polydata(halves[1])).triangles) == 64
     both = read_surface(pv.MultiBlock(halves))
-    assert both.cell_data.keys() == [MESH]
-    np.testing.assert_array_equal(both.cell_data[MESH], np.repeat([0, 1], 32))
+    assert both.cell_data.keys() == [PIECES]
+    np.testing.assert_array_equal(surface_in(both).meshes, np.repeat([0, 1], 32))
 
 
 def test_trimesh():

@@ -10,6 +10,7 @@ parts              the photo of each part of a head from an OBJ file
 
 from __future__ import annotations
 
+import dataclasses
 import warnings
 import zipfile
 
@@ -20,8 +21,7 @@ from PIL import Image
 
 import facewrinkle as fw
 from facewrinkle.errors import FaceWrinkleWarning
-from facewrinkle.mesh import corner_texture, merged_texture, read_surface
-from facewrinkle.mesh.arrays import IMAGE
+from facewrinkle.mesh import Surface, corner_texture, merged_texture, surface_in
 from facewrinkle.mesh.formats.textures import BORDER
 
 RNG = np.random.default_rng(8)
@@ -53,63 +53,63 @@ def seen(image, uv):
 
 
 def test_several_images_become_one(folder):
-    mesh = read_surface(folder / "a.obj")
-    own, number = corner_texture(mesh).copy(), np.asarray(mesh.cell_data[IMAGE])
-    names = [name.rsplit("/", 1)[1] for name in mesh.field_data[IMAGE + "s"]]
+    mesh = surface_in(folder / "a.obj")
+    names, number = mesh.images
+    names = [name.rsplit("/", 1)[1] for name in names]
     assert sorted(names) == ["blue.png", "red.png"]
     assert np.bincount(number).tolist() == [2, 2]
-    image, laid = merged_texture(mesh), corner_texture(mesh)
+    laid, image = merged_texture(mesh)
     for triangle, which in enumerate(number):
-        expected = seen({"red.png": RED, "blue.png": BLUE}[names[which]], own[triangle])
-        np.testing.assert_array_equal(seen(image, laid[triangle]), expected)
-    assert mesh.n_points == 6  # still one surface, with a seam between the images
+        expected = seen({"red.png": RED, "blue.png": BLUE}[names[which]], mesh.texture[triangle])
+        np.testing.assert_array_equal(seen(image, laid.texture[triangle]), expected)
+    assert laid.mesh.n_points == 6  # still one surface, with a seam between the images
     face = fw.surface(folder / "a.obj")
     np.testing.assert_array_equal(face.texture, image)
-    np.testing.assert_allclose(corner_texture(face.mesh), laid)
+    np.testing.assert_allclose(corner_texture(face.mesh), laid.texture)
 
 
 def test_images_that_are_too_large_together_are_made_smaller(folder, monkeypatch):
-    mesh = read_surface(folder / "a.obj")
+    mesh = surface_in(folder / "a.obj")
     monkeypatch.setattr("facewrinkle.mesh.formats.textures.LARGEST_SIDE", 100)
     for name, color in (("red", (200, 0, 0)), ("blue", (0, 0, 200))):
         Image.fromarray(np.full((60, 100, 3), color, np.uint8)).save(folder / f"{name}.png")
-    number = np.asarray(mesh.cell_data[IMAGE])
-    names = [name.rsplit("/", 1)[1] for name in mesh.field_data[IMAGE + "s"]]
-    image = merged_texture(mesh)
+    names, number = mesh.images
+    names = [name.rsplit("/", 1)[1] for name in names]
+    laid, image = merged_texture(mesh)
     assert image.shape[1] <= 100 + 4 * BORDER
     assert image.shape[0] < 40
     for triangle, which in enumerate(number):
         color = {"red.png": (200, 0, 0), "blue.png": (0, 0, 200)}[names[which]]
-        np.testing.assert_array_equal(seen(image, corner_texture(mesh)[triangle]), np.tile(color, (3, 1)))
+        np.testing.assert_array_equal(seen(image, laid.texture[triangle]), np.tile(color, (3, 1)))
 
 
 def test_an_image_that_its_package_does_not_hold_is_told_of(folder):
-    mesh = read_surface(folder / "a.obj")
-    mesh.field_data[IMAGE + "s"] = [f"{folder}/b.usdz[red.png]", f"{folder}/blue.png"]
+    mesh = surface_in(folder / "a.obj")
+    inside = [piece._replace(image=piece.image.replace("/red.png", "/b.usdz[red.png]")) for piece in mesh.pieces]
     with zipfile.ZipFile(folder / "b.usdz", "w") as package:
         package.writestr("other.png", b"")
     with pytest.warns(FaceWrinkleWarning, match="b.usdz does not hold the image 'red.png'"):
-        image = merged_texture(mesh)
+        _, image = merged_texture(dataclasses.replace(mesh, pieces=tuple(inside)))
     assert {tuple(pixel) for pixel in BLUE.reshape(-1, 3)} <= {tuple(pixel) for pixel in image.reshape(-1, 3)}
 
 
 def test_one_image_is_laid_as_it_is(folder):
     (folder / "a.mtl").write_text(MATERIALS.replace("red.png", "blue.png"))
-    mesh = read_surface(folder / "a.obj")
-    before = corner_texture(mesh).copy()
-    np.testing.assert_array_equal(merged_texture(mesh), BLUE)
-    np.testing.assert_array_equal(corner_texture(mesh), before)
-    assert merged_texture(pv.Plane().triangulate()) is None
+    mesh = surface_in(folder / "a.obj")
+    laid, image = merged_texture(mesh)
+    np.testing.assert_array_equal(image, BLUE)
+    np.testing.assert_array_equal(laid.texture, mesh.texture)
+    assert merged_texture(Surface.of(pv.Plane().triangulate()))[1] is None
 
 
 def test_what_has_no_image_keeps_its_color(folder):
     (folder / "a.mtl").write_text("newmtl red\nmap_Kd red.png\n")
-    mesh = read_surface(folder / "a.obj")
-    bare = np.asarray(mesh.cell_data[IMAGE]) < 0
+    mesh = surface_in(folder / "a.obj")
+    bare = mesh.images[1] < 0
     assert bare.sum() == 2
-    mesh.point_data["Colors"] = np.tile(np.array([10, 200, 30], np.uint8), (mesh.n_points, 1))
-    image = merged_texture(mesh)
-    np.testing.assert_array_equal(seen(image, corner_texture(mesh)[bare]), np.full((2, 3, 3), [10, 200, 30]))
+    colors = np.tile(np.array([10, 200, 30], np.uint8), (len(mesh.points), 1))
+    laid, image = merged_texture(dataclasses.replace(mesh, point_data={"Colors": colors}))
+    np.testing.assert_array_equal(seen(image, laid.texture[bare]), np.full((2, 3, 3), [10, 200, 30]))
 
 
 def test_images_that_are_missing_are_told_of_and_the_others_are_there(folder):
@@ -124,6 +124,12 @@ def test_images_that_are_missing_are_told_of_and_the_others_are_there(folder):
     assert len(told) == 2
 
 
+def laid_out(path):
+    """The image of all, and texture coordinates on it."""
+    laid, image = merged_texture(surface_in(path))
+    return image, laid.texture
+
+
 def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
     def moved(by):
         coordinates = "vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n"
@@ -132,12 +138,9 @@ def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
             coordinates += f"vt {by(u):g} {v + 2:g}\n"
         text = QUADS.replace("vt 0.1 0.1\nvt 0.9 0.1\nvt 0.9 0.9\nvt 0.1 0.9\n", coordinates)
         (folder / "b.obj").write_text(text.replace("f 2/1 5/2 6/3 3/4", "f 2/5 5/6 6/7 3/8"))
-        mesh = read_surface(folder / "b.obj")
-        return merged_texture(mesh), corner_texture(mesh)
+        return laid_out(folder / "b.obj")
 
-    mesh = read_surface(folder / "a.obj")
-    image, laid = merged_texture(mesh), corner_texture(mesh)
-    for found, expected in zip(moved(lambda u: u + 1.0), (image, laid), strict=True):
+    for found, expected in zip(moved(lambda u: u + 1.0), laid_out(folder / "a.obj"), strict=True):
         np.testing.assert_allclose(found, expected, atol=1e-12)
     with pytest.warns(FaceWrinkleWarning, match=r"repeated on the mesh, blue\.png, are cut off"):
         moved(lambda u: 3.0 * u)
@@ -146,14 +149,14 @@ def test_each_image_may_have_a_tile_of_its_own_but_not_repeat(folder):
 def test_transparency_stays_where_one_of_them_has_it(folder):
     clear = np.dstack([BLUE, np.full(BLUE.shape[:2], 7, np.uint8)])
     Image.fromarray(clear).save(folder / "blue.png")
-    mesh = read_surface(folder / "a.obj")
-    number, names = np.array(mesh.cell_data[IMAGE]), list(mesh.field_data[IMAGE + "s"])
-    image = merged_texture(mesh)
+    mesh = surface_in(folder / "a.obj")
+    names, number = mesh.images
+    laid, image = merged_texture(mesh)
     assert image.shape[2] == 4
-    alphas = seen(image, corner_texture(mesh).mean(axis=1))[:, 3]
+    alphas = seen(image, laid.texture.mean(axis=1))[:, 3]
     blue = [name.endswith("blue.png") for name in names].index(True)
     np.testing.assert_array_equal(alphas, np.where(number == blue, 7, 255))
-    assert IMAGE not in mesh.cell_data  # to lay them once more would spoil it
+    assert laid.images[0] == []  # to lay them once more would spoil it
 
 
 # --- USD ----------------------------------------------------------------------------------------
@@ -198,13 +201,13 @@ def test_materials_of_usd(folder, packed):
         path = folder / "a.usdz"
         for name in ("red", "blue"):
             (folder / f"{name}.png").unlink()
-    surface = read_surface(path)
-    right = np.asarray(surface.points)[surface.regular_faces][..., 0].max(axis=1) > 1.0
-    own = corner_texture(surface).copy()
-    image, laid = merged_texture(surface), corner_texture(surface)
+    surface = surface_in(path)
+    right = surface.points[surface.triangles][..., 0].max(axis=1) > 1.0
+    laid, image = merged_texture(surface)
     for triangle, ear in enumerate(right):
-        np.testing.assert_array_equal(seen(image, laid[triangle]), seen(BLUE if ear else RED, own[triangle]))
-    assert surface.n_points == 6
+        expected = seen(BLUE if ear else RED, surface.texture[triangle])
+        np.testing.assert_array_equal(seen(image, laid.texture[triangle]), expected)
+    assert len(surface.points) == 6
 
 
 # --- parts --------------------------------------------------------------------------------------
