@@ -280,7 +280,7 @@ class Identity:
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
         drawn["child"] = float(child) if random.random() < CHILDREN else 0.0
         drawn |= values_of(names[FIRST:-1])
-        # Cut short, hair of all lengths is common; few women have theirs cropped.
+        # Men's is cropped to any length, and most women's is long.
         drawn["hair_length"] = float(np.clip(0.6 * (drawn["hair_length"] - drawn["sex"]), -spread, spread))
         drawn["hair_combed"] = float(random.uniform(-spread, spread))
         return cls(**drawn).plausible()

@@ -106,9 +106,9 @@ SIDES_DARKER, DARKER = 0.3, 0.4
 
 # --- Hair that is tied back ---
 
-BARE, SMOOTH, TIGHT = 4.0, 0.4, 0.8
-"""It lies on the hull of all that is less than the first length outside of the hairline, with edges that are rounded
-over the second, at least as high as the third.
+BARE, BEHIND, SMOOTH, TIGHT = (4.0, 18.0), 60.0, 0.4, 0.8
+"""It lies on the hull of all that is less than the first length outside of the hairline, or than the second where it is
+so far behind the zygion, clear of the ears; edges are rounded over the third, and it is at least as high as the last.
 """
 
 MIDDLE, TIE = np.array([0.0, 41.0, -12.0]), (-20.0, 60.0)
@@ -196,7 +196,8 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     """
     random, marks, points = np.random.default_rng(SEED), head.landmarks, head.points
     if combed > 0.0:
-        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -BARE], SMOOTH), TIGHT
+        bare = np.where(points[:, 2] < marks["zygion_l"][2] - BEHIND, BARE[1], BARE[0])
+        hull, least = RoundedHull(points[hair_cover(points, marks, frame_of(marks)) > -bare], SMOOTH), TIGHT
         parts = _tied(random, head, hull, length, combed)
     else:
         behind = (points[:, 1] > marks["menton"][1]) & (points[:, 2] < marks["zygion_l"][2] + CHEEK)

@@ -173,9 +173,12 @@ def test_tied_hair_covers_the_scalp_to_its_border_of_short_hairs(tied):
     assert 25.0 < short.max() < 40.0
 
 
-def test_tied_hair_is_outside_the_head(tied):
-    placed = pv.PolyData(np.asarray(hair_of(tied).points)).compute_implicit_distance(tied.mesh)
-    assert np.asarray(placed["implicit_distance"]).min() > 0.2
+@pytest.mark.parametrize("person", [{}, {"width": 1.0, "length": -1.0}, {"child": 0.9, "age": -0.9}, {"ears": 1.0}])
+def test_tied_hair_is_outside_the_head(person):
+    for length, combed in ((0.3, 0.5), (0.9, 0.3)):
+        face = fw.default_face(person | {"hair_length": length, "hair_combed": combed})
+        placed = pv.PolyData(np.asarray(hair_of(face).points)).compute_implicit_distance(face.mesh)
+        assert np.asarray(placed["implicit_distance"]).min() > 0.2
 
 
 def test_a_tail_hangs_down_and_a_knot_does_not():
