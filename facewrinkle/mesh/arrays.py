@@ -210,7 +210,7 @@ def use_texture(mesh: pv.PolyData, name: str | None) -> None:
 
 def blended(shapes: np.ndarray) -> np.ndarray:
     """Several displacements (k, n, 3) as one (n, 3), each with a weight of its own."""
-    return np.asarray(np.tensordot(np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes, axes=1))
+    return np.asarray(np.einsum("k,kni->ni", np.linspace(1.0, 2.0, len(shapes)) / max(len(shapes), 1), shapes))
 
 
 def numbers(name: str, values: object, copy: bool = True) -> np.ndarray:
