@@ -383,8 +383,9 @@ def closest_in_triangle(p, a, b, c, weights):
     determinant = d00 * d11 - d01 * d01
     if determinant > 0.0:
         v, w = (d11 * d20 - d01 * d21) / determinant, (d00 * d21 - d01 * d20) / determinant
-        if v >= 0.0 and w >= 0.0 and v + w <= 1.0:
-            weights[0], weights[1], weights[2] = 1.0 - v - w, v, w
+        u = 1.0 - v - w
+        if u >= 0.0 and v >= 0.0 and w >= 0.0:
+            weights[0], weights[1], weights[2] = u, v, w
             distance = 0.0
             for k in range(3):
                 distance += (p[k] - a[k] - v * (b[k] - a[k]) - w * (c[k] - a[k])) ** 2

@@ -53,6 +53,11 @@ class Piece(NamedTuple):
     image : str
         The image on them: a file, `a.glb#3` for one in a glTF file, `a.usdz[b.png]` for one in a USD package; "" for
         none. See :func:`facewrinkle.mesh.formats.polygons.tinted` for images that are multiplied by a color.
+
+    Examples
+    --------
+    >>> Piece(2, "lips", "lips.png")
+    Piece(mesh=2, name='lips', image='lips.png')
     """
 
     mesh: int = 0
