@@ -98,7 +98,10 @@ def cropped_hair(
     corners = triangles[triangle]
     cover = np.einsum("kc,kc->k", weights, head.paint[0].cover()[corners])
     roots, up = (np.einsum("kc,kci->ki", weights, of[corners]) for of in (points, vertex_normals(points, triangles)))
-    grown = random.uniform(FEWEST, 1.0, HAIRS) < cover
+    image = head.paint[1].cover()
+    u, v = np.einsum("kc,kci->ik", weights, head.uv[corners])
+    columns, rows = (np.minimum((share * len(image)).astype(int), len(image) - 1) for share in (u, 1.0 - v))
+    grown = random.uniform(FEWEST, 1.0, HAIRS) < image[rows, columns]
     if border < np.inf:
         grown &= hair_cover(roots, head.landmarks, frame_of(head.landmarks)) < border
     if not grown.any():
