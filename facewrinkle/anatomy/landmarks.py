@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pyvista as pv
-from scipy.spatial.distance import cdist
 
 from ..array_types import Array
 from ..checks import vector
@@ -364,21 +363,16 @@ def fitted_map(template: Mapping[str, Array], found: Mapping[str, Array], base: 
     >>> onto_large(np.array([10.0, 20.0, 30.0])).round(3)
     array([20., 40., 60.])
     """
+    from scipy.interpolate import RBFInterpolator
+
     shared = [n for n in NAMES if n in found]
     source = base.local(np.array([template[n] for n in shared]))
     target = frame.local(np.array([found[n] for n in shared]))
-
-    def terms(local: Array) -> Array:
-        return np.hstack([cdist(local, source), np.ones((len(local), 1)), local])
-
-    # A linear map, and sums of distances to the landmarks that have no linear part.
-    rows, count = terms(source), len(source)
-    system = np.vstack([rows, np.hstack([rows[:, count:].T, np.zeros((4, 4))])])
-    warp = np.ascontiguousarray(np.linalg.solve(system, np.vstack([target - source, np.zeros((4, 3))])).T)
+    warp = RBFInterpolator(source, target - source, kernel="linear", degree=1)
 
     def mapped(points: Array) -> Array:
         local = np.atleast_2d(base.local(points))
-        return frame.world(local + np.einsum("nk,ik->ni", terms(local), warp)).reshape(points.shape)
+        return frame.world(local + warp(local)).reshape(points.shape)
 
     return mapped
 
