@@ -33,8 +33,8 @@ ROOMS = (
     ),
     "facewrinkle.layers.patterns",
 )
-UNCALLED = {"Muscle", "Motion", "Preset", "compiled", "compile_ahead"}
-"""A base, a protocol, a table, a decorator, and what takes half a minute: their examples do not call them."""
+UNCALLED = {"Muscle", "Motion", "Piece", "Preset", "compiled", "compile_ahead"}
+"""A base, a protocol, two tables, a decorator, and what takes half a minute: their examples do not call them."""
 
 
 def digest(thing, seen=()):

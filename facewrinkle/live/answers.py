@@ -186,7 +186,7 @@ class Answers:
     def driven(self, driver: str) -> None:
         """Tell pages, and whoever reads the terminal, what drives the face now; "" if nothing does."""
         self._driver = driver
-        self.server.tell_all({"is": "driver", "name": driver})
+        self.server.tell_all(lambda: {"is": "driver", "name": driver})
         print(f"{driver} drives the face." if driver else "Nothing drives the face any more.", flush=True)
 
     def _edit(self, document: Document, message: Message) -> None:
@@ -205,7 +205,7 @@ class Answers:
                     self._kept.resume()
                 else:
                     self._kept.dismiss()
-                self.server.tell_all({"is": "earlier", "when": self._kept.when})
+                self.server.tell_all(lambda: {"is": "earlier", "when": self._kept.when})
 
     def session(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> Session:
         """Return what is shown, seen by a camera: from the front, if there is none."""
@@ -249,7 +249,7 @@ class Answers:
 
     def _tell(self, what: str, share: float) -> None:
         """Tell all pages how far something is."""
-        self.server.tell_all({"is": "progress", "text": what, "share": round(share, 3)})
+        self.server.tell_all(lambda: {"is": "progress", "text": what, "share": round(share, 3)})
 
     def probed(self, asked: Probe) -> dict[str, Any]:
         """Return what is known at a place of the frame, on the thread of the stage."""

@@ -268,9 +268,9 @@ class Server:
         """Look for what pages can be sent; from any thread."""
         self._to_all(lambda client: client.wake.set())
 
-    def tell_all(self, what: dict[str, Any]) -> None:
-        """Tell all pages something; from any thread."""
-        self._to_all(lambda client: client.tell(what))
+    def tell_all(self, what: Callable[[], dict[str, Any]]) -> None:
+        """Tell all pages something; from any thread. What tells of the document is made in turn with documents."""
+        self._to_all(lambda client: client.tell(what()))
 
     def _to_all(self, act: Callable[[Client], None]) -> None:
         def acted() -> None:

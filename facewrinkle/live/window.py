@@ -72,7 +72,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         if listen is not None:
             self._server.listen(Capture(answers.live, answers.driven), listen)
         self.stage.listeners += [self._server.wake, self._kept.changed]
-        self.stage.tell_face = lambda: self._server.tell_all({"is": "face", **answers.face()})
+        self.stage.tell_face = lambda: self._server.tell_all(lambda: {"is": "face", **answers.face()})
         self.stage.complain = self._tell
         self.stage.start()
         atexit.register(self.close)  # a thread at work in a library when Python ends would make that fail
@@ -229,7 +229,7 @@ class Studio(contextlib.AbstractContextManager["Studio"]):
         self._kept.changed()
 
     def _tell(self, text: str) -> None:
-        self._server.tell_all({"is": "error", "id": 0, "text": text})
+        self._server.tell_all(lambda: {"is": "error", "id": 0, "text": text})
 
     def _complain(self, text: str) -> None:
         """Tell pages, and whoever reads the terminal, as there may be no page."""
