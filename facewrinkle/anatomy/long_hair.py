@@ -19,7 +19,7 @@ from .landmarks import frame_of
 from .parts import Part
 
 SEED = 5
-"""All people have the same locks; how these fall and curl is their own."""
+"""All people have the same locks; how these are cut, fall and curl is their own."""
 
 COLUMNS, LOCKS, STRANDS = 220, 240, 300
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
@@ -45,8 +45,8 @@ FORWARD = 1.5
 """Exponent that gathers hair near the front end of the parting, from where it spreads around the face."""
 
 BACKWARDS, SWEPT, RAISED = 0.35, 0.25, 0.16
-"""How much further back than straight to the side the foremost hair is combed, what is added to that the less it is
-combed aside, and how much upwards hair is combed that falls to the other side of the middle.
+"""How much further back than straight to the side the foremost hair is combed, what is added to that where it forms no
+fringe, and how much upwards hair is combed then that falls to the other side of the middle.
 """
 
 STEP, STEPS = 8.0, 42
@@ -60,11 +60,13 @@ FAR = 20.0
 keeps to that for half as long again.
 """
 
-LIFT, FULLER, GROWTH = 4.5, 4.0, 0.02
+LIFT, FULLER, GROWTH = 4.0, 10.0, 0.02
 """Height of the sheet over the head, what dense hair has beyond, and what is added along its length."""
 
-WAVE, SHIFT, WAVY = 66.0, 2.5, 6.5
-"""Length of the waves of hair, the deviation of their phase around the head, and how far dense hair swings."""
+WAVE, SHIFT, WAVY = 66.0, 2.5, 9.0
+"""Length of the waves of hair, of which the first two grow to the width of the others; the deviation of their phase
+around the head, and how far dense hair swings.
+"""
 
 ROUNDING, LEAST = 1.5, 4.5
 """Edges of the hull under the hair are rounded over the first length, which lets up to some 4 mm of them stand out of
@@ -174,7 +176,8 @@ class RoundedHull:
 def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     """Return hair that falls from a parting or is tied back, the same for the same head, length and comb.
 
-    The rounder the face, the farther aside the parting; the denser the hair, the fuller and the more wavy.
+    The rounder the face, the farther aside the parting; the denser the hair, the fuller and the more wavy. A fringe is
+    cut at the brows, and the hair behind it in steps down to the hem.
 
     Parameters
     ----------
@@ -182,7 +185,7 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
     length : float
         From the mouth (0) to below the chin (1).
     combed : float
-        From hair that falls beside the face (-1) to hair that falls behind the cheeks (0); above, it is tied back, the
+        From a fringe over the forehead (-1) to hair that falls behind the cheeks (0); above, it is tied back, the
         higher, the greater: in a knot up to a length of 0.4, else in a tail.
 
     Examples
@@ -272,7 +275,7 @@ def _bundle(
     over = ((np.arange(count) + random.uniform(0.0, 1.0, count)) / count * columns).astype(int)
     wide = random.uniform(*WIDEST, count)
     locks = _locks(random, hull, lines[over], ends[over], wide, LOCK_HAIRS, layers, OFF * loose)
-    some = random.integers(0, columns, strands)
+    some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
     return [
@@ -296,20 +299,21 @@ def _fallen(
     roots = hull.reached(_parting(marks, along), np.array([0.0, 1.0, 0.0]))
     aside = np.interp(share, WHORL, [0.5 * np.pi, -0.5 * np.pi]) + 0.05 * even
     comb = np.stack([np.sin(aside), np.zeros(COLUMNS), -np.cos(aside)], axis=1)
-    far = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / FAR
-    comb[:, 1] += RAISED * far * (1.0 - along)
-    comb[:, 2] -= (BACKWARDS * (1.0 + far) + SWEPT * (1.0 + combed)) * (1.0 - along)
+    far, front = np.maximum(-roots[:, 0] * np.sin(aside), 0.0) / FAR, 1.0 - along
+    comb[:, 1] += RAISED * (1.0 + combed) * far * front
+    comb[:, 2] -= (BACKWARDS * (1.0 + far) + SWEPT + combed) * front
     brows, chin = marks["glabella"][1], marks["menton"][1] + HEM
-    down = SHORTEST + (1.0 - SHORTEST) * length
+    fringe = (1.0 - (1.0 + combed) ** 2) * front**3
+    down = (1.0 - fringe) * (SHORTEST + (1.0 - SHORTEST) * length)
     hem = brows + down * (chin - brows) + UNEVEN * (0.15 + 0.85 * length) * (even + 1.5 * uneven)
-    lift = (LIFT + FULLER * dense) * (1.0 + 0.15 * even)
+    lift = (LIFT + FULLER * dense**2) * (1.0 + 0.15 * even)
     lines, ends = _grown(hull, roots, comb, COMBED * (1.0 + 0.5 * far), lift, hem)
-    grown = np.minimum(np.arange(STEPS + 1) / ends[:, None], 1.0)
-    turn = np.maximum(grown - TURNING, 0.0) / (1.0 - TURNING)
+    grown = STEP * np.arange(STEPS + 1)
+    turn = np.maximum(np.minimum(grown / (STEP * ends[:, None]), 1.0) - TURNING, 0.0) / (1.0 - TURNING)
     up = hull(lines)[1]
     aside = unit(np.cross(np.gradient(lines, axis=1), up))
-    phase = 2.0 * np.pi * STEP / WAVE * np.arange(STEPS + 1) + SHIFT * _even(random, (COLUMNS,), 25.0)[:, None]
-    swing = WAVY * dense**1.5 * np.minimum(1.5 * grown, 1.0)
+    phase = 2.0 * np.pi * grown / WAVE + SHIFT * _even(random, (COLUMNS,), 25.0)[:, None]
+    swing = WAVY * dense**2 * np.minimum(0.5 * grown / WAVE, 1.0)
     lines += (swing * np.sin(phase))[..., None] * aside
     lines += (0.6 * swing * np.cos(phase) - TURNED_IN * turn**2)[..., None] * up
     return lines, ends

@@ -71,6 +71,22 @@ def test_it_hangs_beside_the_face(grown):
         assert not hidden(face, [face.landmarks[name] for name in sides], [0.0, 0.0, 1.0]).any()
 
 
+@pytest.mark.parametrize("person", [{"hair_density": -0.9}, {"hair_density": 0.9, "width": 0.5, "length": -0.5}])
+def test_a_fringe_hides_the_more_of_the_forehead_the_more_it_is_combed_there_and_no_eye(person):
+    covered = []
+    for combed in (0.0, -0.5, -1.0):
+        face = fw.default_face(person | {"hair_length": 0.5, "hair_combed": combed})
+        points, marks = face.points, face.landmarks
+        inside = hair_cover(points, marks, face.frame)
+        forehead = (points[:, 1] > marks["brow_l_mid"][1] + 10.0) & (inside < -3.0) & (points[:, 2] > 60.0)
+        covered.append(hidden(face, points[forehead], [0.0, 0.0, 1.0]).mean())
+        seen = [marks[name] for name in ("eye_l_centre", "eye_r_centre", "eye_l_inner", "eye_r_inner", "mouth_r")]
+        assert not hidden(face, seen, [0.0, 0.0, 1.0]).any()
+        placed = pv.PolyData(np.asarray(hair_of(face).points)).compute_implicit_distance(face.mesh)
+        assert np.asarray(placed["implicit_distance"]).min() > 0.5
+    assert covered[0] < covered[1] - 0.05 < covered[2] - 0.15
+
+
 def test_its_front_is_its_outer_side(grown):
     hair, middle = hair_of(grown[1.0]), 0.5 * sum(eye.centre for eye in grown[1.0].eyes) - [0.0, 0.0, 80.0]
     a, b, c = (np.asarray(hair.points)[corners] for corners in hair.regular_faces.T)
