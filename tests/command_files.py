@@ -38,3 +38,15 @@ def read_series(path: Path) -> tuple[list[float], list[pv.PolyData]]:
         reader.UpdateTimeStep(time)
         meshes.append(pv.wrap(reader.GetOutput()).copy())
     return times, meshes
+
+
+def in_usd(path: Path, name: str, time: float) -> pv.PolyData:
+    """A mesh of a USD file at a time, s: with bones and blend shapes as UsdSkel bakes them."""
+    from pxr import Usd, UsdGeom, UsdSkel
+
+    stage = Usd.Stage.Open(str(path))
+    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/Face"))
+    mesh = UsdGeom.Mesh.Get(stage, f"/Face/{name}")
+    points = mesh.GetPointsAttr().Get(time * stage.GetTimeCodesPerSecond())
+    triangles = np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
+    return pv.PolyData.from_regular_faces(np.array(points, np.float64), triangles)

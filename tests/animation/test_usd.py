@@ -21,7 +21,7 @@ from facewrinkle.errors import FaceWrinkleWarning, MeshError, UnknownNameError
 
 pytest.importorskip("pxr")
 
-from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Usd, UsdGeom, Vt
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0], [1, 1, 0.5], [2, 1, 0]], float)
 QUADS = [[0, 1, 4, 3], [1, 2, 5, 4]]
@@ -128,35 +128,74 @@ def test_among_several_meshes_the_one_that_deforms_is_taken(stage):
         read(stage, mesh="skim")
 
 
+RIGGED = """#usda 1.0
+(
+    endTimeCode = 24
+    startTimeCode = 0
+    timeCodesPerSecond = 24
+)
+def SkelRoot "head"
+{
+    def Mesh "skin" (
+        prepend apiSchemas = ["SkelBindingAPI"]
+    )
+    {
+        int[] faceVertexCounts = [4, 4]
+        int[] faceVertexIndices = [0, 1, 4, 3, 1, 2, 5, 4]
+        point3f[] points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1, 0.5), (2, 1, 0)]
+        int[] primvars:skel:jointIndices = [0, 0, 1, 0, 0, 1] (
+            elementSize = 1
+            interpolation = "vertex"
+        )
+        float[] primvars:skel:jointWeights = [1, 1, 1, 1, 1, 1] (
+            elementSize = 1
+            interpolation = "vertex"
+        )
+        uniform token[] skel:blendShapes = ["smile"]
+        rel skel:blendShapeTargets = </head/skin/smile>
+        rel skel:skeleton = </head/skeleton>
+        def BlendShape "smile"
+        {
+            uniform vector3f[] offsets = [(0, 0, 1)]
+            uniform int[] pointIndices = [3]
+        }
+    }
+    def Skeleton "skeleton" (
+        prepend apiSchemas = ["SkelBindingAPI"]
+    )
+    {
+        uniform token[] joints = ["head", "head/jaw"]
+        uniform matrix4d[] bindTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (1, 0, 0, 1))
+        ]
+        uniform matrix4d[] restTransforms = [
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)),
+            ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0), (1, 0, 0, 1))
+        ]
+        rel skel:animationSource = </head/skeleton/animation>
+        def SkelAnimation "animation"
+        {
+            uniform token[] joints = ["head", "head/jaw"]
+            float3[] translations = [(0, 0, 0), (1, 0, 0)]
+            half3[] scales = [(1, 1, 1), (1, 1, 1)]
+            quatf[] rotations.timeSamples = {
+                0: [(1, 0, 0, 0), (1, 0, 0, 0)],
+                24: [(1, 0, 0, 0), (0.70710677, 0, 0, 0.70710677)],
+            }
+            uniform token[] blendShapes = ["smile"]
+            float[] blendShapeWeights.timeSamples = {
+                0: [0],
+                24: [1],
+            }
+        }
+    }
+}
+"""
+
+
 def test_bones_and_blend_shapes(stage):
-    UsdSkel.Root.Define(stage, "/head")
-    skin = face(stage, codes=[Usd.TimeCode.Default()], shapes=POINTS[None])
-    skeleton = UsdSkel.Skeleton.Define(stage, "/head/skeleton")
-    animation = UsdSkel.Animation.Define(stage, "/head/skeleton/animation")
-    still, hinge = Gf.Matrix4d(1.0), Gf.Matrix4d(1.0).SetTranslate((1.0, 0.0, 0.0))
-    for owner in (skeleton, animation):
-        owner.CreateJointsAttr(["head", "head/jaw"])
-    skeleton.CreateBindTransformsAttr([still, hinge])
-    skeleton.CreateRestTransformsAttr([still, hinge])
-    animation.CreateTranslationsAttr([(0, 0, 0), (1, 0, 0)])
-    animation.CreateScalesAttr([(1, 1, 1)] * 2)
-    animation.CreateBlendShapesAttr(["smile"])
-    for code, angle in ((0.0, 0.0), (24.0, 90.0)):
-        turn = Gf.Quatf(Gf.Rotation((0, 0, 1), angle).GetQuat())
-        animation.CreateRotationsAttr().Set([Gf.Quatf(1.0), turn], code)
-        animation.CreateBlendShapeWeightsAttr().Set([code / 24.0], code)
-    shape = UsdSkel.BlendShape.Define(stage, "/head/skin/smile")
-    shape.CreateOffsetsAttr([(0, 0, 1)])
-    shape.CreatePointIndicesAttr([3])
-    binding = UsdSkel.BindingAPI.Apply(skin.GetPrim())
-    binding.CreateSkeletonRel().SetTargets(["/head/skeleton"])
-    binding.CreateJointIndicesPrimvar(False, 1).Set([0, 0, 1, 0, 0, 1])
-    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * 6)
-    binding.CreateBlendShapesAttr(["smile"])
-    binding.CreateBlendShapeTargetsRel().SetTargets(["/head/skin/smile"])
-    UsdSkel.BindingAPI.Apply(skeleton.GetPrim()).CreateAnimationSourceRel().SetTargets(["/head/skeleton/animation"])
-    stage.SetStartTimeCode(0.0)
-    stage.SetEndTimeCode(24.0)
+    stage.GetRootLayer().ImportFromString(RIGGED)
     mesh, recorded = read(stage)
     np.testing.assert_allclose(mesh.points, POINTS, atol=1e-6)
     assert recorded.duration == 1.0
@@ -164,7 +203,7 @@ def test_bones_and_blend_shapes(stage):
     jaw = POINTS[:, 0] == 2.0
     expected[jaw] = [[1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]  # (2, 0, 0) and (2, 1, 0), a quarter about (1, 0, 0)
     np.testing.assert_allclose(moved(mesh, recorded, 1.0), expected, atol=1e-5)
-    assert skin.GetPointsAttr().GetTimeSamples() == []  # the file stays as it is
+    assert UsdGeom.Mesh.Get(stage, "/head/skin").GetPointsAttr().GetTimeSamples() == []  # the file stays as it is
 
 
 def test_other_meshes_have_recordings_of_their_own(stage):

@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-import pyvista as pv
+from command_files import in_usd
 from glb_files import read_glb
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -131,24 +131,6 @@ def test_sums_of_increments_are_within_the_error(seed, least):
     values = np.cumsum(np.random.default_rng(seed).normal(scale=0.2, size=(12, 7, 3)), axis=0)
     sums = values[0] + np.cumsum(increments(values, least), axis=0)
     assert np.linalg.norm(sums - values, axis=2).max() <= least * 1.001
-
-
-def in_usd(path, name, time):
-    """A mesh of a USD file at a time, s: its points, and its blend shapes as heavy as they are then."""
-    from pxr import Usd, UsdGeom, UsdSkel
-
-    stage = Usd.Stage.Open(str(path))
-    prim, motion = stage.GetPrimAtPath(f"/Face/{name}"), UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation")
-    weights = motion.GetBlendShapeWeightsAttr().Get(time * stage.GetTimeCodesPerSecond())
-    heavy = dict(zip(motion.GetBlendShapesAttr().Get(), weights, strict=True))
-    mesh, binding = UsdGeom.Mesh(prim), UsdSkel.BindingAPI(prim)
-    points = np.array(mesh.GetPointsAttr().Get(), np.float64)
-    for shape, target in zip(
-        binding.GetBlendShapesAttr().Get() or [], binding.GetBlendShapeTargetsRel().GetTargets(), strict=True
-    ):
-        moved = UsdSkel.BlendShape.Get(stage, target)
-        points[np.array(moved.GetPointIndicesAttr().Get())] += heavy[shape] * np.array(moved.GetOffsetsAttr().Get())
-    return pv.PolyData.from_regular_faces(points, np.array(mesh.GetFaceVertexIndicesAttr().Get()).reshape(-1, 3))
 
 
 def test_tears_are_meshes_of_their_own(face, take, tmp_path):

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from command_files import in_usd
 
 import facewrinkle as fw
 from facewrinkle.rigging.write import write_rig_files
@@ -23,14 +24,6 @@ def errors(path):
     """What the validators of USD find."""
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     return UsdValidation.ValidationContext(validators).Validate(Usd.Stage.Open(str(path)))
-
-
-def baked(path, time):
-    """Points of the skin at a time, s, in the coordinates of its mesh."""
-    stage = Usd.Stage.Open(str(path))
-    assert UsdSkel.BakeSkinning(UsdSkel.Root.Get(stage, "/Face"))
-    code = time * stage.GetTimeCodesPerSecond()
-    return np.asarray(UsdGeom.Mesh.Get(stage, "/Face/face").GetPointsAttr().Get(code))
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +42,7 @@ def test_a_rig_is_valid_and_has_its_shapes(rig, tmp_path):
     animation.GetBlendShapeWeightsAttr().Set([0.5, 1.0])
     stage.GetRootLayer().Save()
     expected = rig.at({"jawOpen": 0.5, "browInnerUp": 1.0}).points
-    np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
+    np.testing.assert_allclose(in_usd(path, "face", 0.0).points, expected, atol=1e-6 * np.ptp(expected))
 
 
 def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
@@ -64,7 +57,7 @@ def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
         UsdSkel.Animation.Get(stage, "/Face/Skeleton/Animation").GetBlendShapeWeightsAttr().Set([weight])
         stage.GetRootLayer().Save()
         expected = rig.at(rig.driven({"browInnerUp": weight})).points
-        np.testing.assert_allclose(baked(path, 0.0), expected, atol=1e-6 * np.ptp(expected))
+        np.testing.assert_allclose(in_usd(path, "face", 0.0).points, expected, atol=1e-6 * np.ptp(expected))
 
 
 def test_colors_are_those_of_the_mesh(face, tmp_path):
@@ -111,5 +104,5 @@ def test_an_animation_is_within_its_error(face, tmp_path):
     assert pictures  # of lashes
     assert not errors(path)
     for k in (0, 3, 7):
-        off = np.linalg.norm(baked(path, 0.02 * k)[: len(face.points)] - frames[k], axis=1)
+        off = np.linalg.norm(in_usd(path, "face", 0.02 * k).points[: len(face.points)] - frames[k], axis=1)
         assert off.max() * face.unit < 0.1 + 1e-3

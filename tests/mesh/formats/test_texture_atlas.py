@@ -162,40 +162,61 @@ def test_transparency_stays_where_one_of_them_has_it(folder):
 # --- USD ----------------------------------------------------------------------------------------
 
 
-def shaded(stage, name):
-    from pxr import Sdf, UsdShade
-
-    material = UsdShade.Material.Define(stage, f"/looks/{name}")
-    surface = UsdShade.Shader.Define(stage, f"/looks/{name}/surface")
-    surface.CreateIdAttr("UsdPreviewSurface")
-    photo = UsdShade.Shader.Define(stage, f"/looks/{name}/photo")
-    photo.CreateIdAttr("UsdUVTexture")
-    photo.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"{name}.png")
-    output = photo.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
-    surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f).ConnectToSource(output)
-    material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
-    return material
+MATERIAL = """
+    def Material "{0}"
+    {{
+        token outputs:surface.connect = </looks/{0}/surface.outputs:surface>
+        def Shader "surface"
+        {{
+            uniform token info:id = "UsdPreviewSurface"
+            color3f inputs:diffuseColor.connect = </looks/{0}/photo.outputs:rgb>
+            token outputs:surface
+        }}
+        def Shader "photo"
+        {{
+            uniform token info:id = "UsdUVTexture"
+            asset inputs:file = @{0}.png@
+            float3 outputs:rgb
+        }}
+    }}
+"""
+STAGE = f"""#usda 1.0
+def Mesh "skin" (
+    prepend apiSchemas = ["MaterialBindingAPI"]
+)
+{{
+    int[] faceVertexCounts = [4, 4]
+    int[] faceVertexIndices = [0, 1, 2, 3, 1, 4, 5, 2]
+    point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)]
+    texCoord2f[] primvars:st = [
+        (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9), (0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)
+    ] (
+        interpolation = "faceVarying"
+    )
+    rel material:binding = </looks/red>
+    uniform token subsetFamily:materialBind:familyType = "nonOverlapping"
+    def GeomSubset "ears" (
+        prepend apiSchemas = ["MaterialBindingAPI"]
+    )
+    {{
+        uniform token elementType = "face"
+        uniform token familyName = "materialBind"
+        int[] indices = [1]
+        rel material:binding = </looks/blue>
+    }}
+}}
+def "looks"
+{{{MATERIAL.format("red")}{MATERIAL.format("blue")}}}
+"""
 
 
 @pytest.mark.parametrize("packed", [False, True])
 def test_materials_of_usd(folder, packed):
     pytest.importorskip("pxr")
-    from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdUtils, Vt
+    from pxr import UsdUtils
 
     path = folder / "a.usda"
-    stage = Usd.Stage.CreateNew(str(path))
-    mesh = UsdGeom.Mesh.Define(stage, "/skin")
-    mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)])
-    mesh.CreateFaceVertexCountsAttr([4, 4])
-    mesh.CreateFaceVertexIndicesAttr([0, 1, 2, 3, 1, 4, 5, 2])
-    corners = np.tile([[0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]], (2, 1)).astype(np.float32)
-    kind = UsdGeom.Tokens.faceVarying
-    variable = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", Sdf.ValueTypeNames.TexCoord2fArray, kind)
-    variable.Set(Vt.Vec2fArray.FromNumpy(corners))
-    UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(shaded(stage, "red"))
-    subset = UsdShade.MaterialBindingAPI(mesh.GetPrim()).CreateMaterialBindSubset("ears", Vt.IntArray([1]))
-    UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(shaded(stage, "blue"))
-    stage.Save()
+    path.write_text(STAGE)
     if packed:
         assert UsdUtils.CreateNewUsdzPackage(str(path), str(folder / "a.usdz"))
         path = folder / "a.usdz"
