@@ -359,8 +359,10 @@ def test_bones_that_are_bent_at_rest_and_shapes_under_them(tmp_path):
     file.animate(
         (2, "rotation", [0.0, 1.0], np.stack([elbow.as_quat(), later.as_quat()])), (0, "weights", TIMES, WEIGHTS)
     )
-    mesh, recorded = fw.read_animation(file.glb(tmp_path / "a.glb"))
-    np.testing.assert_allclose(mesh.points, bent(weights, shoulder, elbow), atol=1e-6)
+    path = file.glb(tmp_path / "a.glb")
+    mesh, recorded = fw.read_animation(path)
+    for surface in (mesh, fw.read_surface(path)):
+        np.testing.assert_allclose(surface.points, bent(weights, shoulder, elbow), atol=1e-6)
     np.testing.assert_allclose(
         moved(recorded, mesh, 0.0), bent(weights, shoulder, elbow, summed(WEIGHTS[0])), atol=2e-6
     )

@@ -179,8 +179,3 @@ def test_normals_are_those_of_frames_and_new_ones_of_all_else(face, frame):
     lost = frame.copy()
     del lost.point_data["Normals"]
     assert with_normals(lost).point_data["Normals"].shape == (frame.n_points, 3)
-
-
-@pytest.mark.parametrize("name", OURS)
-def test_nobody_else_gives_such_names(name):
-    assert name.partition(": ")[0] == "facewrinkle"

@@ -2,9 +2,7 @@
 
 what                            checked against
 distance from solids            closed forms; its linear model, which it never falls below; differences
-turns                           scipy's rotations
 forces of contacts              scipy's non-negative least squares; the conditions that define them
-area of triangles               cross products; differences
 heights above planes            linear algebra; half stiffness times depth squared; differences
 """
 
@@ -12,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.optimize import nnls
@@ -20,7 +18,6 @@ from scipy.spatial.transform import Rotation
 from skins import assert_gradient
 
 from facewrinkle.motion import _contact_kernels as kernels
-from facewrinkle.motion._skin_kernels import add_turns, shares_of_area, slopes_of_area
 from facewrinkle.motion.contacts import compacted
 from facewrinkle.motion.solids import Samples, Solids
 
@@ -122,44 +119,6 @@ def test_the_energy_of_solids_is_half_stiffness_times_depth_squared():
     energy, gradient = energy_of(x, samples, solids, unused)
     assert energy == pytest.approx(0.5 * (samples.stiffness * depths**2).sum())
     assert_gradient(lambda x: energy_of(x, samples, solids, unused)[0], x, gradient, rng, rel=1e-6)
-
-
-@given(POINTS, POINTS, POINTS, st.floats(-3.0, 3.0))
-def test_turns_are_rotations(vector, centre, axis, angle):
-    assume(np.linalg.norm(axis) > 0.1)
-    axis = axis / np.linalg.norm(axis)
-    turned = vector[None].copy()
-    add_turns(turned, np.arange(1), centre, axis, np.array([angle]), 1.0, turned)
-    expected = centre + Rotation.from_rotvec(angle * axis).apply(vector - centre)
-    np.testing.assert_allclose(turned[0], expected, atol=1e-9)
-
-
-# --- triangles ----------------------------------------------------------------------------------
-
-
-def test_shares_of_area_are_those_of_cross_products():
-    rng = np.random.default_rng(2)
-    rest, x = rng.normal(size=(2, 60, 3))
-    triangles = np.arange(60).reshape(20, 3)
-
-    def cross(p):
-        a, b, c = (p[triangles[:, k]] for k in range(3))
-        return np.cross(b - a, c - a)
-
-    double = np.linalg.norm(cross(rest), axis=1)
-    normals, shares = cross(rest) / double[:, None], np.empty(20)
-    shares_of_area(x, triangles, normals, double, shares)
-    np.testing.assert_allclose(shares, (cross(x) * normals).sum(axis=1) / double, rtol=1e-10)
-    shares_of_area(rest, triangles, normals, double, shares)
-    np.testing.assert_allclose(shares, 1.0, rtol=1e-12)
-    slope, normal = np.empty((3, 3)), normals[0]
-    slopes_of_area(x, 0, 1, 2, normal, 2.5, slope)
-
-    def area(flat):
-        a, b, c = flat.reshape(3, 3)
-        return 2.5 * np.cross(b - a, c - a) @ normal
-
-    np.testing.assert_allclose(slope.ravel(), differences(area, x[:3].ravel()), atol=1e-7)
 
 
 # --- forces -------------------------------------------------------------------------------------

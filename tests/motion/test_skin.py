@@ -148,28 +148,6 @@ def test_tethers_are_stiffer_along_the_normal():
     np.testing.assert_allclose(gradient, [0, 6, 0])
 
 
-def test_the_gradient_of_volumes_is_that_of_their_energy():
-    """By differences, for triangles that lost most of their area and columns that are too high."""
-    rng = np.random.default_rng(3)
-    points, triangles = rng.random((5, 3)), np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4]], np.uint32)
-    normals = rng.normal(size=(3, 3))
-    facing, double = normals / np.linalg.norm(normals, axis=1, keepdims=True), rng.random(3) + 0.5
-    columns = rng.random((5, 3)), rng.normal(size=(5, 3)), rng.random(5), rng.random(5)
-
-    def energy(u, gradient):
-        x, of_triangles = points + u, (triangles, facing, double)
-        kernels.shares_of_area(x, *of_triangles, shares)
-        return kernels.volume(u, x, *of_triangles, shares, np.ones(3), 0.3, 5.0, columns, np.empty(5), gradient)
-
-    u, gradient, unused, shares = rng.random((5, 3)), np.zeros((5, 3)), np.zeros((5, 3)), np.empty(3)
-    energy(u, gradient)
-    for i, k in np.ndindex(5, 3):
-        step = np.zeros((5, 3))
-        step[i, k] = 1e-6
-        slope = (energy(u + step, unused) - energy(u - step, unused)) / 2e-6
-        assert gradient[i, k] == pytest.approx(slope, rel=1e-5, abs=1e-7)
-
-
 @pytest.mark.parametrize("bulge", [0.0, 0.45, 1.0])
 def test_tissue_that_is_squeezed_bulges(face, bulge):
     """Columns that are hard to squeeze gain the height that the skin over them loses in area, as it is measured."""

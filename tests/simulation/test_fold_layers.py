@@ -290,19 +290,22 @@ def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_st
     assert other.layers == before
 
 
-def test_positions_and_amounts_of_another_face_are_refused_wherever_layers_come_from(face, coarse):
+def test_layers_that_are_refused_leave_the_present_ones(face, coarse):
+    """Positions and amounts of another face are refused wherever layers come from; and what is no layer."""
     pressed = WaveFolds(families={"all": [face.points * [1.0, 0.8, 1.0]]})
     factors = WaveFolds(amount=np.ones(len(face.points)))
     used, other = fw.Simulation(face, layers=[pressed, factors]), fw.Simulation(coarse)
-    level = other.refinement.max_level
+    before = other.layers[:], other.refinement.max_level
     for layer, message in zip(
-        used.layers, ("a motion of the family 'all' must be", "amount must have one"), strict=True
+        [*used.layers, "wave"],
+        ("a motion of the family 'all' must be", "amount must have one", "layers must be a list of layers"),
+        strict=True,
     ):
         with pytest.raises(ParameterError, match=message):
             fw.Simulation(coarse, layers=[layer])
         with pytest.raises(ParameterError, match=message):
             other.use_layers([layer])
-        assert other.refinement.max_level == level
+        assert (other.layers, other.refinement.max_level) == before
     other.express("paper_surprise")
     assert other.step().n_points >= len(coarse.points)
 

@@ -109,17 +109,6 @@ def test_memory_does_not_grow_with_the_frames(face):
     assert peaks[-1] - peaks[20] < 20 * 2**10  # kB
 
 
-def test_simulations_of_one_face_do_not_meet(face):
-    alone, one, two = (fw.Simulation(face) for _ in range(3))
-    alone.express("frowning")
-    one.express("frowning")
-    two.express("paper_surprise")
-    for _ in range(15):
-        a, b = alone.step(), one.step()
-        two.step()
-    assert np.array_equal(a.points, b.points)
-
-
 @pytest.mark.parametrize(("frames", "ramp"), [(20, 0.6), (10, 1.0), (10, 0.0), (1, 0.6), (7, 0.05)])
 def test_runs_ramp_smoothly_and_hold(face, frames, ramp):
     sim = fw.Simulation(face, layers=[])
@@ -390,19 +379,6 @@ def test_layers_taken_in_the_middle_of_a_motion_are_those_from_its_start(face):
     np.testing.assert_allclose(ours.points[:n], theirs.points[:n], atol=np.abs(theirs["W"]).max() * 2.0 / 512.0)
     late.use_layers([])
     assert not late.step()["W"].any()
-
-
-def test_layers_that_are_refused_leave_the_present_ones(face):
-    sim = fw.Simulation(face)
-    before, level = sim.layers[:], sim.refinement.max_level
-    with pytest.raises(ParameterError, match="layers must be a list of layers"):
-        sim.use_layers(["wave"])
-    with pytest.raises(ParameterError):
-        sim.use_layers([fw.WaveFolds(families={"still": [face.points.copy()]})])
-    assert sim.layers == before
-    assert sim.refinement.max_level == level
-    sim.express("frowning")
-    assert sim.step().n_points >= face.mesh.n_points
 
 
 def test_frames_tell_the_age_of_the_lines_that_are_drawn_now(face):

@@ -82,25 +82,6 @@ def test_sparse_and_quantized_numbers_are_read(tmp_path):
     np.testing.assert_allclose(read_surface(made.glb(tmp_path / "q.glb")).points, POINTS, atol=1e-4)
 
 
-def test_bones_hold_the_skin_where_they_are(tmp_path):
-    made, file = document()
-    joints = made.array(np.tile(np.array([[0, 1, 0, 0]], np.uint8), (5, 1)), "u1")
-    weights = np.tile(np.array([[0.25, 0.75, 0.0, 0.0]], np.float32), (5, 1))
-    shares = made.array(weights, "f4")
-    bind = np.tile(np.eye(4, dtype=np.float32).ravel(), (2, 1))
-    matrices = made.array(bind, "f4")
-    file["meshes"][0]["primitives"][0]["attributes"] |= {"JOINTS_0": joints, "WEIGHTS_0": shares}
-    file["nodes"] = [
-        {"mesh": 0, "skin": 0, "translation": [100.0, 0, 0]},  # which does not count
-        {"translation": [4.0, 0, 0]},
-        {"translation": [0, 8.0, 0]},
-    ]
-    file["scenes"][0]["nodes"] = [0, 1, 2]
-    file["skins"] = [{"joints": [1, 2], "inverseBindMatrices": matrices}]
-    mesh = read_surface(made.glb(tmp_path / "a.glb"))
-    np.testing.assert_allclose(mesh.points, POINTS + np.array([1.0, 6.0, 0.0]), atol=1e-6)
-
-
 def test_colors_and_texture_come_along_and_a_missing_picture_does_not_matter(tmp_path):
     made, file = document()
     texture = made.array(POINTS[:, :2].copy(), "f4")

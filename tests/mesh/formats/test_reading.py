@@ -64,13 +64,6 @@ def test_real_obj_files_keep_the_numbers_of_the_file(name):
                 assert [own[vertex] for vertex in triangle] == [tuple(uv) for uv in corners]
 
 
-@needs_faces
-def test_gltf_with_one_mesh_in_nested_blocks():
-    mesh = read_surface(FACES / "ict_face_narrow_anim.glb")
-    assert (mesh.n_points, mesh.n_cells) == (6706, 2 * 6560)
-    assert not [name for name in mesh.point_data if name.startswith("target")]  # morph targets are read_animation's
-
-
 OBJ = """# a pyramid with a quad, colors, negative numbers and a continued line
 o thing
 v 0 0 0 1 0 0
