@@ -113,8 +113,10 @@ CASES = [  # call, what the message begins with, what is allowed, what was recei
     (lambda: patterns.eye_corner([-1.0, 1.0], [0.0, 0.0], 1, 1, 1, 3), "gamma", "an even number", "3"),
     (lambda: fitted(degree=9), "degree", "in [0, 8]", "9"),
     (lambda: fitted(degree=-1), "degree", "in [0, 8]", "-1"),
+    (lambda: fitted(degree=1.5), "degree", "whole number", "1.5"),
     (lambda: fitted(epsilon=-1.0), "epsilon", "in [0, 1e+50]", "-1"),
     (lambda: fitted(values=(1.0,)), "x", "(q, d), points (n, d) and values (n,)", "(1, 1), (2, 1), (1,)"),
+    (lambda: fitted(points=((0.0, 1.0),), values=(1.0,)), "x", "(q, d), points (n, d) and", "(1, 1), (1, 2), (1,)"),
 ]
 
 

@@ -58,31 +58,25 @@ def test_equal_neighbors_are_kept_to_the_last_bit():
 
 
 @pytest.mark.parametrize(
-    "times, values, message",
+    "times, values, how, error, message",
     [
-        ([0.0, 0.0], [1.0, 2.0], "increasing"),
-        ([1.0, 0.0], [1.0, 2.0], "increasing"),
-        ([], [], "increasing"),
-        ([[0.0]], [[1.0]], "increasing"),
-        ([0.0, 1.0], [1.0], "2 times"),
-        ([0.0, np.nan], [1.0, 2.0], r"times must be finite; entry \[1\]"),
-        ([0.0, 1.0], [[1.0, 2.0], [3.0, np.inf]], r"values must be finite; entry \[1, 1\]"),
-        ([0.0, 1.0], [[1.0, 2.0], [3.0]], "rows of one length"),
-        (["x"], [1.0], "times must be numbers"),
+        ([0.0, 0.0], [1.0, 2.0], (), ParameterError, "increasing"),
+        ([1.0, 0.0], [1.0, 2.0], (), ParameterError, "increasing"),
+        ([], [], (), ParameterError, "increasing"),
+        ([[0.0]], [[1.0]], (), ParameterError, "increasing"),
+        ([0.0, 1.0], [1.0], (), ParameterError, "2 times"),
+        ([0.0, np.nan], [1.0, 2.0], (), ParameterError, r"times must be finite; entry \[1\]"),
+        ([0.0, 1.0], [[1.0, 2.0], [3.0, np.inf]], (), ParameterError, r"values must be finite; entry \[1, 1\]"),
+        ([0.0, 1.0], [[1.0, 2.0], [3.0]], (), ParameterError, "rows of one length"),
+        (["x"], [1.0], (), ParameterError, "times must be numbers"),
+        ([0.0], [1.0], ("linaer",), UnknownNameError, "linear"),
+        ([0.0, 1.0], [1.0, 2.0], ("cubic",), ParameterError, "slopes"),
+        ([0.0, 1.0], [1.0, 2.0], ("cubic", np.zeros((2, 3))), ParameterError, "slopes"),
     ],
 )
-def test_broken_tracks_are_refused(times, values, message):
-    with pytest.raises(ParameterError, match=message):
-        Track(times, values)
-
-
-def test_interpolation_has_to_be_known_and_cubics_need_slopes():
-    with pytest.raises(UnknownNameError, match="linear"):
-        Track([0.0], [1.0], "linaer")
-    with pytest.raises(ParameterError, match="slopes"):
-        Track([0.0, 1.0], [1.0, 2.0], "cubic")
-    with pytest.raises(ParameterError, match="slopes"):
-        Track([0.0, 1.0], [1.0, 2.0], "cubic", np.zeros((2, 3)))
+def test_broken_tracks_are_refused(times, values, how, error, message):
+    with pytest.raises(error, match=message):
+        Track(times, values, *how)
 
 
 @pytest.mark.parametrize("kind", ["linear", "step", "cubic"])

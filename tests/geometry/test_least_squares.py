@@ -6,7 +6,7 @@ import warnings
 import numpy as np
 import pytest
 
-from facewrinkle.errors import FaceWrinkleWarning, FitWarning, ParameterError
+from facewrinkle.errors import FaceWrinkleWarning, FitWarning
 from facewrinkle.geometry import least_squares
 from facewrinkle.geometry.least_squares import monomials, moving_least_squares
 
@@ -101,20 +101,3 @@ def test_every_place_is_fitted_by_itself(monkeypatch):
             moving_least_squares(x, points[:4], values[:4], 2)
         assert len(caught) == 1
         assert str(caught[0].message).endswith("or ask for a lower degree.")
-
-
-@pytest.mark.parametrize(
-    "x, points, values, options",
-    [
-        ([[0.0]], [[0.0, 1.0]], [1.0], {}),
-        ([[0.0]], [[0.0]], [1.0, 2.0], {}),
-        ([[np.nan]], [[0.0]], [1.0], {}),
-        ([[0.0]], np.empty((0, 1)), [], {}),
-        ([[0.0]], [[0.0]], [1.0], {"degree": -1}),
-        ([[0.0]], [[0.0]], [1.0], {"degree": 1.5}),
-        ([[0.0]], [[0.0]], [1.0], {"epsilon": -1.0}),
-    ],
-)
-def test_refuses(x, points, values, options):
-    with pytest.raises(ParameterError):
-        moving_least_squares(x, points, values, **options)

@@ -295,9 +295,17 @@ def test_refuses_paths_starts_and_sizes(face, sphere, call, error, says):
         (lambda tear, face: tear.surface(1.0, pv.Sphere()), MeshError, "another surface"),
         (lambda tear, face: tear.surface(1.0, "frame"), MeshError, "must be a PolyData"),
         (lambda tear, face: tear.surface(1.0, broken(face)), MeshError, "finite"),
+        (lambda tear, face: Flow(c=0.0), ParameterError, "c"),
+        (lambda tear, face: Flow(s=-1.0), ParameterError, "s"),
+        (lambda tear, face: Flow(hold=np.nan), ParameterError, "hold"),
+        (lambda tear, face: Flow(by="depth"), UnknownNameError, "measure of the flow 'depth'"),
+        (lambda tear, face: Film(roughness=2.0), ParameterError, "roughness"),
+        (lambda tear, face: Film(trail=np.nan), ParameterError, "trail"),
+        (lambda tear, face: Film(degree=9), ParameterError, "degree"),
+        (lambda tear, face: Route(length=0.0), ParameterError, "length"),
     ],
 )
-def test_refuses_times_and_frames(face, tear, call, error, says):
+def test_refuses_times_frames_and_groups(face, tear, call, error, says):
     with pytest.raises(error, match=says):
         call(tear, face)
 
@@ -309,23 +317,6 @@ def test_refuses_the_back_of_the_head(any_face):
     _, below = head.mesh.find_closest_cell(back - 20.0 / head.unit * head.frame.axes[1], return_closest_point=True)
     with pytest.raises(ParameterError, match="wrong side"):
         fw.SheddingTear(head, path=[back, below])
-
-
-@pytest.mark.parametrize(
-    ("group", "name", "value"),
-    [
-        (Flow, "c", 0.0),
-        (Flow, "s", -1.0),
-        (Flow, "hold", np.nan),
-        (Film, "roughness", 2.0),
-        (Film, "trail", np.nan),
-        (Film, "degree", 9),
-        (Route, "length", 0.0),
-    ],
-)
-def test_groups_refuse(group, name, value):
-    with pytest.raises(ParameterError, match=name):
-        group(**{name: value})
 
 
 @pytest.mark.parametrize(("out", "goes_on"), [(0.4, True), (4.0, False)])
@@ -369,8 +360,6 @@ def test_a_tear_that_goes_by_height_falls_evenly():
     assert faster[2] == pytest.approx(5.0 / np.sin(steep), rel=0.02)
     late = by_height.begin + (25.0 * np.sin(steep) - by_height.s + 2.0) / 5.0
     assert by_height.covered(late + 0.4) - by_height.covered(late) == pytest.approx(2.0 / np.sin(flat), rel=0.02)
-    with pytest.raises(UnknownNameError, match="measure of the flow 'depth'"):
-        Flow(by="depth")
 
 
 def test_an_extruded_head_is_smoothed_and_as_high():
