@@ -45,49 +45,6 @@ def test_aspects_and_samples_are_independent():
     assert abs(np.corrcoef(pairs.T)[0, 1]) < 4.0 / np.sqrt(500)
 
 
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        ({"sede": 1}, "seed"),
-        ({"camera": {"jaw": 1}}, "yaw"),
-        ({"identity": {"agee": 1}}, "age"),
-        ({"expression": {"units": ["AU99"]}}, "AU99"),
-        ({"expression": {"names": ["hapiness"]}}, "happiness"),
-    ],
-)
-def test_unknown_words_name_the_nearest(written, message):
-    with pytest.raises(UnknownNameError, match=message):
-        Spec.of(written)
-
-
-@pytest.mark.parametrize(
-    ("written", "message"),
-    [
-        ({"camera": 3}, r"\[camera\]"),
-        ({"size": [3, 3]}, r"size\[0\] must be at least 16, received 3"),
-        ({"size": 512}, "size must be a list, received 512"),
-        ({"quick": "yes"}, "quick must be true or false, received 'yes'"),
-        ({"shard": 0}, "shard must be at least 1, received 0"),
-        ({"seed": float("nan")}, "seed must be a whole number"),
-        ({"mesh": "obj"}, "mesh must be one of '', 'npz', 'glb', received 'obj'"),
-        ({"clip": {"frames": 0}}, "clip.frames"),
-        ({"clip": {"interval": 0.03}}, "whole number of steps"),
-        ({"identity": {"age": 2}}, "identity.age must be at most 1, received 2"),
-        ({"expression": {"neutral": 0.8}}, "at most 1 together"),
-        ({"expression": {"units": []}}, "expression.units must not be empty"),
-        ({"expression": {"apart": [["AU1"]]}}, r"expression.apart\[0\] must be a list of 2 entries"),
-        ({"expression": {"together": [["AU1", "AU2", 2]]}}, r"together\[0\]\[2\] must be at most 1"),
-        ({"tears": {"share": float("nan")}}, "tears.share must be at least 0"),
-        ({"faces": {"built_in": 0}}, "no face is left"),
-        ({"faces": {"scans": [{"path": "nobody.face"}]}}, "does not exist"),
-        ({"faces": {"scans": "nobody.face"}}, "faces.scans must be a list, received 'nobody.face'"),
-    ],
-)
-def test_wrong_values(written, message):
-    with pytest.raises(ParameterError, match=message):
-        Spec.of(written)
-
-
 def test_files(tmp_path):
     good = tmp_path / "good.toml"
     good.write_text("seed = 5\n[camera]\nyaw = 10\n", encoding="utf-8")
@@ -167,36 +124,80 @@ def test_a_number_is_fixed_and_a_list_is_a_choice():
     assert {Distribution.of([1, 2], "x").draw(random) for _ in range(50)} == {1.0, 2.0}
 
 
+def number(written):
+    return Distribution.of(written, "x", 0.0, 5.0)
+
+
+def words(written):
+    return Distribution.of_words(written, "names", ("happiness", "anger"))
+
+
 @pytest.mark.parametrize(
-    ("written", "message"),
+    ("of", "written", "error", "message"),
     [
-        ({"uniform": [2, 1]}, "rising order"),
-        ({"uniform": [0, 9]}, r"x\[1\] must be at most 5, received 9.0"),
-        ({"uniform": [0, 1], "within": [0, 1]}, "must have uniform, normal, .* received uniform, within"),
-        ({"uniform": "wide"}, "x.uniform must be a list"),
-        ({"uniform": [float("nan"), 1]}, r"x.uniform\[0\] must be at least"),
-        ({"normal": [1, float("inf")]}, r"x.normal\[1\] must be at most"),
-        ({"normal": [1, 0]}, "positive deviation"),
-        ({"normal": [1, 1], "within": [3, 4]}, "mean within"),
-        ({"choice": []}, "x.choice must not be empty"),
-        ({"choice": [1, 2], "weights": [1]}, "one for each"),
-        ({"choice": [1, 2], "weights": [0, 0]}, "above 0"),
-        ("often", "received 'often'"),
-        (True, "received True"),
-        (7, "received 7"),
+        (Spec.of, {"sede": 1}, UnknownNameError, "seed"),
+        (Spec.of, {"camera": {"jaw": 1}}, UnknownNameError, "yaw"),
+        (Spec.of, {"identity": {"agee": 1}}, UnknownNameError, "age"),
+        (Spec.of, {"expression": {"units": ["AU99"]}}, UnknownNameError, "AU99"),
+        (Spec.of, {"expression": {"names": ["hapiness"]}}, UnknownNameError, "happiness"),
+        (Spec.of, {"camera": 3}, ParameterError, r"\[camera\]"),
+        (Spec.of, {"size": [3, 3]}, ParameterError, r"size\[0\] must be at least 16, received 3"),
+        (Spec.of, {"size": 512}, ParameterError, "size must be a list, received 512"),
+        (Spec.of, {"quick": "yes"}, ParameterError, "quick must be true or false, received 'yes'"),
+        (Spec.of, {"shard": 0}, ParameterError, "shard must be at least 1, received 0"),
+        (Spec.of, {"seed": float("nan")}, ParameterError, "seed must be a whole number"),
+        (Spec.of, {"mesh": "obj"}, ParameterError, "mesh must be one of '', 'npz', 'glb', received 'obj'"),
+        (Spec.of, {"clip": {"frames": 0}}, ParameterError, "clip.frames"),
+        (Spec.of, {"clip": {"interval": 0.03}}, ParameterError, "whole number of steps"),
+        (Spec.of, {"identity": {"age": 2}}, ParameterError, "identity.age must be at most 1, received 2"),
+        (Spec.of, {"expression": {"neutral": 0.8}}, ParameterError, "at most 1 together"),
+        (Spec.of, {"expression": {"units": []}}, ParameterError, "expression.units must not be empty"),
+        (
+            Spec.of,
+            {"expression": {"apart": [["AU1"]]}},
+            ParameterError,
+            r"expression.apart\[0\] must be a list of 2 entries",
+        ),
+        (
+            Spec.of,
+            {"expression": {"together": [["AU1", "AU2", 2]]}},
+            ParameterError,
+            r"together\[0\]\[2\] must be at most 1",
+        ),
+        (Spec.of, {"tears": {"share": float("nan")}}, ParameterError, "tears.share must be at least 0"),
+        (Spec.of, {"faces": {"built_in": 0}}, ParameterError, "no face is left"),
+        (Spec.of, {"faces": {"scans": [{"path": "nobody.face"}]}}, ParameterError, "does not exist"),
+        (
+            Spec.of,
+            {"faces": {"scans": "nobody.face"}},
+            ParameterError,
+            "faces.scans must be a list, received 'nobody.face'",
+        ),
+        (number, {"uniform": [2, 1]}, ParameterError, "rising order"),
+        (number, {"uniform": [0, 9]}, ParameterError, r"x\[1\] must be at most 5, received 9.0"),
+        (
+            number,
+            {"uniform": [0, 1], "within": [0, 1]},
+            ParameterError,
+            "must have uniform, normal, .* received uniform, within",
+        ),
+        (number, {"uniform": "wide"}, ParameterError, "x.uniform must be a list"),
+        (number, {"uniform": [float("nan"), 1]}, ParameterError, r"x.uniform\[0\] must be at least"),
+        (number, {"normal": [1, float("inf")]}, ParameterError, r"x.normal\[1\] must be at most"),
+        (number, {"normal": [1, 0]}, ParameterError, "positive deviation"),
+        (number, {"normal": [1, 1], "within": [3, 4]}, ParameterError, "mean within"),
+        (number, {"choice": []}, ParameterError, "x.choice must not be empty"),
+        (number, {"choice": [1, 2], "weights": [1]}, ParameterError, "one for each"),
+        (number, {"choice": [1, 2], "weights": [0, 0]}, ParameterError, "above 0"),
+        (number, "often", ParameterError, "received 'often'"),
+        (number, True, ParameterError, "received True"),
+        (number, 7, ParameterError, "received 7"),
+        (number, {"unifrom": [0, 1]}, UnknownNameError, "uniform"),
+        (number, {"normal": [0, 1], "witin": [0, 1]}, UnknownNameError, "within"),
+        (words, ["hapiness"], UnknownNameError, "happiness"),
+        (words, [3], ParameterError, r"names\[0\] must be a text"),
     ],
 )
-def test_wrong_distributions_of_numbers(written, message):
-    with pytest.raises(ParameterError, match=message):
-        Distribution.of(written, "x", 0.0, 5.0)
-
-
-def test_unknown_words():
-    with pytest.raises(UnknownNameError, match="uniform"):
-        Distribution.of({"unifrom": [0, 1]}, "x")
-    with pytest.raises(UnknownNameError, match="within"):
-        Distribution.of({"normal": [0, 1], "witin": [0, 1]}, "x")
-    with pytest.raises(UnknownNameError, match="happiness"):
-        Distribution.of_words(["hapiness"], "names", ("happiness", "anger"))
-    with pytest.raises(ParameterError, match=r"names\[0\] must be a text"):
-        Distribution.of_words([3], "names", ("happiness",))
+def test_wrong_values_and_unknown_words(of, written, error, message):
+    with pytest.raises(error, match=message):
+        of(written)

@@ -270,35 +270,10 @@ def test_binary_stl_without_a_byte_of_binary_files(tmp_path):
     np.testing.assert_array_equal(mesh.points[mesh.regular_faces], flat["corners"])
 
 
-def test_no_file_and_a_folder(tmp_path):
-    for name in ("x" * 300 + ".obj", "~nobody-of-that-name/x.obj", "null\0.obj"):
-        with pytest.raises(MeshError, match="no file|cannot be opened"):
-            read_surface(name)
-    os.mkfifo(tmp_path / "pipe.obj")
-    with pytest.raises(MeshError, match="not a regular file"):
-        read_surface(tmp_path / "pipe.obj")
-    with pytest.raises(MeshError, match="there is no file .*Check the path"):
-        read_surface(tmp_path / "missing.obj")
-    with pytest.raises(MeshError, match="is a folder"):
-        read_surface(tmp_path)
-
-
 def test_obj_with_texture_numbers_that_lead_nowhere(tmp_path):
     path = tmp_path / "texture.obj"
     path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.5 0.5\nf 1/{9**30} 2/-{9**30} 3/1\n")
     np.testing.assert_array_equal(read_surface(path).active_texture_coordinates, [[0, 0], [0, 0], [0.5, 0.5]])
-
-
-@pytest.mark.parametrize(
-    ("faces", "message"),
-    [([2, 0, 1], "three points"), ([3, 0, 1, -4], "from 0 to 3"), ([4, 0, 1, 2, 10**6], "from 0 to 3")],
-)
-def test_faces_that_lead_out_of_the_points(faces, message):
-    mesh = pv.PolyData()
-    mesh.points = np.eye(4, 3)
-    mesh.faces = np.array([3, 0, 1, 2, *faces])
-    with pytest.raises(MeshError, match=message):
-        read_surface(mesh)
 
 
 # --- other libraries ----------------------------------------------------------------------------
@@ -313,13 +288,6 @@ def test_polygons_lines_strips_and_float32():
     assert (read.n_lines, read.n_verts) == (0, 0)
     strips = pv.PolyData(points, strips=[4, 0, 1, 3, 2])
     assert same_triangles(read_surface(strips).regular_faces, [[0, 1, 3], [1, 2, 3]])
-
-
-@pytest.mark.parametrize("grid", [pv.ImageData(dimensions=(3, 3, 3)), pv.Plane().cast_to_unstructured_grid()])
-def test_other_data_sets_of_vtk_are_refused(grid):
-    for source in (grid, pv.MultiBlock([pv.Sphere(), grid])):
-        with pytest.raises(MeshError, match=r"must hold triangles, quads or polygons.*extract_surface"):
-            read_surface(source)
 
 
 def test_multiblock():
@@ -387,18 +355,55 @@ def test_scenes_of_trimesh(tmp_path):
     np.testing.assert_array_equal(read_texture(trimesh.Scene(sheet)), photo)
 
 
-def test_other_objects():
-    with pytest.raises(MeshError, match="received dict"):
-        read_surface({})
-    with pytest.raises(MeshError, match=r"shape \(m, 3\), received \(1, 4\)"):
-        read_surface(SimpleNamespace(vertices=np.eye(4)[:, :3], faces=[[0, 1, 2, 3]]))
-    with pytest.raises(MeshError, match="is a Table.*Take its surface"):
-        read_surface(pv.Table(np.eye(3)))
+def pipe(folder):
+    os.mkfifo(folder / "pipe.obj")
+    return folder / "pipe.obj"
 
 
-@pytest.mark.parametrize("vertices", [[["a", "b", "c"]], [[1, 2], [3]], np.eye(3) + 1j, None])
-def test_vertices_that_are_no_numbers(vertices):
-    with pytest.raises(MeshError, match="points must be an array of real numbers"):
-        read_surface(SimpleNamespace(vertices=vertices, faces=[[0, 1, 2]]))
-    with pytest.raises(MeshError, match="faces must be an array of real numbers"):
-        read_surface(SimpleNamespace(vertices=np.eye(3), faces=vertices))
+def with_faces(*faces):
+    """Four points, a triangle, and more faces as VTK lists them."""
+    mesh = pv.PolyData()
+    mesh.points = np.eye(4, 3)
+    mesh.faces = np.array([3, 0, 1, 2, *faces])
+    return mesh
+
+
+def bare(vertices, faces):
+    """What has vertices and faces as meshes of trimesh do."""
+    return SimpleNamespace(vertices=vertices, faces=faces)
+
+
+GRIDS = pv.ImageData(dimensions=(3, 3, 3)), pv.Plane().cast_to_unstructured_grid()
+NO_NUMBERS = [["a", "b", "c"]], [[1, 2], [3]], np.eye(3) + 1j, None
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        (lambda folder: "x" * 300 + ".obj", "no file|cannot be opened"),
+        (lambda folder: "~nobody-of-that-name/x.obj", "no file|cannot be opened"),
+        (lambda folder: "null\0.obj", "no file|cannot be opened"),
+        (pipe, "not a regular file"),
+        (lambda folder: folder / "missing.obj", "there is no file .*Check the path"),
+        (lambda folder: folder, "is a folder"),
+        (lambda _: with_faces(2, 0, 1), "three points"),
+        (lambda _: with_faces(3, 0, 1, -4), "from 0 to 3"),
+        (lambda _: with_faces(4, 0, 1, 2, 10**6), "from 0 to 3"),
+        *((lambda _, grid=grid: grid, "must hold triangles, quads or polygons.*extract_surface") for grid in GRIDS),
+        *(
+            (
+                lambda _, grid=grid: pv.MultiBlock([pv.Sphere(), grid]),
+                "must hold triangles, quads or polygons.*extract_sur",
+            )
+            for grid in GRIDS
+        ),
+        (lambda _: {}, "received dict"),
+        (lambda _: bare(np.eye(4)[:, :3], [[0, 1, 2, 3]]), r"shape \(m, 3\), received \(1, 4\)"),
+        (lambda _: pv.Table(np.eye(3)), "is a Table.*Take its surface"),
+        *((lambda _, v=v: bare(v, [[0, 1, 2]]), "points must be an array of real numbers") for v in NO_NUMBERS),
+        *((lambda _, v=v: bare(np.eye(3), v), "faces must be an array of real numbers") for v in NO_NUMBERS),
+    ],
+)
+def test_what_is_no_surface_is_refused(tmp_path, source, message):
+    with pytest.raises(MeshError, match=message):
+        read_surface(source(tmp_path))
