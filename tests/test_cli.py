@@ -293,6 +293,7 @@ def test_commands_and_options_are_completed(shell, run):
         assert word in script
 
 
+@pytest.mark.slow
 def test_what_a_terminal_cannot_show_ends_no_command(tmp_path):
     """Such as the name of a file, where Windows writes into a file; the module runs."""
     (tmp_path / "λ → 頭.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")

@@ -45,7 +45,9 @@ def check(face: fw.Face, view: str) -> None:
     assert abs(eyes[0][1] - eyes[1][1]) < 0.1  # at one height
 
 
-@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize(
+    "view", ["front", *(pytest.param(view, marks=pytest.mark.slow) for view in VIEWS if view != "front")]
+)
 def test_one_face_and_two_eyes_are_found(view):
     check(fw.default_face(), view)
 

@@ -54,7 +54,7 @@ COMMANDS = {
         "head.glb",
     ),
     "recording": (
-        f"play recording.vtkhdf --max-level 0 --no-movie --series --out . {' '.join(SMALL)}",
+        f"play recording.vtkhdf --landmarks marks.json --max-level 0 --no-movie --series --out . {' '.join(SMALL)}",
         "recording.vtkhdf",
     ),
 }

@@ -68,7 +68,13 @@ def test_all_forms_are_read(bare, form, tmp_path):
     np.testing.assert_array_equal(read_surface(form(bare, tmp_path)).points, bare.points)
 
 
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+@pytest.mark.parametrize(
+    "function",
+    [
+        pytest.param(function, id=name, marks=pytest.mark.slow if name == "find_landmarks" else ())
+        for name, function in FUNCTIONS.items()
+    ],
+)
 def test_all_functions_take_a_file_and_another_form(face, bare, function, tmp_path):
     expected = function(bare, face, tmp_path)
     for form in ("str", "MultiBlock"):

@@ -59,6 +59,7 @@ def test_young_creases_are_steps_of_flesh(any_face):
     assert min(found[name].turn for name in ("beside the nose", "corner of the mouth")) > 3.0  # they are there
 
 
+@pytest.mark.slow
 def test_creases_sharpen_with_age(face):
     before, old = ({row.crease: row for row, _ in rows} for rows in (young(face), creases(face, 1.0)))
     for name in ("beside the nose", "corner of the mouth", "below the corner", "between the brows"):
@@ -67,6 +68,7 @@ def test_creases_sharpen_with_age(face):
         assert old[name].bend > 1.8 * before[name].bend
 
 
+@pytest.mark.slow
 def test_a_smile_slopes_as_captured_skin_does(real_face):
     """Across the fold of the mean captured face, in front of the plane of the face."""
     face = real_face("ict_face_narrow")

@@ -73,9 +73,8 @@ def ball():
     return arrays(pv.Icosphere(radius=1.0, nsub=3))
 
 
-@pytest.mark.parametrize(
-    "name", ["head-0", *(pytest.param(name, marks=pytest.mark.slow) for name in ("makehuman", "mediapipe"))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["head-0", "makehuman", "mediapipe"])
 def test_puckers_keep_their_volume_on_coarse_faces(name):
     """Their rays are folds of the paper beside waves; triangles around the mouth are up to 5 mm long."""
     if name not in names():

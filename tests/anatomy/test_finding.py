@@ -377,7 +377,7 @@ def test_a_lower_lip_bulges():
     assert below_furrow(np.asarray(ball.points, float), ball.regular_faces, pose, 0.0, lower[1]) is None
 
 
-@pytest.mark.parametrize("shift", [-8.0, 6.0])
+@pytest.mark.parametrize("shift", [-8.0, pytest.param(6.0, marks=pytest.mark.slow)])
 def test_lips_and_chin_go_along_with_a_mouth_that_is_low_or_high(face, shift):
     """Farther than a warp finds it: the furrow between the lips does."""
     middle = np.mean([face.landmarks[name] for name in MOUTH_LANDMARKS], axis=0)
@@ -392,7 +392,7 @@ def test_lips_and_chin_go_along_with_a_mouth_that_is_low_or_high(face, shift):
     assert min(found.confidences[name] for name in MOUTH_LANDMARKS) > UNSURE
 
 
-@pytest.mark.parametrize("moved", [-9.0, 9.0])
+@pytest.mark.parametrize("moved", [-9.0, pytest.param(9.0, marks=pytest.mark.slow)])
 def test_a_chin_is_found_where_it_turns_under(face, moved):
     """The chin drawn down or up by 9 mm: its landmarks go along, whatever the rest of the face says."""
     height = face.points[:, 1] - face.landmarks["lower_lip_mid"][1] + 6.0

@@ -189,7 +189,14 @@ def test_tied_hair_covers_the_scalp_to_its_border_of_short_hairs(tied):
     assert 25.0 < short.max() < 40.0
 
 
-@pytest.mark.parametrize("person", [{}, {"width": 1.0, "length": -1.0}, {"child": 0.9, "age": -0.9}, {"ears": 1.0}])
+@pytest.mark.parametrize(
+    "person",
+    [
+        {},
+        {"width": 1.0, "length": -1.0},
+        *(pytest.param(person, marks=pytest.mark.slow) for person in ({"child": 0.9, "age": -0.9}, {"ears": 1.0})),
+    ],
+)
 def test_tied_hair_is_outside_the_head(person):
     for length, combed in ((0.3, 0.5), (0.9, 0.3)):
         face = fw.default_face(person | {"hair_length": length, "hair_combed": combed})

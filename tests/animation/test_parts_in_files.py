@@ -257,7 +257,8 @@ def test_parts_that_the_file_moves_go_where_it_says(lively, face, tmp_path):
         np.testing.assert_allclose(part.points, expected[name], atol=1e-2)
 
 
-@pytest.mark.parametrize("command", [pytest.param("tear", marks=pytest.mark.slow), "play"])
+@pytest.mark.slow
+@pytest.mark.parametrize("command", ["tear", "play"])
 def test_series_of_the_commands_hold_the_parts(dressed, animated, tmp_path, command):
     if command == "tear":
         fw.write_face(dressed, tmp_path / "a.face")

@@ -55,6 +55,7 @@ def test_pictures_beside_a_rig_are_listed(face, tmp_path, run):
     assert all(name in said for name in names)
 
 
+@pytest.mark.slow
 def test_a_rig_with_layers_of_wrinkles_and_correctives(tmp_path, capsys):
     options = ["--shapes", "mouthFunnel+mouthPucker", "--wrinkles", "maps", "--map-size", "128", "--correctives", "1"]
     assert main(["rig", *options, "--out", str(tmp_path)]) == 0

@@ -142,6 +142,7 @@ def test_a_clip_goes_from_rest_into_the_expression(clip):
     assert moved[0] < min(moved[1:])  # from then on the skin only comes to rest
 
 
+@pytest.mark.slow
 def test_meshes_for_other_programs(backwards):
     spec = Spec.of({**SPEC, "mesh": "glb"})
     with SampleMaker(spec) as maker:

@@ -71,6 +71,7 @@ def test_pictures_are_scaled_and_cut_to_cover(tmp_path):
         assert (seen[:, 2:-2] == color).all()
 
 
+@pytest.mark.slow
 def test_edges_are_blended_with_the_picture(tmp_path):
     """What black, gray and white behind it makes of a pixel is a straight line: its share of the background."""
     seen = []

@@ -170,7 +170,7 @@ class Standing:
         return Sampled(points, up, np.array([[0, 1, 2]], np.int32))
 
 
-@pytest.mark.parametrize("count", [1, FRAMES])
+@pytest.mark.parametrize("count", [1, pytest.param(FRAMES, marks=pytest.mark.slow)])
 def test_what_does_not_move_has_no_targets_and_no_channel(face, take, tmp_path, count):
     pytest.importorskip("pxr")
     frames, simulation = take

@@ -60,6 +60,7 @@ def test_wrinkles_of_their_own_are_in_betweens(face, tmp_path):
         np.testing.assert_allclose(in_usd(path, "face", 0.0).points, expected, atol=1e-6 * np.ptp(expected))
 
 
+@pytest.mark.slow
 def test_colors_are_those_of_the_mesh(face, tmp_path):
     rig = fw.rig(replace(face, texture=None), "jawOpen", wrinkles="none", level=0)
     for ending in ("usda", "glb"):

@@ -61,6 +61,7 @@ def first_use(cache, around=""):
     ).stderr
 
 
+@pytest.mark.slow
 def test_the_first_use_says_once_why_it_waits(tmp_path):
     said = first_use(tmp_path / "a", "if True:")
     assert said.startswith("facewrinkle: compiling for the first time, which takes up to a minute")

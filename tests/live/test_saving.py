@@ -239,6 +239,7 @@ def order(code):
     return Order("rig", START, Subject(Face.without_anatomy(pv.Plane().triangulate(), 1.0), Run(code)))
 
 
+@pytest.mark.slow
 def test_what_libraries_print_does_no_harm(capfd):
     code = r"import os; os.write(1, b'hello\n'); print('hello'); os.write(2, b'\xff' * 300_000); 1 / 0"
     with pytest.raises(FaceWrinkleError, match="the rig was not made; see the terminal"):

@@ -370,6 +370,7 @@ def test_a_widget_without_anywidget_says_what_to_install(studio, monkeypatch):
         studio.widget()
 
 
+@pytest.mark.slow
 def test_without_its_package_the_studio_says_what_to_install():
     program = """
 import sys

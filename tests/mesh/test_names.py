@@ -59,7 +59,7 @@ def plain(face):
     ("kind", "left_out"),
     [
         ("numbers", "unit"),
-        ("vectors", "rest"),
+        pytest.param("vectors", "rest", marks=pytest.mark.slow),
         pytest.param("whole numbers", "rest", marks=pytest.mark.slow),
         pytest.param("bytes", "unit", marks=pytest.mark.slow),
     ],
@@ -127,7 +127,7 @@ def reopened(frame, way, folder):
     return folder / f"frame.{way}"
 
 
-@pytest.mark.parametrize("way", ["itself", "vtp", pytest.param("vtk", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("way", ["vtp", *(pytest.param(way, marks=pytest.mark.slow) for way in ("itself", "vtk"))])
 def test_a_face_made_from_a_frame_is_that_of_its_shape(face, frame, tmp_path, way):
     assert frame.field_data["jaw_angle"][0] > 0.1
     frame.field_data["subject"] = ["someone"]

@@ -209,6 +209,7 @@ def test_tears(name, verify):
         verify(scene.plotter, f"tears_{name}")
 
 
+@pytest.mark.slow
 def test_the_same_again_is_the_same_picture():
     def pixels():
         frame.cache_clear()

@@ -54,10 +54,12 @@ def test_upright_and_wide_pictures_hold_the_whole_head_and_cut_the_neck(face, vi
     [
         ("paper_surprise", "forehead"),
         ("frowning", "glabella"),
-        ("closing_eye", "left_eye"),
-        ("stretching_mouth", "right_mouth"),
         ("AU12L", "left_mouth"),
         ("AU43R", "right_eye"),
+        *(
+            pytest.param(*each, marks=pytest.mark.slow)
+            for each in (("closing_eye", "left_eye"), ("stretching_mouth", "right_mouth"))
+        ),
     ],
 )
 def test_closeup_is_where_the_wrinkles_are(face, expression, expected):

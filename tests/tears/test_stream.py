@@ -70,9 +70,9 @@ def test_the_frames_before_change_nothing(face):
     """What is kept from frame to frame is what a tear that sees only this frame finds."""
     sim = fw.Simulation(face)
     sim.express("sadness")
-    frames = list(sim.run(34))
+    frames = list(sim.run(24))
     sim.relax()
-    frames += list(sim.run(60, ramp=0.1))  # and vertices go and are numbered anew
+    frames += list(sim.run(25, ramp=0.2))  # and vertices go and are numbered anew
     tear = fw.SheddingTear(face, start="l", flow=Flow(c=60.0))
     assert any(b.n_points < a.n_points for a, b in pairwise(frames))
     for i, frame in enumerate(frames):

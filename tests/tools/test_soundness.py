@@ -457,6 +457,7 @@ def test_sequences_hold_all_that_is_asked_of_them(face):
     assert 100.0 < np.mean([len(one.rates) for one in played]) < 300.0
 
 
+@pytest.mark.slow
 def test_people_differ_by_name_and_seed():
     asked = (("head-1", 0), ("head-1", 0), ("head-2", 0), ("head-1", 1))
     one, again, other, seeded = (subjects.subject(*which).points for which in asked)

@@ -216,6 +216,7 @@ VAST = {
 """Small files of grids of which VTK would make more points than any memory holds."""
 
 
+@pytest.mark.slow
 def test_vast_grids_are_refused(tmp_path):
     """In a process of its own: VTK ends it where it finds no memory."""
     for name, text in VAST.items():
@@ -241,7 +242,14 @@ def test_vast_grids_are_refused(tmp_path):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="only where a process can die of a signal")
 @pytest.mark.parametrize(
-    "harm", ["os.abort()", "os.kill(os.getpid(), 11)", "bytearray(10**11)", "exec('while True: pass')"]
+    "harm",
+    [
+        "os.abort()",
+        *(
+            pytest.param(harm, marks=pytest.mark.slow)
+            for harm in ("os.kill(os.getpid(), 11)", "bytearray(10**11)", "exec('while True: pass')")
+        ),
+    ],
 )
 def test_whatever_vtk_does_is_an_error(tmp_path, monkeypatch, harm):
     pv.Sphere().save(tmp_path / "mesh.vtp")
