@@ -39,11 +39,14 @@ def fingerprint(mesh):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Examples that `test_no_side_effects` runs and watches are not run once more as doctests."""
+    """Examples that `test_no_side_effects` runs and watches are not run as doctests, too; those of sets are slow."""
     watched = {item.callspec.params["name"] for item in items if "test_examples_change_nothing" in item.name}
     twice = [item for item in items if isinstance(item, pytest.DoctestItem) and item.name in watched]
     config.hook.pytest_deselected(items=twice)
     items[:] = [item for item in items if item not in twice]
+    for item in items:
+        if isinstance(item, pytest.DoctestItem) and item.name.startswith("facewrinkle.dataset"):
+            item.add_marker("slow")
 
 
 @pytest.fixture(scope="session", name="fingerprint")

@@ -230,7 +230,8 @@ def test_help_loads_no_heavy_package():
     ],
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, run, command, shown):
-    monkeypatch.setattr("facewrinkle.progress.SHORTEST", 1e9)  # lines in a log, on a slow machine
+    for module in ("progress", "commands.options"):
+        monkeypatch.setattr(f"facewrinkle.{module}.SHORTEST", 1e9)  # lines in a log, on a slow machine
     command = [*command, "--no-movie", "--size", "60", "--out", str(tmp_path)]
     assert run(*command).err == ""
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
@@ -286,7 +287,7 @@ def test_faces_have_folders_of_their_own():
     assert OutputOptions(out=Path("x")).folder("happiness", "anna") == Path("x")
 
 
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+@pytest.mark.parametrize("shell", ["bash", *(pytest.param(name, marks=pytest.mark.slow) for name in ("zsh", "fish"))])
 def test_commands_and_options_are_completed(shell, run):
     script = run("completion", shell).out
     for word in ("express", "pattern", "intensity", "landmarks"):

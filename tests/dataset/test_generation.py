@@ -394,6 +394,7 @@ def shape_of(value):
     return type(value).__name__
 
 
+@pytest.mark.slow
 def test_a_scan_and_the_head_have_the_same_entries(tmp_path):
     fw.write_face(fw.default_face(), tmp_path / "anna.face")
     scans = [{"path": str(tmp_path / "anna.face"), "weight": 1.0, "licence": "CC0"}]

@@ -158,6 +158,7 @@ def test_lamps_light_a_surface_as_the_map_does():
         assert found == pytest.approx(wanted, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_environment_is_seen_behind(tmp_path):
     """A bright window at the left border of a map is behind the head, and to its right in the picture."""
     written = with_map(tmp_path, (31, 2), size=2)

@@ -133,6 +133,7 @@ def test_sums_of_increments_are_within_the_error(seed, least):
     assert np.linalg.norm(sums - values, axis=2).max() <= least * 1.001
 
 
+@pytest.mark.slow
 def test_tears_are_meshes_of_their_own(face, take, tmp_path):
     """On the skin as targets show it: that is off by more than the water is thick."""
     pytest.importorskip("pxr")

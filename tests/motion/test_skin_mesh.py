@@ -148,6 +148,7 @@ def test_lids_shut_as_if_simulated_whole(fine, both):
         assert np.abs(gaps[0] - gaps[1]).max() < 0.3
 
 
+@pytest.mark.slow
 def test_lips_part_and_close_as_if_simulated_whole(fine, both):
     up = fine.frame.axes[1]
     lips = [fine.mesh.find_closest_point(fine.landmarks[f"{lip}_lip_mid"]) for lip in ("upper", "lower")]

@@ -180,7 +180,7 @@ def test_wrinkles_and_a_change_of_a_fortieth_in_height(kind, name, view, verify)
             plotter.close()
 
 
-@pytest.mark.parametrize("name", LOOKS)
+@pytest.mark.parametrize("name", ["rest", "happiness", pytest.param("happiness_eye", marks=pytest.mark.slow)])
 def test_looks(name, verify):
     expression, view = LOOKS[name]
     with Scene(fw.default_face(), style(view)) as scene:

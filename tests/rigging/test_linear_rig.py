@@ -108,6 +108,7 @@ def test_wrinkles_can_be_targets_of_their_own(face):
     assert np.linalg.norm(separate.deltas[1], axis=1).max() > 0.1
 
 
+@pytest.mark.slow
 def test_age_is_the_lines_that_old_skin_has_at_rest(face):
     made = fw.rig(face, "age+happiness", level=0)
     old, own = (

@@ -292,7 +292,8 @@ def test_shapes_are_found_anew_for_another_face_alone_and_those_that_were_set_st
 
 def test_layers_that_are_refused_leave_the_present_ones(face, coarse):
     """Positions and amounts of another face are refused wherever layers come from; and what is no layer."""
-    pressed = WaveFolds(families={"all": [face.points * [1.0, 0.8, 1.0]]})
+    brow = np.abs(face.points - face.landmarks["glabella"]).max(axis=1, keepdims=True) < 15.0
+    pressed = WaveFolds(families={"all": [np.where(brow, face.points * [1.0, 0.8, 1.0], face.points)]})
     factors = WaveFolds(amount=np.ones(len(face.points)))
     used, other = fw.Simulation(face, layers=[pressed, factors]), fw.Simulation(coarse)
     before = other.layers[:], other.refinement.max_level
