@@ -20,7 +20,8 @@ def picture_shape(path: Path) -> tuple[int, ...]:
 def movie_frames(path: Path, height: int, width: int) -> np.ndarray:
     """Pictures of a movie of this size, decoded by ffmpeg itself."""
     ffmpeg = pytest.importorskip("imageio_ffmpeg").get_ffmpeg_exe()
-    command = [ffmpeg, "-loglevel", "error", "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    given = ["-loglevel", "error", "-i", str(path), "-fps_mode", "passthrough"]
+    command = [ffmpeg, *given, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
     raw = subprocess.run(command, capture_output=True, check=True).stdout
     return np.frombuffer(raw, np.uint8).reshape(-1, height, width, 3)
 

@@ -76,21 +76,22 @@ def test_any_view(face):
     assert difference(from_behind, picture(face.mesh, face, Style((60, 60)))).max() > 30
 
 
-def test_views_that_cannot_be_drawn(face):
-    for direction in ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), (np.nan, 0.0, 1.0)):
-        with pytest.raises(ParameterError, match="straight up"):
-            View(direction)
-    with pytest.raises(ParameterError, match="height must lie in"):
-        View((0.0, 0.0, 1.0), height=0.0)
-    with pytest.raises(UnknownNameError, match="'nose'. Did you mean 'nose_tip'"):
-        View((0.0, 0.0, 1.0), "nose")
-    with pytest.raises(UnknownNameError, match="unknown field 'W'"):
-        closeup(face.mesh, face)
+SIZES = (8, 100), (100, 10**5), (100.5, 100), (100,), 100, (np.nan, 100), ("a", "b")
 
 
-def test_unknown_views_and_sizes():
-    with pytest.raises(UnknownNameError, match="unknown view 'forhead'. Did you mean 'forehead'"):
-        Style(view="forhead")
-    for size in ((8, 100), (100, 10**5), (100.5, 100), (100,), 100, (np.nan, 100), ("a", "b")):
-        with pytest.raises(ParameterError, match="width and height in pixels"):
-            Style(size=size)
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda face: View((0.0, 0.0, 0.0)), ParameterError, "straight up"),
+        (lambda face: View((0.0, 1.0, 0.0)), ParameterError, "straight up"),
+        (lambda face: View((np.nan, 0.0, 1.0)), ParameterError, "straight up"),
+        (lambda face: View((0.0, 0.0, 1.0), height=0.0), ParameterError, "height must lie in"),
+        (lambda face: View((0.0, 0.0, 1.0), "nose"), UnknownNameError, "'nose'. Did you mean 'nose_tip'"),
+        (lambda face: closeup(face.mesh, face), UnknownNameError, "unknown field 'W'"),
+        (lambda face: Style(view="forhead"), UnknownNameError, "unknown view 'forhead'. Did you mean 'forehead'"),
+        *((lambda face, size=size: Style(size=size), ParameterError, "width and height in pixels") for size in SIZES),
+    ],
+)
+def test_views_and_sizes_that_cannot_be_drawn(face, call, error, says):
+    with pytest.raises(error, match=says):
+        call(face)

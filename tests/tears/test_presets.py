@@ -93,19 +93,20 @@ def test_options_override_the_preset(face):
     assert quick.covered(0.5) - quick.covered(0.0) == pytest.approx(4.0 * (slow.covered(0.5) - slow.covered(0.0)))
 
 
-def test_refuses(face):
-    with pytest.raises(UnknownNameError, match="weeping"):
-        preset("weepin", face)
-    with pytest.raises(ParameterError, match="a preset needs a Face"):
-        preset("weeping", pv.Sphere())
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda face: preset("weepin", face), UnknownNameError, "weeping"),
+        (lambda face: preset("weeping", pv.Sphere()), ParameterError, "a preset needs a Face"),
+        (lambda face: grouped({"roughness": 3.0}, film=Film), ParameterError, "roughness"),
+    ],
+)
+def test_refuses(face, call, error, says):
+    with pytest.raises(error, match=says):
+        call(face)
 
 
 def test_a_group_given_keeps_its_other_fields():
     given = {"flow": Flow(c=10.0, hold=5.0), "c": 20.0, "unknown": 1}
     assert grouped(given, film=Film, flow=Flow) == {"flow": Flow(c=20.0, hold=5.0), "unknown": 1}
     assert given["c"] == 20.0
-
-
-def test_numbers_are_checked():
-    with pytest.raises(ParameterError, match="roughness"):
-        grouped({"roughness": 3.0}, film=Film)
