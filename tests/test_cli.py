@@ -230,8 +230,6 @@ def test_help_loads_no_heavy_package():
     ],
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, run, command, shown):
-    for module in ("progress", "commands.options"):
-        monkeypatch.setattr(f"facewrinkle.{module}.SHORTEST", 1e9)  # lines in a log, on a slow machine
     command = [*command, "--no-movie", "--size", "60", "--out", str(tmp_path)]
     assert run(*command).err == ""
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
