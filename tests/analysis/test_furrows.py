@@ -48,7 +48,8 @@ def test_a_step_does_not_turn_back():
     assert cut.slopes[0] >= 0.0
 
 
-@pytest.mark.parametrize("any_face", [None, pytest.param("ict_face_narrow", marks=pytest.mark.slow)], indirect=True)
+@pytest.mark.slow
+@pytest.mark.parametrize("any_face", [None, "ict_face_narrow"], indirect=True)
 def test_young_creases_are_steps_of_flesh(any_face):
     """Captured skin, which is smooth over a millimeter or two, bends by up to 33 degrees/mm."""
     found = {row.crease: row for row, _ in young(any_face)}

@@ -114,6 +114,7 @@ def test_cropped_hair_is_no_part(face, length):
     assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"]).all()
 
 
+@pytest.mark.slow
 def test_the_rounder_a_face_the_farther_aside_is_the_parting():
     partings = [parting_of(fw.default_face({"hair_length": 0.7, "width": w, "length": -w})) for w in (-0.5, 0.0, 0.5)]
     assert partings[0] < partings[1] - 10.0 < partings[2] - 20.0
@@ -209,6 +210,7 @@ def test_a_tail_hangs_down_and_a_knot_does_not():
     assert hair_of(tail).bounds[2] < tail.landmarks["menton"][1] < hair_of(knot).bounds[2] - 20.0
 
 
+@pytest.mark.slow
 def test_the_more_combed_back_the_higher_the_knot():
     knots = [fw.default_face({"hair_length": 0.3, "hair_combed": combed}) for combed in (0.1, 0.5, 0.9)]
     low, middle, high = (np.asarray(hair_of(knot).points) for knot in knots)

@@ -68,6 +68,7 @@ def test_colors_are_those_of_the_mesh(face, tmp_path):
         np.testing.assert_array_equal(found["Colors"][: face.mesh.n_points], face.mesh["Colors"])
 
 
+@pytest.mark.slow
 def test_pictures_lie_beside(face, tmp_path):
     pytest.importorskip("PIL")
     ramp = np.linspace(40, 200, 64).astype(np.uint8)

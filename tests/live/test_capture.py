@@ -133,8 +133,7 @@ def differ(a, b, face):
     ("name", "packets"),
     [
         ("Live Link Face", [live_link(VALUES)]),
-        pytest.param("VMC", [bundle(vmc(VALUES))], marks=pytest.mark.slow),
-        ("VMC", vmc(VALUES)),
+        *(pytest.param("VMC", packets, marks=pytest.mark.slow) for packets in ([bundle(vmc(VALUES))], vmc(VALUES))),
     ],
     ids=["Live Link Face", "VMC", "VMC in many packets"],
 )

@@ -27,6 +27,7 @@ def dirty_faces(count=COUNT, seed=SEED):
     return [spoiled(count, seed, number) for number in range(count)]
 
 
+@pytest.mark.slow
 def test_the_corpus_is_dirty():
     """The faults that mending is for are in the meshes."""
     kinds = dict.fromkeys(("not manifold", "degenerate", "badly oriented", "self-intersecting"), 0)
@@ -55,6 +56,7 @@ def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
     assert fingerprint(dirty.mesh) == before
 
 
+@pytest.mark.slow
 def test_mended_faces_keep_their_shape():
     """Points stay where they were, but at triangles that were turned over, which is reported, and neighbors."""
     kept = 0

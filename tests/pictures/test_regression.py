@@ -188,7 +188,10 @@ def test_looks(name, verify):
         verify(scene.plotter, f"looks_{name}")
 
 
-@pytest.mark.parametrize("name", FIELDS)
+@pytest.mark.parametrize(
+    "name",
+    [name if name in ("W", "gamma", "muscle") else pytest.param(name, marks=pytest.mark.slow) for name in FIELDS],
+)
 def test_fields(name, verify):
     with Scene(fw.default_face(), style("forehead", scalars=name)) as scene:
         scene.show(frame("paper", "paper_surprise"))

@@ -40,6 +40,7 @@ def test_a_lamp_from_above_leaves_the_eyes_in_the_dark(face):
     assert above < 0.8 * frontal
 
 
+@pytest.mark.slow
 def test_long_hair_leaves_the_skin_below_it_in_the_dark():
     """Before the ear and at the jaw, not on the nose."""
     open_to_all = []

@@ -113,6 +113,7 @@ def test_drawing_changes_neither_frame_nor_face(face, wrinkled, fingerprint, sca
     assert wrinkled.active_scalars_name == active
 
 
+@pytest.mark.slow
 def test_plotters_are_closed(face, wrinkled):
     """Also after an error, and where the pictures of a movie are not all taken."""
 

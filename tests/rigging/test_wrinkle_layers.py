@@ -178,11 +178,13 @@ def test_maps_play_as_wrinkles_of_the_mesh_do(played, least, smooth, layers, fol
     assert np.abs(truth - maps)[wrinkled].mean() < 0.5 * np.abs(truth - bare)[wrinkled].mean()
 
 
+@pytest.mark.slow
 def test_a_rig_that_folds_nothing_has_no_maps(face):
     with pytest.raises(ParameterError, match="folds the skin"):
         fw.bake_layers(fw.rig(replace(face, age=0.0), "eyeLookUpLeft", wrinkles="maps"), 64)
 
 
+@pytest.mark.slow
 def test_a_face_without_texture_gets_a_chart(face):
     bare = face.mesh.copy()
     bare.cell_data.clear()

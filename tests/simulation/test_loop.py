@@ -401,7 +401,7 @@ def test_the_first_frame_has_the_points_that_were_given(face, unit):
     np.testing.assert_array_equal(fw.Simulation(other).step().points, other.points)
 
 
-@pytest.mark.parametrize("drawn", [False, True])
+@pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_faces_that_nobody_holds_are_freed(face, drawn):
     """Who goes through many faces, as a data set does, must not keep them all, nor their lines."""
     own = dataclasses.replace(face, age=0.4)

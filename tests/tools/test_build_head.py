@@ -120,7 +120,7 @@ def rim_of(plane: np.ndarray) -> np.ndarray:
     return np.flatnonzero(np.isin(plane, (0.0, 1.0)).any(axis=1))
 
 
-@pytest.mark.parametrize("count", [100, 101, 256, 257])
+@pytest.mark.parametrize("count", [100, 257, *(pytest.param(count, marks=pytest.mark.slow) for count in (101, 256))])
 def test_refine_reaches_the_count_and_keeps_the_topology(count: int) -> None:
     mesh = chart_mesh(height=0.2)
     mesh.refine(count)
