@@ -175,12 +175,20 @@ def test_unknown_names_are_left_out_with_a_warning():
         assert list(read_landmarks({"nose_tpi": [0, 0, 1], "nasion": [0, 1, 0]})) == ["nasion"]
 
 
+NO_PLACES = [1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0
+NO_TABLES = "none.json", ".", 5, [], b"x", None, np.zeros((5, 3))
+
+
 @pytest.mark.parametrize(
-    "value", [[1, 2], [1, 2, 3, 4], "here", None, [1, 2, float("nan")], {"x": 1}, [1, "a", 2], 3.0]
+    ("source", "message"),
+    [
+        *(({"nasion": value}, "'nasion' must be three finite numbers") for value in NO_PLACES),
+        *((source, "must be a dictionary|cannot read") for source in NO_TABLES),
+    ],
 )
-def test_coordinates_have_to_be_three_finite_numbers(value):
-    with pytest.raises(LandmarkError, match="'nasion' must be three finite numbers"):
-        read_landmarks({"nasion": value})
+def test_what_is_no_dictionary_of_landmarks(source, message):
+    with pytest.raises(LandmarkError, match=message):
+        read_landmarks(source)
 
 
 UNREADABLE = {
@@ -201,29 +209,33 @@ def test_unreadable_files(tmp_path, content, message):
         read_landmarks(path)
 
 
-@pytest.mark.parametrize("source", ["none.json", ".", 5, [], b"x", None, np.zeros((5, 3))])
-def test_what_is_no_dictionary_of_landmarks(source):
-    with pytest.raises(LandmarkError, match="must be a dictionary|cannot read"):
-        read_landmarks(source)
+PAIRS = ("mouth_l", "mouth_r"), ("brow_l_mid", "brow_r_mid"), ("ala_l", "ala_r")
+SWAPPED = "swapped left for right or coincide: {} and {}"
 
 
-def test_landmarks_on_a_line_or_at_one_place_are_refused(marks):
-    for flat in (np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 1.0, 0])):
-        with pytest.raises(LandmarkError, match="lie on a line or at one place"):
-            complete({name: point * flat for name, point in marks.items()}, marks)
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        *(
+            (lambda marks, flat=flat: {name: point * flat for name, point in marks.items()}, "lie on a line or at one")
+            for flat in ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+        ),
+        *((lambda marks, l=l, r=r: {**marks, l: marks[r], r: marks[l]}, SWAPPED.format(l, r)) for l, r in PAIRS),
+        *((lambda marks, l=l, r=r: {**marks, l: marks[r]}, SWAPPED.format(l, r)) for l, r in PAIRS),
+        (lambda marks: {**marks, "eye_l_inner": marks["eye_l_outer"]}, "eye_l_inner must lie nearer to the nose"),
+        (
+            lambda marks: {**marks, "eye_l_centre": marks["eye_l_centre"] + [0.0, 0.0, 60.0]},
+            "eye_l_centre must be the centre of the eyeball",
+        ),
+    ],
+)
+def test_landmarks_of_no_face_are_refused(marks, change, message):
+    with pytest.raises(LandmarkError, match=message):
+        complete(change(marks), marks)
 
 
-def test_single_pairs_that_are_swapped_or_coincide_are_refused(marks):
-    for left, right in (("mouth_l", "mouth_r"), ("brow_l_mid", "brow_r_mid"), ("ala_l", "ala_r")):
-        swapped = {**marks, left: marks[right], right: marks[left]}
-        for given in (swapped, {**marks, left: marks[right]}):
-            with pytest.raises(LandmarkError, match=f"swapped left for right or coincide: {left} and {right}"):
-                complete(given, marks)
+def test_a_mirrored_face_is_refused(marks):
     renamed = {mirrored_name(name): point for name, point in marks.items()}
     for whole in (renamed, {name: point * [-1, 1, 1] for name, point in marks.items()}):
         with pytest.raises(LandmarkError, match="swapped left for right, or the face is mirrored"):
             frame_of(whole)
-    with pytest.raises(LandmarkError, match="eye_l_inner must lie nearer to the nose"):
-        complete({**marks, "eye_l_inner": marks["eye_l_outer"]}, marks)
-    with pytest.raises(LandmarkError, match="eye_l_centre must be the centre of the eyeball"):
-        complete({**marks, "eye_l_centre": marks["eye_l_centre"] + [0.0, 0.0, 60.0]}, marks)

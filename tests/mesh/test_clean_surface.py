@@ -62,21 +62,6 @@ def test_stale_normals_stay_behind():
     assert prepare(mesh).mesh.array_names == ["identity", "color"]
 
 
-def test_no_points_and_no_faces():
-    with pytest.raises(MeshError, match="has no points"):
-        prepare(pv.PolyData())
-    with pytest.raises(MeshError, match="3 points and no faces.*reconstruct_surface"):
-        prepare(pv.PolyData(np.eye(3)))
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e60])
-def test_points_that_are_not_finite(value):
-    mesh = cap()
-    mesh.points[[7, 20], 1] = value
-    with pytest.raises(MeshError, match=r"2 of 144 points are NaN, infinite or beyond.*first is point 7.*Delete them"):
-        prepare(mesh)
-
-
 def test_degenerate_and_duplicate_triangles_are_dropped():
     mesh = cap()
     spoiled = mesh_of(
@@ -98,11 +83,6 @@ def test_degenerate_and_duplicate_triangles_are_dropped():
     assert re.search(r"degenerate triangles .*: 2 of 244", surface.report[1])
     np.testing.assert_array_equal(surface.triangles, mesh.regular_faces)
     np.testing.assert_array_equal(surface.points, mesh.points)
-
-
-def test_nothing_but_degenerate_triangles():
-    with pytest.raises(MeshError, match="all triangles are degenerate"):
-        prepare(mesh_of([[0, 0, 0], [1, 1, 1], [3, 3, 3]], [[0, 1, 2]]))
 
 
 def test_thin_triangles_are_kept():
@@ -198,25 +178,6 @@ def test_unused_points_go_and_data_stay_with_their_points():
     np.testing.assert_array_equal(surface.mesh.regular_faces, surface.triangles)
 
 
-def test_landmarks_of_another_mesh_are_refused():
-    source = side_by_side(*(sphere((3.0 * k, 0, 0), 0.5, 8) for k in range(5)))
-    near = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
-    with pytest.raises(MeshError, match="in 5 pieces.*landmarks are those of this mesh"):
-        prepare(source, near=near)
-
-
-@pytest.mark.parametrize("near", [[[0, 0]], [[0, 0, np.nan]]])
-def test_bad_landmarks(near):
-    with pytest.raises(ParameterError, match="near must be rows of three finite numbers"):
-        prepare(cap(), near=np.array(near))
-
-
-@pytest.mark.parametrize("forward", [(0, 0, 0), (0, 1), (np.inf, 0, 0)])
-def test_bad_direction(forward):
-    with pytest.raises(ParameterError, match="forward must be"):
-        prepare(cap(), forward=forward)
-
-
 @pytest.mark.parametrize(("dtype", "one"), [(np.uint8, 255), (np.float64, 1.0)])
 def test_skin_is_opaque_whatever_its_alpha(dtype, one):
     sheet = pv.Plane(i_resolution=3, j_resolution=3).triangulate()
@@ -226,3 +187,37 @@ def test_skin_is_opaque_whatever_its_alpha(dtype, one):
     kept = prepare(sheet)
     np.testing.assert_array_equal(kept.mesh.point_data["Colors"], colors[kept.source_points, :3])
     assert sheet.point_data["Colors"].shape[1] == 4
+
+
+def with_points_at(value):
+    mesh = cap()
+    mesh.points[[7, 20], 1] = value
+    return mesh
+
+
+BALLS = side_by_side(*(sphere((3.0 * k, 0, 0), 0.5, 8) for k in range(5)))
+ON_BALLS = np.array([[3.0 * k, 0.0, 0.5] for k in range(5)])
+NOT_FINITE = r"2 of 144 points are NaN, infinite or beyond.*first is point 7.*Delete them"
+
+
+@pytest.mark.parametrize(
+    ("source", "how", "error", "message"),
+    [
+        (pv.PolyData(), {}, MeshError, "has no points"),
+        (pv.PolyData(np.eye(3)), {}, MeshError, "3 points and no faces.*reconstruct_surface"),
+        *((with_points_at(value), {}, MeshError, NOT_FINITE) for value in (np.nan, np.inf, -np.inf, 1e60)),
+        (mesh_of([[0, 0, 0], [1, 1, 1], [3, 3, 3]], [[0, 1, 2]]), {}, MeshError, "all triangles are degenerate"),
+        (BALLS, {"near": ON_BALLS}, MeshError, "in 5 pieces.*landmarks are those of this mesh"),
+        *(
+            (cap(), {"near": np.array(near)}, ParameterError, "near must be rows of three finite numbers")
+            for near in ([[0, 0]], [[0, 0, np.nan]])
+        ),
+        *(
+            (cap(), {"forward": forward}, ParameterError, "forward must be")
+            for forward in ((0, 0, 0), (0, 1), (np.inf, 0, 0))
+        ),
+    ],
+)
+def test_what_cannot_be_prepared_is_refused(source, how, error, message):
+    with pytest.raises(error, match=message):
+        prepare(source, **how)
