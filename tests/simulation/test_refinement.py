@@ -128,17 +128,6 @@ def test_regions_between_the_vertices_of_a_coarse_mesh_still_fold(face):
     assert np.abs(frame["W"]).max() > 0.2
 
 
-@pytest.mark.parametrize(
-    "settings",
-    [
-        {"gamma_c": 0.0}, {"gamma_c": float("nan")}, {"max_level": -1}, {"max_level": 9}, {"samples": 0.5},
-    ],
-)  # fmt: skip
-def test_errors_of_refinement(settings):
-    with pytest.raises(ParameterError, match=next(iter(settings))):
-        fw.Refinement(**settings)
-
-
 def test_wrinkles_too_fine_for_the_level_cap_are_refused(face):
     fine = face.with_muscles({"frontalis_inner_l": face.muscles["frontalis_inner_l"].replaced(count=60)})
     sim = fw.Simulation(fine, fw.Refinement(max_level=2), folds="paper")

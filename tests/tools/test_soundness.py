@@ -16,7 +16,6 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 from small_meshes import square
 
-import facewrinkle as fw
 from analysis import subjects
 from facewrinkle.anatomy.teeth import teeth_of
 from facewrinkle.geometry.rigid_alignment import closest_rotations
@@ -510,10 +509,3 @@ def test_a_replay_prints_every_frame(tmp_path, capsys, monkeypatch):
     assert [line.split()[0] for line in lines[2:]] == ["0", "1", "2"]
     with pytest.raises(SystemExit, match="No face is named so"):
         soundness.soundness(faces=["nobody"], out=tmp_path)
-
-
-def test_a_sequence_runs_with_wrinkles(face):
-    rates = Sequence(np.full((4, len(face.muscles)), 0.2), (0,), False)
-    trial = Player(face).play(rates, simulated=True)
-    assert trial.largest[-1] > 0.1
-    assert fw.Simulation(face).muscles == tuple(face.muscles)
