@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.errors import FaceWrinkleError
 from facewrinkle.live.document import Document
+from facewrinkle.live.library import Library
 from facewrinkle.session import Folds, Session
 from facewrinkle.session.session import START
 
@@ -100,10 +101,19 @@ def test_a_drag_is_one_step_and_an_undone_one_is_not_continued():
         (("timeline", "keys", "k"), {**KEY, "apex": 5.0}, "must follow each other"),
         (("timeline", "speed"), 1, "unknown entry of timeline 'speed'"),
         (("timeline", "length"), float("inf"), "timeline.length must be at most 600"),
+        (("look", "view"), "behind", "unknown view 'behind'"),
+        (("time",), -1.0, "time must be at least 0, received -1"),
+        (("identity", "jaw"), 99.0, "identity.jaw must be at most 1, received 99"),
+        (("landmarks", "ear"), [0.0, 0.0, 0.0], "'ear'"),
+        (("probes", "p"), [float("nan"), 0.0, 0.0], "probes.p"),
+        (("intensity",), "much", "intensity must be a number, received 'much'"),
+        (("face",), 3, "face must be a text, received 3"),
+        (("face",), "nobody.obj", "nobody.obj"),
+        (("nothing",), 1.0, "unknown part of the session 'nothing'"),
     ],
 )
-def test_what_is_not_allowed_changes_nothing(path, value, message):
-    document = Document(load_atlas())
+def test_what_is_not_allowed_changes_nothing(face, path, value, message):
+    document = Document(load_atlas(), Library(face).accepted)
     with pytest.raises(FaceWrinkleError, match=message):
         document.change([(("intensity",), 0.5), (path, value)])
     assert document.session == START
