@@ -79,17 +79,6 @@ def test_points_are_the_skin_and_w_along_its_normals(face, played, name):
     assert np.array_equal(frame.regular_faces, held.triangles)
 
 
-def test_rest_frames_are_the_mesh(face):
-    sim = fw.Simulation(face)
-    frame = sim.step()
-    assert np.array_equal(frame.points, face.points)
-    assert np.array_equal(frame.regular_faces, face.triangles)
-    assert not frame["split_gamma"].any()
-    for name in face.mesh.point_data:
-        if name != "Normals":
-            assert np.array_equal(frame[name], face.mesh.point_data[name])
-
-
 @pytest.fixture(scope="module")
 def labeled(face):
     """The built-in face with point data of all kinds."""

@@ -39,7 +39,10 @@ def test_reset_is_a_new_simulation(face, fingerprint):
     first = [fingerprint(frame) for frame in sim.run(20)]
     sim.reset()
     assert sim.time == 0.0
-    assert np.array_equal(sim.step().points, face.points)
+    frame = sim.step()
+    assert np.array_equal(frame.points, face.points)
+    assert np.array_equal(frame.regular_faces, face.triangles)
+    assert not frame["split_gamma"].any()
     sim.reset()
     sim.express("paper_surprise")
     assert [fingerprint(frame) for frame in sim.run(20)] == first
