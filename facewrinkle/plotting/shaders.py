@@ -49,7 +49,7 @@ SLOW_START = """
   float glance = 1.0 - max(facing, 0.0);
   float fresnel = 1.0 + 4.0 * glance * glance * glance;
   vec3 open = vec3(%(open)s);
-  open /= open + (1.0 - open) * vec3(0.50, 0.66, 0.73); // skin throws light at skin, most of it red
+  open /= open + (1.0 - open) * vec3(0.66, 0.70, 0.72); // skin throws light at skin, a little more of it red
   vec3 reach;
   scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y) * open;
   vec3 bleed = vec3(%(bleed)s);
@@ -67,7 +67,7 @@ SLOW_OF_LIGHT = """
   }
 """
 
-IN_SHADE = "1.0 - (1.0 - %(key)s) * vec3(0.86, 0.92, 0.94)"
+IN_SHADE = "1.0 - (1.0 - %(key)s) * vec3(0.90, 0.93, 0.94)"
 """Share of the key light that is left in its shadow: of the red a little more, which comes through the skin."""
 
 SHARP = """gleam%(number)d = seen;
@@ -377,9 +377,9 @@ def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
 
 # Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
-    "0.105, 0.072, 0.058",  # off skin below: cheeks light the sockets above them
+    "0.080, 0.072, 0.070",  # off skin below: cheeks light the sockets above them
     "0.110, 0.112, 0.120",
-    "0.22, 0.15, 0.12",
+    "0.19, 0.13, 0.11",
     "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
