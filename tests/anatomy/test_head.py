@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import pyvista as pv
-from scipy.spatial.transform import Rotation
+import trimesh
 from small_meshes import enclosed_volume, smallest_angles
 
 from facewrinkle.anatomy.head import MIRROR, Head, cage_data, load_head
@@ -218,15 +218,9 @@ def test_the_face_is_near_a_mean_face(head: Head) -> None:
     theirs = {n: 10.0 * p for n, p in read_landmarks(MEAN_FACE.with_suffix(".landmarks.json")).items()}
     names = [n for n in head.landmarks if n in theirs]
     source, target = (np.array([marks[n] for n in names]) for marks in (theirs, head.landmarks))
-    a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    turn = Rotation.align_vectors(b, a)[0].as_matrix()
-    scale = (a @ turn.T * b).sum() / (a**2).sum()
-
-    def moved(points: np.ndarray) -> np.ndarray:
-        return scale * (points - source.mean(axis=0)) @ turn.T + target.mean(axis=0)
-
-    assert np.linalg.norm(moved(source) - target, axis=1).max() < 4.0
-    mean = moved(10.0 * np.asarray(pv.read(MEAN_FACE).points, dtype=float))
+    matrix, moved, _ = trimesh.registration.procrustes(source, target, reflection=False)
+    assert np.linalg.norm(moved - target, axis=1).max() < 4.0
+    mean = trimesh.transform_points(10.0 * np.asarray(pv.read(MEAN_FACE).points, dtype=float), matrix)
     x, y, z = mean.T
     mean = mean[~((np.abs(x) < 16.0) & (y > -11.0) & (y < 12.0) & (z < 114.0))]
     off = away_from_surface(pv.PolyData.from_regular_faces(head.points, head.triangles), mean)
