@@ -22,12 +22,9 @@ def mesh_of(points: np.ndarray, triangles: np.ndarray, **point_data: np.ndarray)
 
 def cap(resolution: int = 12) -> pv.PolyData:
     """A round mask that bulges along +z, with an identity for every point."""
-    u, v = np.meshgrid(np.linspace(-1, 1, resolution), np.linspace(-1, 1, resolution))
-    points = np.column_stack([u.ravel(), v.ravel(), 1.0 - 0.4 * (u**2 + v**2).ravel()])
-    corner = np.arange(resolution * resolution).reshape(resolution, resolution)
-    low, high = corner[:-1], corner[1:]
-    a, b, c, d = (part.ravel() for part in (low[:, :-1], low[:, 1:], high[:, 1:], high[:, :-1]))
-    triangles = np.vstack([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
+    plane, triangles = square(resolution - 1)
+    u, v = 2.0 * plane.T - 1.0
+    points = np.column_stack([u, v, 1.0 - 0.4 * (u**2 + v**2)])
     return mesh_of(points, triangles, identity=np.arange(len(points)), color=np.abs(points))
 
 

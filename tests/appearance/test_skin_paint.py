@@ -9,7 +9,6 @@ from drawing import held
 from scipy.spatial.transform import Rotation
 from synthetic_faces import head_with, ring
 
-import facewrinkle as fw
 from facewrinkle.anatomy.cropped_hair import beard
 from facewrinkle.anatomy.identity import hair_cover
 from facewrinkle.anatomy.landmarks import frame_of, lips_middle
@@ -29,16 +28,6 @@ from facewrinkle.plotting import Style, picture
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
-def sphere(face: fw.Face) -> np.ndarray:
-    """Places all around the head."""
-    k = np.arange(4000)
-    height = 1.0 - (2.0 * k + 1.0) / len(k)
-    turn = np.pi * (1.0 + 5.0**0.5) * k
-    away = np.sqrt(1.0 - height**2)
-    unit = np.stack([away * np.cos(turn), height, away * np.sin(turn)], axis=1)
-    return face.frame.origin + [0.0, 0.0, -75.0] + 90.0 * unit
-
-
 def test_hair_grows_above_the_hairline_and_nowhere_else(face):
     marks, frame = face.landmarks, face.frame
     skin = ["nose_tip", "glabella", "forehead_mid", "malar_l", "malar_r", "menton", "gonion_l", "brow_l_outer"]
@@ -51,7 +40,7 @@ def test_hair_grows_above_the_hairline_and_nowhere_else(face):
 
 
 def test_both_sides_have_the_same_color(face):
-    places = sphere(face)
+    places = pv.Icosphere(radius=90.0, center=face.frame.origin - [0.0, 0.0, 75.0], nsub=5).points
     for function in (complexion, hair_cover, lips):
         left, right = (function(p, face.landmarks, face.frame) for p in (places, places * MIRROR))
         np.testing.assert_allclose(left, right, atol=1e-6)
