@@ -114,10 +114,11 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
     landmarks = {name: point.copy() for name, point in head.landmarks.items()}
     hair = {"brows": head.brows}
     seen: dict[str, Any] = {"texture": head.texture, "bound_hair": hair, "age": person.age, "iris": person.iris}
-    combed, border = person.hair_combed, np.inf
+    # Combed as far as dense hair, thin hair would bare the scalp.
+    combed, border = person.hair_combed * min(1.0 + person.hair_density, 1.0), np.inf
     if person.hair_length > 0.0:
-        seen["parts"] = {"hair": long_hair(head, person.hair_length, combed)}
-        combed, border = 1.0, BORDER if combed > 0.0 else 0.0
+        seen["parts"] = {"hair": long_hair(head, person.hair_length, person.hair_combed)}
+        combed, border = 1.0, BORDER if person.hair_combed > 0.0 else 0.0
     feminine = min(person.sex, -person.child)
     if border and (cropped := cropped_hair(head, min(person.hair_length, 0.0), feminine, combed, border)):
         hair["cropped_hair"] = cropped

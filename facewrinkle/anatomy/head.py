@@ -39,7 +39,7 @@ HAIR_COLOR = (50.0, 38.0, 31.0)
 BROW_COLOR = (78.0, 56.0, 47.0)
 """The same of the hairs of the brows."""
 
-THINNER = 0.2
+THINNER = 0.12
 """Exponent of 1 + density in the share of thin hair: it covers the scalp until it is nearly shaved."""
 
 HAIR_LIGHT = 127.0

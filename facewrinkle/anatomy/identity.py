@@ -178,8 +178,9 @@ class Identity:
         Up to 0 none; above, from stubble to a full beard in the color of the hair.
     hair_combed : float
         From a crop that is longer on top and combed aside, past one that is as long all over, to one that is combed
-        back. Long hair has a fringe over the forehead, the less, the nearer to 0, where it falls behind the cheeks;
-        above 0 it is tied at the back, the higher, the greater: in a knot up to a `hair_length` of 0.4, else in a tail.
+        back; the thinner it is, the less. Long hair has a fringe over the forehead, the less, the nearer to 0, where it
+        falls behind the cheeks; above 0 it is tied at the back, the higher, the greater: in a knot up to a
+        `hair_length` of 0.4, else in a tail.
 
     Raises
     ------

@@ -303,6 +303,13 @@ def test_combed_hair_is_longer_on_top_and_lies_aside_or_back(face, combed, way):
     assert np.mean(towards[:, way] * side > 0.0) > 0.95
 
 
+@pytest.mark.parametrize("combed", [-0.8, 0.8])
+def test_thin_hair_is_combed_less(face, combed):
+    usual, *thinner = (fw.default_face({"hair_combed": combed, "hair_density": d}) for d in (0.0, -0.5, -0.9))
+    on_top = [np.median(reach(hairs)[hairs[:, 0, 1] > 125.0]) for hairs in map(hairs_of, (face, *thinner[::-1], usual))]
+    assert (np.diff(on_top) > 2.0).all()
+
+
 def test_thin_hair_is_as_thin_everywhere():
     usual, *thin = (head_of(Identity(hair_density=d)).paint[1].cover() for d in (0.0, -0.4, -0.9, -1.0))
     shares = [cover[usual > 0.0] / usual[usual > 0.0] for cover in thin]
