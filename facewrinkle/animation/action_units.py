@@ -106,12 +106,6 @@ OTHERS: Mapping[str, str] = MappingProxyType(
 )  # fmt: skip
 """Other names of ARKit's shapes, in avatars, game engines and headsets. Quarters of the lips stand for the whole."""
 
-_BEFORE = re.compile(r"CTRL_expressions_|[A-Za-z]\d+_|[A-Za-z]+_+(?=[A-Za-z])", re.IGNORECASE)
-"""What programs put before a name: a control board, a number, the name of a mesh."""
-
-_AFTER = re.compile(r"\.\d+$")
-"""What Blender puts after a name that was taken."""
-
 _SIDE = re.compile(r"(.+?)(l|r|left|right)")
 
 
@@ -157,9 +151,10 @@ def spellings(name: str) -> list[str]:
     >>> spellings("head.eyeBlink_L"), spellings("A14_Jaw_Open")
     (['headeyeblinkl', 'eyeblinkl', 'l'], ['a14jawopen', 'jawopen'])
     """
-    bare = re.split(r"[.:|]", _AFTER.sub("", name))[-1]
-    word = _BEFORE.match(bare)
-    return list(dict.fromkeys(plain_name(each) for each in (name, bare, bare[word.end() :] if word else bare)))
+    bare = re.split(r"[.:|]", re.sub(r"\.\d+$", "", name))[-1]  # Blender puts numbers after names that are taken
+    board, number, mesh = "CTRL_expressions_", r"[A-Za-z]\d+_", "[A-Za-z]+_+(?=[A-Za-z])"
+    inner = re.sub(f"^(?:{board}|{number}|{mesh})", "", bare, flags=re.IGNORECASE)
+    return list(dict.fromkeys(map(plain_name, (name, bare, inner))))
 
 
 @cache

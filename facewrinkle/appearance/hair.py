@@ -265,15 +265,9 @@ class _Stiffness:
         return np.asarray(knots[self._below] * (1.0 - share) + knots[self._below + 1] * share)
 
 
-def _along(lines: Array) -> Array:
-    """Unit vectors (..., p, 3) along lines, by differences of the points before and after."""
-    padded = np.concatenate([lines[..., :1, :], lines, lines[..., -1:, :]], axis=-2)
-    return unit(padded[..., 2:, :] - padded[..., :-2, :])
-
-
 def _across(lines: Array, towards: Array) -> Array:
     """Unit vectors (..., p, 3) across lines and directions."""
-    return unit(np.cross(_along(lines), towards))
+    return unit(np.cross(unit(np.gradient(lines, axis=-2)), towards))
 
 
 def _local_lines(place: Array, knots: Array, reach: float) -> Array:
@@ -396,7 +390,7 @@ class Lashes(Hairs):
 
         Ahead is away from the middle of the eye, aside is along the row, and up across both, on the eye's upper side.
         """
-        along, ahead = _along(root), unit(root - self.eye.centre)
+        along, ahead = unit(np.gradient(root, axis=0)), unit(root - self.eye.centre)
         up = unit(np.cross(along, ahead))
         up *= np.sign((up @ self.eye.up).sum())
         aside = along - (along * ahead).sum(axis=-1, keepdims=True) * ahead

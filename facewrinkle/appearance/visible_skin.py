@@ -10,7 +10,7 @@ import pyvista as pv
 from ..anatomy import Face
 from ..anatomy.eyelids import SHELL
 from ..array_types import Array, BoolArray, IntArray
-from ..geometry import boundary_loops
+from ..geometry import area_vectors, boundary_loops
 from ..mesh.arrays import CORNERS, rest_of
 
 SMALL_HOLE = 0.3
@@ -99,5 +99,4 @@ class VisibleSkin:
 
 def _faces(points: Array, triangles: IntArray, place: Array) -> BoolArray:
     """True for triangles that turn their front to a place."""
-    a, b, c = (points[triangles[:, corner]] for corner in range(3))
-    return np.asarray((np.cross(b - a, c - a) * (place - a)).sum(axis=1) >= 0.0)
+    return np.asarray((area_vectors(points, triangles) * (place - points[triangles[:, 0]])).sum(axis=1) >= 0.0)

@@ -20,8 +20,6 @@ from .play import play
 from .rig import rig
 from .tear import tear
 
-TAKE = "time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0,0,0\n"
-
 
 def compile_all(*, quiet: bool = False) -> None:
     """Compile the inner loops ahead of time, so that the first run does not have to wait.
@@ -68,7 +66,7 @@ def compile_ahead(progress: Progress | None = None) -> None:
 def _cases(folder: Path) -> list[Callable[[], None]]:
     """Return a short case of each command that compiles something, which writes into a folder."""
     take, head = folder / "take.csv", folder / "head.ply"
-    take.write_text(TAKE, encoding="utf-8")
+    take.write_text("time,jawOpen,browInnerUp,mouthSmileLeft\n0,0,0,0\n0.2,0.5,0.8,0.9\n0.4,0,0,0\n", "utf-8")
     write_mesh(default_face().mesh, head)
     output = OutputOptions("64", fps=8.0, series=True, out=folder / "out", quiet=True)
     on_scan, paper = FaceOptions(folder / "head.face"), FoldOptions("paper")

@@ -36,10 +36,10 @@ TILE = 204
 """Pixels of a picture on the sheet of wrinkles and triangles."""
 SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
 """Pixels and views of the pictures on the sheet of all sides."""
-SHOWN: dict[Folds, str] = {"printed": "the paper's, as printed", "wave": "waves, which are beyond the paper"}
-"""The folds that are drawn."""
 DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 3.0}
-"""How deep they are: the lines of the young, as captured people have them, are too faint for small pictures."""
+"""The folds that are drawn, and how deep they are: the lines of the young, as captured people have them, are too faint
+for small pictures.
+"""
 
 FIELDS = ("W", "epsilon", "lambda", "gamma", "muscle", "split_gamma", "level")
 """Arrays of a frame that are drawn in color."""
@@ -299,9 +299,10 @@ def demo(*, out: Path = Path("output"), quiet: bool = False) -> None:
     report = Report(quiet)
     folder = output_folder(out, make=False)
     face = default_face()
-    for folds, meaning in SHOWN.items():
+    for folds, depth in DEPTHS.items():
+        meaning = "the paper's, as printed" if folds == "printed" else "waves, which are beyond the paper"
         report.say(f"\nFolds {folds!r}: {meaning}\n")
-        options = FoldOptions(folds, DEPTHS[folds])
+        options = FoldOptions(folds, depth)
         with Scenes(options.face(face)) as scenes:
             peaks = [perform(name, options, scenes, folder / folds, report) for name in EXPRESSIONS]
             sheet = save_picture(side_by_side([column(peak) for peak in peaks]), folder / f"{folds}.jpg")

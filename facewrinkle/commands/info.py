@@ -20,6 +20,7 @@ from ..files import output_file, reading, write_whole
 from ..geometry.topology import boundary_loops
 from ..mesh import Surface, merged_texture, outside_images, prepare, surface_in
 from ..mesh.formats.reading import GLTF
+from ..session.player import joined
 from .options import Report, face_facts
 
 
@@ -151,11 +152,4 @@ def _table(title: str, *columns: str) -> Table:
 
 def _listed(rates: dict[str, float]) -> str:
     """Return muscles with their rates; a pair with equal rates under one name."""
-    names = []
-    for muscle, rate in rates.items():
-        stem, side = muscle[:-2], muscle[-2:]
-        equal = rates.get(stem + {"_l": "_r", "_r": "_l"}.get(side, "")) == rate
-        if side == "_r" and equal:
-            continue
-        names.append((stem if equal and side == "_l" else muscle) + ("" if rate == 1.0 else f" {rate:g}"))
-    return ", ".join(names)
+    return ", ".join(name if rate == 1.0 else f"{name} {rate:g}" for name, rate in joined(rates).items())

@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pyvista as pv
 from scipy.optimize import linear_sum_assignment
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..array_types import Array
+from ..geometry import connected
 from ..mesh import MUSCLES, rest_of
 
 DEEP = 0.05
@@ -70,8 +69,7 @@ def furrows_of(
     deep = height <= -DEEP
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges = edges[deep[edges].all(axis=1)]
-    graph = coo_array((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=2 * (len(height),))
-    component = np.where(deep, connected_components(graph, directed=False)[1], -1)
+    component = connected(edges, len(height))
     rest = unit * rest_of(frame)
     found = []
     members = np.flatnonzero(deep)

@@ -24,9 +24,6 @@ from ..schemas import Limits, Share, conforming, plain
 
 DEFAULT = Path(__file__).parent / "data" / "default.toml"
 
-AFTER = ("rigging", "session", "live", "commands")
-"""Rooms of the package that no sample depends on."""
-
 TIME_STEP = 0.02
 """Seconds of a step in clips."""
 
@@ -45,10 +42,6 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "background": {"bottom": (0.0, 1.0), "top": (0.0, 1.0), "warmth": (-0.5, 0.5)},
 }  # fmt: skip
 """Numbers that are drawn, by table, and what is allowed of each."""
-
-EVENLY = {"uniform": [-0.9, 0.9]}
-USUALLY = {"normal": [0.0, 0.45], "within": [-0.9, 0.9]}
-"""Parameters of people that the default does not write, of all values alike or mostly near the mean."""
 
 MOST_FILES = 100_000
 """The most files and folders that a pattern may match."""
@@ -367,7 +360,8 @@ def digest_of(package: Path) -> str:
     found = hashlib.sha256()
     for path in sorted(package.rglob("*.*")):
         inner = path.relative_to(package)
-        if path.suffix in (".py", ".toml", ".json", ".npz") and len(inner.parts) > 1 and inner.parts[0] not in AFTER:
+        needless = inner.parts[0] in ("rigging", "session", "live", "commands")
+        if path.suffix in (".py", ".toml", ".json", ".npz") and len(inner.parts) > 1 and not needless:
             content = meaning_of(path.read_bytes()) if path.suffix == ".py" else path.read_bytes()
             found.update(inner.as_posix().encode() + content)
     return found.hexdigest()[:16]
@@ -378,26 +372,24 @@ def meaning_of(code: bytes) -> bytes:
 
     Examples
     --------
-    >>> meaning_of(b'1  # one') == meaning_of(b'"Return it."; 1')
+    >>> meaning_of(b'x = 1  # one') == meaning_of(b'"Return it."; x = 1')
     True
     """
     tree = ast.parse(code)
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):
-            node.body = [line for line in body if not _is_text(line)]  # type: ignore[attr-defined]
+            kept = [line for line in body if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))]
+            node.body = kept  # type: ignore[attr-defined]
     return ast.dump(tree).encode()
-
-
-def _is_text(line: ast.AST) -> bool:
-    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant) and isinstance(line.value.value, str)
 
 
 def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is written, and from the default what is not; it has all keys but those of usual people."""
     whole = tomllib.loads(DEFAULT.read_text(encoding="utf-8"))
-    people = {name: EVENLY if name in EVEN else USUALLY for name in NUMBERS["identity"]}
-    whole["identity"] = people | whole["identity"]
+    # What the default does not write of people is as in Identity.random: of all values alike, or mostly near the mean.
+    even, usual = {"uniform": [-0.9, 0.9]}, {"normal": [0.0, 0.45], "within": [-0.9, 0.9]}
+    whole["identity"] = {name: even if name in EVEN else usual for name in NUMBERS["identity"]} | whole["identity"]
     for key, value in written.items():
         if key not in whole:
             raise unknown_name("key of a specification", key, whole)

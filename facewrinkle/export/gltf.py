@@ -70,7 +70,8 @@ def gltf(
     tracks : mapping of str to WeightTrack, optional
         Animation of the weights of models with blend shapes, by their names.
     """
-    file = _File()
+    largest = max((shapes.deltas.shape[1] for shapes in (morphs or {}).values()), default=0)
+    file = _File(0 if dense else largest)
     placing: dict[str, Any] = {"scale": [unit / 1000.0] * 3}
     if rotation is not None:
         placing["rotation"] = Rotation.from_matrix(rotation).as_quat().tolist()
@@ -84,13 +85,15 @@ def gltf(
 
 
 class _File:
-    """A glTF file in the making: its JSON content, and the bytes of its one buffer."""
+    """A glTF file in the making: its JSON content, and the bytes of its one buffer, which may begin with zeros."""
 
-    def __init__(self) -> None:
+    def __init__(self, zeros: int) -> None:
         self.content: dict[str, Any] = {"asset": {"version": "2.0", "generator": "facewrinkle"}}
         self.buffer = bytearray()
-        self._zero_view = -1
         self._textures: dict[bytes, int] = {}
+        if zeros:  # vectors that all sparse accessors share, the first view: without them, VTK reads nothing
+            self.view(bytes(12 * zeros), VERTICES)
+            self.content["bufferViews"][0]["byteStride"] = 12
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         """Append an entry to one of the lists of the file; returns its number."""
@@ -190,25 +193,13 @@ class _File:
                 "indices": {"bufferView": index, "byteOffset": at_index, "componentType": CODES[kind]},
                 "values": {"bufferView": vectors, "byteOffset": at_vector},
             }
-            entry = self._blank(count) | {"sparse": sparse}
+            entry = {"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3", "sparse": sparse}
             if name == "POSITION":
                 entry |= {"min": values.min(axis=0).tolist(), "max": values.max(axis=0).tolist()}
             target[name] = self.add("accessors", entry)
             at_index += kind.itemsize * (len(rows) + len(rows) % 2)
             at_vector += 12 * len(rows)
         return targets
-
-    def _blank(self, count: int) -> dict[str, Any]:
-        """Return an accessor of so many zero vectors; all of them share the longest view.
-
-        Also those that are zero but for some rows: without a view of the zeros, VTK reads nothing.
-        """
-        if self._zero_view < 0:
-            self._zero_view = self.add("bufferViews", {"buffer": 0, "byteStride": 12, "target": VERTICES})
-            self.content["bufferViews"][self._zero_view] |= {"byteOffset": 0, "byteLength": 0}
-        view = self.content["bufferViews"][self._zero_view]
-        view["byteLength"] = max(view["byteLength"], 12 * count)
-        return {"bufferView": self._zero_view, "byteOffset": 0, "componentType": 5126, "count": count, "type": "VEC3"}
 
     def animate(self, moving: Sequence[tuple[int, WeightTrack]]) -> None:
         """Append an animation of the weights of some nodes."""
@@ -230,15 +221,8 @@ class _File:
         self.add("animations", animation)
 
     def content_of(self, binary: bool) -> bytes:
-        """Return the file: as JSON with the buffer in it, or as GLB: a header, the JSON, and the buffer.
-
-        At the end of the buffer are the zeros that all blend shapes share, as many as the largest mesh needs.
-        """
+        """Return the file: as JSON with the buffer in it, or as GLB: a header, the JSON, and the buffer."""
         self._pad()
-        if self._zero_view >= 0:
-            view = self.content["bufferViews"][self._zero_view]
-            view["byteOffset"] = len(self.buffer)
-            self.buffer += bytes(view["byteLength"])
         buffer: dict[str, Any] = {"byteLength": len(self.buffer)}
         if not binary:
             buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()

@@ -299,9 +299,6 @@ it folds in another direction, and from which it does.
 PARALLEL, SAME = 0.98, 0.9
 """Cosine between directions, and share of both regions, from which on two muscles fold the same wrinkles."""
 
-QUARTERS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0
-"""Centroids of the four parts of a triangle."""
-
 
 class Activation:
     """Compression of the skin over each muscle, along it, as a number in [0, 1] like a contraction rate.
@@ -341,7 +338,8 @@ class Activation:
         hosts = np.flatnonzero(zones.any(axis=0))
         self._used, local = np.unique(face.triangles[hosts], return_inverse=True)
         self._corners = np.repeat(local.reshape(-1, 3).astype(np.int32), 4, axis=0)
-        self._weights = np.tile(QUARTERS, (len(hosts), 1))
+        quarters = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4], [2, 2, 2]]) / 6.0  # centroids of parts of a triangle
+        self._weights = np.tile(quarters, (len(hosts), 1))
         upright, rest = face.normals[self._used], field.metric[self._used]
         self._basis = orthonormal_tangents(rest, upright)
         where, normals, metric = (

@@ -6,7 +6,6 @@ hair are bound to triangles of the skin; lashes are lines.
 
 from __future__ import annotations
 
-import io
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -28,6 +27,7 @@ from ..appearance.visible_skin import VisibleSkin
 from ..array_types import Array, IntArray
 from ..geometry import closest, interpolated, split_vertices, unit, vertex_normals
 from ..mesh.arrays import COLORS, CORNERS, FrameState, corner_texture, has_colors, in_bytes, is_frame, rest_of
+from ..plotting.images import encoded
 from ..plotting.lighting import light_at_rest
 from ..plotting.scene import PLAIN_COLOR
 from .protocol import FIBERS, LARGEST, Box, Part, small_normals
@@ -336,9 +336,4 @@ def _file(picture: np.ndarray) -> bytes:
     clear = picture.shape[-1] == 4 and bool((picture[..., 3] < 255).any())
     image = Image.fromarray(np.ascontiguousarray(picture if clear else picture[..., :3]))
     image.thumbnail((4096, 4096))  # which all graphics cards take
-    out = io.BytesIO()
-    if clear:
-        image.save(out, "PNG")
-    else:
-        image.save(out, "JPEG", quality=92, subsampling=0)
-    return out.getvalue()
+    return encoded(np.asarray(image), ".png" if clear else ".jpg")

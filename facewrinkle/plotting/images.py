@@ -11,6 +11,7 @@ the mipmap serves all of its pictures: textures are reduced once to the resoluti
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +24,14 @@ from vtkmodules.vtkCommonCore import vtkUnsignedCharArray
 from ..array_types import Array, Image, IntArray
 from ..checks import picture
 from ..errors import ParameterError, check_whole, type_of
-from ..files import output_file, written
-from ..geometry import compiled
+from ..files import output_file, write_whole
+from ..geometry import compiled, double_areas
 
-PNG: dict[str, Any] = {"format": "PNG", "compress_level": 3}
-"""At level 6, files are 4 % smaller and take twice as long."""
-
-JPEG: dict[str, Any] = {"format": "JPEG", "quality": 92, "subsampling": 0}
-"""One step of brightness from the picture in the mean, hairs and lines too."""
-
-ENCODED = {".png": PNG, ".jpg": JPEG, ".jpeg": JPEG}
-"""How pictures are written, by the ending of the file."""
+ENCODED: dict[str, dict[str, Any]] = {
+    ".png": {"format": "PNG", "compress_level": 3},  # at level 6, files are 4 % smaller and take twice as long
+    **{ending: {"format": "JPEG", "quality": 92, "subsampling": 0} for ending in (".jpg", ".jpeg")},
+}
+"""How pictures are written, by the ending of the file. JPEG is a step of brightness off in the mean, hairs too."""
 
 TITLE_HEIGHT = 26
 """Pixels below a figure that its titles take."""
@@ -132,10 +130,20 @@ def save_picture(image: Image, path: str | Path) -> Path:
     'gray.png'
     """
     path = output_file(path, tuple(ENCODED))
-    pixels = Pillow.fromarray(np.ascontiguousarray(picture(image)))
-    with written(path) as whole:
-        pixels.save(whole, **ENCODED[path.suffix.lower()])
-    return path
+    return write_whole(path, encoded(picture(image), path.suffix.lower()))
+
+
+def encoded(image: Image, ending: str) -> bytes:
+    """Return a picture as the content of a file.
+
+    Examples
+    --------
+    >>> encoded(np.full((60, 80, 3), 128, np.uint8), ".png")[1:4]
+    b'PNG'
+    """
+    stream = BytesIO()
+    Pillow.fromarray(np.ascontiguousarray(image)).save(stream, **ENCODED[ending])
+    return stream.getvalue()
 
 
 def reduced(image: Image, factor: int) -> Image:
@@ -184,8 +192,7 @@ def texels_per_pixel(mesh: pv.PolyData, corners: Array, image: Image, pixel: flo
     >>> round(texels_per_pixel(sheet, corners, np.zeros((200, 200, 3)), pixel=0.01), 3)
     2.0
     """
-    place = np.asarray(mesh.points)[mesh.regular_faces]
-    area = np.linalg.norm(np.cross(place[:, 1] - place[:, 0], place[:, 2] - place[:, 0]), axis=1)
+    area = double_areas(np.asarray(mesh.points), np.asarray(mesh.regular_faces))
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     covered = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * image.shape[0] * image.shape[1]
     if not area.any():

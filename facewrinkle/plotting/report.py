@@ -6,9 +6,6 @@ from typing import Any
 
 import pyvista as pv
 
-USED = ("facewrinkle", "scipy", "numba", "h5py", "usd-core", "imageio-ffmpeg", "aiohttp", "pyarrow")
-"""Packages that PyVista's report does not list."""
-
 
 def Report(**options: Any) -> Any:
     """Return the report of :class:`pyvista.Report`, with this package and what it uses, to describe a problem.
@@ -23,4 +20,5 @@ def Report(**options: Any) -> Any:
     >>> "facewrinkle : " in str(Report(gpu=False))
     True
     """
-    return pv.Report(**{"additional": list(USED), **options})
+    used = ["facewrinkle", "scipy", "numba", "h5py", "usd-core", "imageio-ffmpeg", "aiohttp", "pyarrow"]
+    return pv.Report(**{"additional": used, **options})

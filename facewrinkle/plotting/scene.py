@@ -52,10 +52,6 @@ BACKGROUND = ("#20242a", "#3a4048")
 """Colors of the background at the bottom and at the top."""
 
 
-CLAY = (196, 184, 172)
-"""Red, green and blue of skin that is shown as clay."""
-
-
 class Scene:
     """A camera, lights and a face in front of them, off screen.
 
@@ -470,7 +466,7 @@ class Scene:
 def _clay(n: int, shade: npt.NDArray[np.uint8] | None = None) -> npt.NDArray[np.uint8]:
     """Colors (n, 3) of clay, times factors of furrows (n, 3), as bytes."""
     factors = np.full((n, 3), 255, np.uint8) if shade is None else shade
-    return np.asarray(np.array(CLAY) / 255.0 * factors, dtype=np.uint8)
+    return np.asarray(np.array([196, 184, 172]) / 255.0 * factors, dtype=np.uint8)
 
 
 def picture(frame: pv.PolyData, face: Face, style: Style | None = None) -> Image:

@@ -32,15 +32,6 @@ from ..geometry.smooth_split import SmoothSplit
 from ..mesh.arrays import AGE, is_frame, rest_of
 from .views import VIEW_ANGLE
 
-VERTEX_DECLARATIONS = """//VTK::Normal::Dec
-%(directions)s
-uniform vec3 %(colors)s;
-out vec3 scattered;
-out vec3 glints;
-out float facing;
-%(sent)s
-"""
-
 SLOW_START = """
   {
   vec3 N = normalize(normalVCVSOutput);
@@ -67,9 +58,6 @@ SLOW_OF_LIGHT = """
   }
 """
 
-IN_SHADE = "1.0 - (1.0 - %(key)s) * vec3(0.90, 0.93, 0.94)"
-"""Share of the key light that is left in its shadow: of the red a little more, which comes through the skin."""
-
 SHARP = """gleam%(number)d = seen;
     vec3 aside = normalize(cross(vec3(0.0, 1.0, 0.0), halfway));
     mirror%(number)d = vec3(dot(N, aside), dot(N, cross(halfway, aside)), dot(N, halfway));"""
@@ -79,16 +67,6 @@ BLURRED = """vec3 C = lightColor%(number)d;
     float near = max(dot(N, halfway), 0.0);
     %(powers)s
     glints += C * (seen * (%(shine)s));"""
-
-POWERS = """float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
-    float near16 = near8 * near8, near32 = near16 * near16;"""
-
-FRAGMENT_DECLARATIONS = """//VTK::Normal::Dec
-in vec3 scattered;
-in vec3 glints;
-in float facing;
-%(received)s
-"""
 
 SLOW_END = """  %(lean)s
   vec3 tint = %(tint)s;
@@ -120,9 +98,6 @@ FRAGMENT_END = """
   fragOutput0 = vec4(sqrt(lit * (4.0 * lit + 0.05) / (lit * (2.3 * lit + 2.5) + 0.14)), opacity);
   %(far)s
 """
-
-FADING_OUT = "fragOutput0.rgb = mix(mix(bottom, top, gl_FragCoord.y / rows), fragOutput0.rgb, far);"
-"""The end of a bust goes over into the background; see :func:`send_background`."""
 
 
 def developed(light: Array) -> Array:
@@ -200,10 +175,6 @@ HAIR_OF_LIGHT = """
   else sharpBehind += mirrored * lightColor%(number)d;
 """
 
-HAIR_FRAGMENT = """//VTK::Light::Impl
-  fragOutput0 = vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque);
-"""
-
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
 
@@ -244,7 +215,7 @@ class Material:
         `reached` the place, if the name of such a variable is given.
         """
         parts, slow, fragment = self._sources(lights, "vertexVC", _albedo(textured), reached=reached)
-        return f"  vec3 scattered, glints;\n  float facing;\n{parts['own']}{slow}{fragment}"
+        return f"{parts['own']}{slow}{fragment}"
 
     def apply(
         self,
@@ -283,9 +254,10 @@ class Material:
         parts, slow, fragment = self._sources(
             lights, "vertexVCVSOutput", albedo, tint, relief, f"{REACHED}MC" if reached else ""
         )
-        actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", VERTEX_DECLARATIONS % parts)
+        declared = "//VTK::Normal::Dec\n"
+        actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", f"{declared}{parts['lights']}{parts['sent']}")
         actor.add_shader_replacement("vertex", "//VTK::Light::Impl", f"//VTK::Light::Impl\n{slow}")
-        actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", FRAGMENT_DECLARATIONS % parts)
+        actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"{declared}{parts['received']}")
         _shade(actor, f"//VTK::Light::Impl\n{fragment}", textured)
 
     def _sources(
@@ -300,17 +272,21 @@ class Material:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
         parts: dict[str, Any] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
-        parts |= {"place": place, "colors": ", ".join(f"lightColor{k}" for k in numbers), "powers": POWERS}
-        parts |= {"directions": "".join(f"uniform vec3 lightDirectionVC{k};\n" for k in numbers)}
-        parts |= {"albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
+        parts |= {"place": place, "albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
+        parts["lights"] = "".join(f"uniform vec3 lightColor{k};\nuniform vec3 lightDirectionVC{k};\n" for k in numbers)
+        parts["powers"] = """float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
+    float near16 = near8 * near8, near32 = near16 * near16;"""
         sharp = [k for k in numbers if k < self.sharp]
-        for name, way in (("sent", "out "), ("received", "in "), ("own", "  ")):
-            parts[name] = "".join(f"{way}vec3 mirror{k};\n{way}float gleam{k};\n" for k in sharp)
+        shaded = ["vec3 scattered", "vec3 glints", "float facing"]
+        shaded += [f"{kind}{k}" for k in sharp for kind in ("vec3 mirror", "float gleam")]
+        for name, way in (("sent", "out"), ("received", "in"), ("own", " ")):
+            parts[name] = "".join(f"{way} {each};\n" for each in shaded)
         parts |= {"lean": "", "bumps": "", "bumped": "", "light": "scattered"}
         shares = zip(("open", "key", "bare"), "xyz", strict=True)
         parts |= {"far": ""} | {name: f"{reached}.{column}" if reached else "1.0" for name, column in shares}
         if reached == f"{REACHED}MC":
-            parts["far"] = FADING_OUT
+            # The end of a bust goes over into the background, which send_background tells of.
+            parts["far"] = "fragOutput0.rgb = mix(mix(bottom, top, gl_FragCoord.y / rows), fragOutput0.rgb, far);"
             parts["sent"] += f"in vec4 {REACHED}MC;\nout float far;\n"
             parts["received"] += "in float far;\n"
             parts["lean"] += f"far = {REACHED}MC.w;"
@@ -324,7 +300,8 @@ class Material:
         slow = SLOW_START % parts
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
-            reach = "open" if k else IN_SHADE % parts
+            # In the shadow of the key light, a little more is left of the red, which comes through the skin.
+            reach = "open" if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.90, 0.93, 0.94)"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
@@ -359,7 +336,8 @@ def hair(actor: pv.Actor, lights: int) -> None:
     actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
     actor.add_shader_replacement("vertex", "//VTK::Light::Impl", HAIR_VERTEX % {**shares, "lights": shading})
     actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")
-    _shade(actor, HAIR_FRAGMENT, textured=False)
+    color = "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
+    _shade(actor, f"//VTK::Light::Impl\n  fragOutput0 = {color};\n", textured=False)
 
 
 def _albedo(textured: bool) -> str:

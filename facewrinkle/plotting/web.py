@@ -26,9 +26,6 @@ from .wet import FULLY_WET, tear_code
 TYPES = {"html": "text/html", "js": "text/javascript", "css": "text/css", "svg": "image/svg+xml"}
 """Kinds of files of a page, by their endings."""
 
-IMPORT = re.compile(r'from "\./([\w]+\.js)"')
-"""The words by which a module names another that it uses."""
-
 
 TEXELS = 512
 """Width of the picture that a page draws from the key lamp: texels on the built-in head are narrower than `STEP`."""
@@ -96,7 +93,7 @@ def bundled(files: Mapping[str, tuple[str, bytes]], name: str) -> str:
 
     def visit(each: str) -> None:
         if each not in order:
-            for used in IMPORT.findall(files[each][1].decode()):
+            for used in re.findall(r'from "\./([\w]+\.js)"', files[each][1].decode()):
                 visit(used)
             order.append(each)
 

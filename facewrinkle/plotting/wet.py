@@ -12,29 +12,17 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from ..anatomy import Face
 from ..array_types import Image
 from ..geometry import unit
 from .images import rendered, window_of
 from .scene import Scene
+from .shaders import send
 from .views import LIGHTS, VIEW_ANGLE, Style
 
 FULLY_WET = 0.04
 """Thickness from which a film of tears darkens the skin in full, mm."""
-
-VERTEX = {
-    "//VTK::Normal::Dec": "//VTK::Normal::Dec\nin float thickness;\nin vec3 under;\n"
-    "out float depthVSOutput;\nout vec3 underVSOutput;\n",
-    "//VTK::Normal::Impl": "//VTK::Normal::Impl\n  depthVSOutput = thickness;\n"
-    "  underVSOutput = normalMatrix * under;\n",
-}
-"""Replacements in the vertex shader, which hands on the thickness of a tear and the normal of the skin under it."""
-
-INPUTS = "//VTK::Normal::Dec\nin float depthVSOutput;\nin vec3 underVSOutput;\n"
-"""Inputs of the fragment shader, from the vertex shader."""
 
 STUDIO = """
 vec3 studio(vec3 r, vec3 around, float film, float bead)
@@ -99,7 +87,14 @@ class TearScene(Scene):
         width, height = self.style.size
         focal = f"{1.0 / np.tan(np.radians(VIEW_ANGLE / 2.0)):.6f}"
         room, color = tear_code(f"{width / height:.6f}", focal, FULLY_WET / face.unit)
-        self._fragment = {"//VTK::Normal::Dec": INPUTS + room, "//VTK::Light::Impl": color}
+        varyings = "{0} float depthVSOutput;\n{0} vec3 underVSOutput;\n"
+        begin, end = "//VTK::Normal::Dec", "//VTK::Normal::Impl"
+        self._shaders = {  # the thickness of a tear and the normal of the skin under it are handed on to the pixels
+            ("vertex", begin): f"{begin}\nin float thicknessMC;\nin vec3 underMC;\n{varyings.format('out')}",
+            ("vertex", end): f"{end}\n  depthVSOutput = thicknessMC;\n  underVSOutput = normalMatrix * underMC;\n",
+            ("fragment", begin): f"{begin}\n{varyings.format('in')}{room}",
+            ("fragment", "//VTK::Light::Impl"): color,
+        }
 
     def draw(self, frame: pv.PolyData, tears: Iterable[pv.PolyData] = ()) -> None:
         """Show a frame and tears, and render twice."""
@@ -128,20 +123,14 @@ class TearScene(Scene):
             self._tears = [self._wet(tear, behind) for tear in tears]
 
     def _wet(self, tear: pv.PolyData, behind: pv.Texture) -> Any:
-        mapper = vtkPolyDataMapper()
-        mapper.SetInputData(tear)
-        mapper.ScalarVisibilityOff()
-        for name in ("thickness", "under"):
-            mapper.MapDataArrayToVertexAttribute(name, name, vtkDataObject.FIELD_ASSOCIATION_POINTS, -1)
-        actor = vtkActor()
-        actor.SetMapper(mapper)
-        actor.GetProperty().BackfaceCullingOn()
-        actor.GetProperty().SetTexture("behind", behind)
-        program = actor.GetShaderProperty()
-        for place, code in VERTEX.items():
-            program.AddVertexShaderReplacement(place, True, code, False)
-        for place, code in self._fragment.items():
-            program.AddFragmentShaderReplacement(place, True, code, False)
+        actor = pv.Actor()
+        send(actor, "thickness", "under")
+        actor.GetMapper().SetInputData(tear)
+        actor.GetMapper().ScalarVisibilityOff()
+        actor.prop.interpolation, actor.prop.culling = "phong", "back"
+        actor.prop.SetTexture("behind", behind)
+        for (shader, place), code in self._shaders.items():
+            actor.add_shader_replacement(shader, place, code)
         self.plotter.renderer.AddActor(actor)
         return actor
 

@@ -150,10 +150,6 @@ def shape_fields(
     return fields
 
 
-TOGETHER, SEVERAL = 0.5, 5
-"""Shapes can only disturb each other if both move so many vertices by more than this, mm."""
-
-
 @dataclass(frozen=True, eq=False)
 class Pair:
     """Two movements that do not add up.
@@ -211,10 +207,10 @@ def worst_pairs(
             names.setdefault(shape.movement, []).append(name)
     moved = {movement: poses[movement].base - posing.rest for movement in names}
     way = {movement: np.linalg.norm(each, axis=1) for movement, each in moved.items()}
-    pairs = [
+    pairs = [  # shapes can only disturb each other if both move more than five vertices by more than half a mm
         (one, other)
         for one, other in combinations(names, 2)
-        if (np.minimum(way[one], way[other]) > TOGETHER).sum() > SEVERAL and _targets(shapes, names[one], names[other])
+        if (np.minimum(way[one], way[other]) > 0.5).sum() > 5 and _targets(shapes, names[one], names[other])
     ]
     found = []
     for one, other in progress(pairs, "Comparing pairs", len(pairs)):

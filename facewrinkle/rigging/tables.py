@@ -88,9 +88,6 @@ BLEND = 0.06
 MISSING = {"", "nan", "null", "none", "na", "n/a", "-", "nil"}
 """What stands in cells without a value."""
 
-NAMED, VALUED = ("name", "categoryname", "key", "shape", "blendshape", "id"), ("value", "score", "weight", "val")
-"""Plain names of the parts of a pair of name and value in JSON."""
-
 MATRICES = "facialtransformationmatrixes"
 """Plain name under which MediaPipe keeps the turns of heads."""
 
@@ -100,7 +97,6 @@ Kind = Literal["shape", "unit", "intensity", "evidence", "presence", ""]
 _SHAPES = {plain_name(name): name for shapes in SETS.values() for name in shapes}
 _SIDED = {name for shapes in SETS.values() for name, shape in shapes.items() if shape.side}
 _UNIT = re.compile(r"au0*(\d+)(l|r|left|right)?(intensity|intensities|evidence)?")
-_PRESENCE = re.compile(r"au0*\d+(c|presence|detection|detections)|au0*\d+\w*occurrence")
 
 
 @cache
@@ -149,7 +145,9 @@ def kind_of_column(column: str) -> Kind:
     """
     if unit := _unit(column):
         return "unit" if not unit[3] else "evidence" if unit[3] == "evidence" else "intensity"
-    return "presence" if _PRESENCE.fullmatch(plain_name(column)) else "shape" if shapes_of_column(column) else ""
+    if re.fullmatch(r"au0*\d+(c|presence|detection|detections|\w*occurrence)", plain_name(column)):
+        return "presence"
+    return "shape" if shapes_of_column(column) else ""
 
 
 class Table(NamedTuple):
@@ -406,7 +404,9 @@ def _faces(item: Any, labels: list[str]) -> list[dict[str, Any]]:
 @cache
 def _pair(keys: tuple[str, ...]) -> tuple[str, str] | None:
     """Return which keys of an object are those of a name and of its value."""
-    names, values = ([key for key in keys if plain_name(key) in known] for known in (NAMED, VALUED))
+    of_names = ("name", "categoryname", "key", "shape", "blendshape", "id")
+    of_values = ("value", "score", "weight", "val")
+    names, values = ([key for key in keys if plain_name(key) in known] for known in (of_names, of_values))
     return (names[-1], values[0]) if names and values else None
 
 

@@ -13,6 +13,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PIL import Image as Pillow
 
 from ..export.gltf import gltf
@@ -21,6 +22,7 @@ from ..export.model import Model, png_of
 from ..export.usd import SUFFIXES as USD
 from ..export.usd import write_usd
 from ..files import output_file, write_whole, written
+from ..plotting.images import encoded
 from ..plotting.lighting import light_at_rest
 from ..plotting.web import bundled, cameras_of, web_files
 from .linear_rig import Rig
@@ -98,10 +100,8 @@ def _with_jpeg(model: Model) -> Model:
     """Return a model whose opaque picture is a JPEG, which is a fifth as large."""
     if model.png is None or model.cutout:
         return model
-    stream = BytesIO()
     with Pillow.open(BytesIO(model.png)) as picture:
-        picture.convert("RGB").save(stream, format="JPEG", quality=92, subsampling=0)
-    return replace(model, png=stream.getvalue())
+        return replace(model, png=encoded(np.asarray(picture.convert("RGB")), ".jpg"))
 
 
 def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) -> Path:

@@ -39,9 +39,6 @@ MARK, VERSION = "facewrinkle session", 2
 triangles, nor takes, time and look.
 """
 
-FILES = ("face", "atlas", "take")
-"""Parts that name files."""
-
 T = TypeVar("T", bound="Content")
 
 KNOWN: Mapping[str, tuple[str, Collection[str]]] = {
@@ -82,9 +79,7 @@ class Content:
             _check_names(what, getattr(self, part), names)
         _check_names("pattern", (pattern.kind for pattern in self.patterns.values()), KINDS)
         _check_names("view", [self.look.view] if isinstance(self.look.view, str) else [], VIEWS)
-        self._check_units(known or (read_atlas(self.atlas) if self.atlas else load_atlas()))
-
-    def _check_units(self, atlas: Atlas) -> None:
+        atlas = known or (read_atlas(self.atlas) if self.atlas else load_atlas())
         keys = (key.unit for key in self.timeline.keys.values())
         own = (name for mixture in self.mixtures.values() for name in mixture)
         for name in (*self.mixture, *own, *keys):
@@ -137,8 +132,9 @@ class Content:
             raise ParameterError(
                 f"the session has the version {number!r}, and this program reads {VERSION}: update it."
             )
-        named = {part: content[part] for part in FILES if isinstance(content.get(part), str) and content[part]}
-        return cls.of(content | {part: str(Path(folder, value)) for part, value in named.items()}, known)
+        files = {part: content.get(part) for part in ("face", "atlas", "take")}
+        named = {part: str(Path(folder, file)) for part, file in files.items() if isinstance(file, str) and file}
+        return cls.of(content | named, known)
 
     @classmethod
     def read(cls, path: str | Path) -> Self:

@@ -12,7 +12,7 @@ import numpy as np
 from ...anatomy import MEAN_PUPIL_DISTANCE, MIDLINE, Face, of_side
 from ...array_types import Array
 from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
-from ...geometry.interpolation import closest_point
+from ...geometry import closest_point, triangle_normals, unit
 from .region import Compression, check_size
 
 MIDDLE_BEHIND, FACING = 0.8, 0.2
@@ -120,9 +120,8 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
 def _outside(face: Face, place: Array) -> Array:
     """The closest point of the surface on skin that faces away from the head: not inside a lid or a lip."""
     middle = face.frame.world(np.array([0.0, 0.0, -MIDDLE_BEHIND]))
-    a, b, c = (face.points[face.triangles[:, corner]] for corner in range(3))
-    normal, away = np.cross(b - a, c - a), (a + b + c) / 3.0 - middle
-    facing = (normal * away).sum(axis=1) > FACING * np.linalg.norm(normal, axis=1) * np.linalg.norm(away, axis=1)
+    away = unit(face.points[face.triangles].mean(axis=1) - middle)
+    facing = (triangle_normals(face.points, face.triangles) * away).sum(axis=1) > FACING
     return closest_point(face.points, face.triangles[facing], place).point
 
 

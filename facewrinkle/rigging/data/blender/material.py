@@ -17,9 +17,6 @@ SLOT = "facewrinkle made the slot"
 MOST_MOVED = ("mouthSmileLeft", "mouthSmileRight", "browInnerUp", "noseSneerLeft", "noseSneerRight")
 """Skin is what these keys move; eyes and teeth stay."""
 
-SKIN = 0.05
-"""A material with a smaller share of the moved polygons is not that of the skin."""
-
 
 def name_of(obj):
     """Name of what is made for a mesh."""
@@ -74,7 +71,7 @@ def _of_skin(obj):
     counts = np.zeros(len(materials))
     for polygon in obj.data.polygons:
         counts[polygon.material_index] += moved[list(polygon.vertices)].any()
-    used = np.flatnonzero(counts >= SKIN * counts.sum())
+    used = np.flatnonzero(counts >= 0.05 * counts.sum())  # what has fewer of the moved polygons is no skin
     return list(dict.fromkeys(materials[k] for k in used if materials[k] is not None))
 
 

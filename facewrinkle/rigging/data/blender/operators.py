@@ -1,6 +1,7 @@
 """What an artist can do: each operator runs a command of the package and brings its result into the scene."""
 
 import json
+from contextlib import closing
 
 import bpy
 import numpy as np
@@ -289,20 +290,16 @@ class LoadTake(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context):
-        run = None
         try:
-            run = Run(python())
-            table, path = run.folder / "take.csv", bpy.path.abspath(self.filepath)
-            run.start("take", path, "--out", table)
-            run.result()
-            count, last = keys.perform(context.object, table, bpy.path.display_name_from_filepath(path))
-            self.report({"INFO"}, f"{count} shape keys move until frame {last}.")
+            with closing(Run(python())) as run:
+                table, path = run.folder / "take.csv", bpy.path.abspath(self.filepath)
+                run.start("take", path, "--out", table)
+                run.result()
+                count, last = keys.perform(context.object, table, bpy.path.display_name_from_filepath(path))
         except Refusal as problem:
             self.report({"ERROR"}, str(problem))
             return {"CANCELLED"}
-        finally:
-            if run is not None:
-                run.close()
+        self.report({"INFO"}, f"{count} shape keys move until frame {last}.")
         return {"FINISHED"}
 
 
@@ -327,17 +324,13 @@ class Test(bpy.types.Operator):
     bl_idname, bl_label = "facewrinkle.test", "Test"
 
     def execute(self, context):
-        run = None
         try:
-            run = Run(python())
-            run.start("rig", "--help")
-            run.result()
+            with closing(Run(python())) as run:
+                run.start("rig", "--help")
+                run.result()
             self.report({"INFO"}, "facewrinkle is there.")
         except Refusal as problem:
             self.report({"ERROR"}, str(problem))
-        finally:
-            if run is not None:
-                run.close()
         return {"FINISHED"}
 
 

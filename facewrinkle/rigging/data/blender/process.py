@@ -11,10 +11,6 @@ from pathlib import Path
 from .exchange import Refusal
 
 ADVICE = "Set the Python that has facewrinkle in the preferences of the add-on."
-USAGE = 2
-"""Exit code of a package that does not know what it is asked."""
-
-STEPS = re.compile(r"^(.+) (\d+)/(\d+)$")
 
 
 def found(python):
@@ -73,7 +69,7 @@ class Run:
     def _read(self):
         for line in self._process.stderr:
             line = line.strip()
-            if step := STEPS.match(line):
+            if step := re.match(r"(.+) (\d+)/(\d+)$", line):
                 self.step, self.share = step[1], int(step[2]) / max(int(step[3]), 1)
             elif line.startswith("facewrinkle: note: "):
                 self.notes.append(line.removeprefix("facewrinkle: note: "))
@@ -90,7 +86,7 @@ class Run:
         self._reader.join()
         if code and "No module named facewrinkle" in self._last:
             raise Refusal(f"{self.command[0]} has no facewrinkle: install it there. {ADVICE}")
-        if code == USAGE:
+        if code == 2:  # it does not know what it is asked
             raise Refusal(f"{self.command[0]} has another facewrinkle than this extension is for: update it. {ADVICE}")
         if "no face was found" in self._last:
             raise Refusal("No face was found. Press Place Landmarks, drag each to its place, and try again.")
