@@ -262,6 +262,19 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameEr
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
 
 
+def check_name(kind: str, name: str, known: Iterable[str]) -> None:
+    """Raise an :class:`UnknownNameError` unless a name is known.
+
+    Examples
+    --------
+    >>> check_name("unit", "cmm", ("mm", "cm"))
+    Traceback (most recent call last):
+    facewrinkle.errors.UnknownNameError: unknown unit 'cmm'. Did you mean 'cm' or 'mm'?
+    """
+    if name not in known:
+        raise unknown_name(kind, name, known)
+
+
 def _number(name: str, value: float) -> float:
     """Return `value` as a float; raise a ParameterError for what is no number, such as a text, True or an array."""
     try:

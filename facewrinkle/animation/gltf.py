@@ -14,7 +14,7 @@ from scipy.sparse import csr_array, vstack
 from scipy.spatial.transform import Rotation
 
 from ..array_types import Array
-from ..errors import MeshError, check_range, unknown_name, warn
+from ..errors import MeshError, check_name, check_range, unknown_name, warn
 from ..mesh import Surface
 from ..mesh.formats.gltf import Document, rotations
 from ..mesh.formats.merging import merged_primitives
@@ -213,8 +213,7 @@ def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, T
 def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
     """Return the times and values (f, width) of an animation sampler."""
     kind = sampler.get("interpolation") or "LINEAR"
-    if kind not in INTERPOLATION:
-        raise unknown_name("interpolation", kind, INTERPOLATION)
+    check_name("interpolation", kind, INTERPOLATION)
     times = document.numbers(sampler["input"])[:, 0].astype(np.float64)
     values = document.numbers(sampler["output"]).astype(np.float64)
     if not (np.isfinite(times).all() and np.isfinite(values).all()):

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from ..anatomy import Atlas, Face
 from ..array_types import Array, IntArray
 from ..checks import finite
-from ..errors import ParameterError, check_range, type_of, unknown_name, warn
+from ..errors import ParameterError, check_name, check_range, type_of, warn
 from ..mesh import Surface, merged
 from .action_units import units_of
 
@@ -51,8 +51,7 @@ class Track:
     def __post_init__(self) -> None:
         for name in ("times", "values") + (("slopes",) if self.slopes is not None else ()):
             object.__setattr__(self, name, finite(name, getattr(self, name)))
-        if self.interpolation not in get_args(Interpolation):
-            raise unknown_name("interpolation", self.interpolation, get_args(Interpolation))
+        check_name("interpolation", self.interpolation, get_args(Interpolation))
         if self.times.ndim != 1 or not len(self.times) or not (np.diff(self.times) > 0.0).all():
             raise ParameterError(f"times must be a list of increasing seconds, received {np.ravel(self.times)[:8]}.")
         if self.values.ndim < 1 or len(self.values) != len(self.times):

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..anatomy.atlas import load_atlas
 from ..anatomy.identity import EVEN, Identity
-from ..errors import FaceWrinkleError, ParameterError, unknown_name
+from ..errors import FaceWrinkleError, ParameterError, check_name
 from ..files import bytes_of, toml_of
 from ..schemas import Limits, Share, conforming, plain
 
@@ -126,8 +126,7 @@ class Distribution:
         """
         found = _distribution(written, name, str, None)
         for word in found.values:
-            if word not in allowed:
-                raise unknown_name(name, word, allowed)
+            check_name(name, word, allowed)
         return found
 
     def draw(self, random: np.random.Generator) -> Any:
@@ -391,16 +390,14 @@ def _completed(written: Mapping[str, Any]) -> dict[str, Any]:
     even, usual = {"uniform": [-0.9, 0.9]}, {"normal": [0.0, 0.45], "within": [-0.9, 0.9]}
     whole["identity"] = {name: even if name in EVEN else usual for name in NUMBERS["identity"]} | whole["identity"]
     for key, value in written.items():
-        if key not in whole:
-            raise unknown_name("key of a specification", key, whole)
+        check_name("key of a specification", key, whole)
         if not isinstance(whole[key], dict):
             whole[key] = value
             continue
         if not isinstance(value, Mapping):
             raise ParameterError(f"{key} must be a table, [{key}], received {value!r}.")
         for inner in value:
-            if inner not in whole[key]:
-                raise unknown_name(f"key of [{key}]", inner, whole[key])
+            check_name(f"key of [{key}]", inner, whole[key])
         whole[key] = {**whole[key], **value}
     return whole
 
@@ -449,8 +446,7 @@ def input_content(path: str) -> tuple[InputFile, bytes]:
 def _expressions(table: Expressions) -> Expressions:
     atlas = load_atlas()
     for unit in (*table.units, *(unit for pair in (*table.together, *table.apart) for unit in pair[:2])):
-        if unit not in atlas.action_units:
-            raise unknown_name("action unit", unit, atlas.action_units)
+        check_name("action unit", unit, atlas.action_units)
     if table.neutral + table.named > 1.0:
         raise ParameterError(
             f"neutral and named are shares of all faces: at most 1 together, received {table.neutral + table.named:g}."

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import ParameterError, check_positive, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_name, check_positive, check_range, check_whole
 
 PatternFunction = Callable[[npt.ArrayLike, npt.ArrayLike, float], Array]
 """A function of x, y and t."""
@@ -200,8 +200,7 @@ def frown_phase(x: npt.ArrayLike, y: npt.ArrayLike, t: float, beta: float, varia
     x, y = _plane(x, y)
     if beta == 0.0:
         raise ParameterError("beta must not be 0: it is the distance of the wrinkles.")
-    if variant not in get_args(Variant):
-        raise unknown_name("variant of frown", variant, get_args(Variant))
+    check_name("variant of frown", variant, get_args(Variant))
     if variant == "fan" and y.size and not (y + t).min() > 0.0:
         raise ParameterError(f"y + t must be above 0 all over a fan, received {(y + t).min():g}. Use a larger t.")
     return np.asarray(x / beta * (y + t) if variant == "paper" else x / (beta * (y + t)))

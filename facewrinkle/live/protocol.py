@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import FaceWrinkleError, ParameterError, unknown_name
+from ..errors import FaceWrinkleError, ParameterError, check_name
 from ..schemas import Limits, Share, conforming, table_of
 from ..session.parts import LONGEST, Coordinate, Name
 
@@ -177,9 +177,8 @@ def parse(text: str) -> Message:
         content = table_of(text)
     except ValueError as problem:
         raise ParameterError(f"a message must be a JSON object: {problem}.") from None
-    command = str(content.pop("do", ""))
-    if command not in COMMANDS:
-        raise unknown_name("command", command[:64], COMMANDS)
+    command = str(content.pop("do", ""))[:64]
+    check_name("command", command, COMMANDS)
     found: Message = conforming(content, COMMANDS[command], command)
     return found
 

@@ -10,7 +10,7 @@ import pyvista as pv
 
 from ..anatomy import NAMES, Face, mirrored_name
 from ..array_types import Array
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_name, check_range, check_whole, unknown_name
 from ..geometry import unit, vertex_areas
 
 
@@ -268,8 +268,7 @@ def closeup(frame: pv.PolyData, face: Face) -> str:
     >>> closeup(frame, face)
     'glabella'
     """
-    if "W" not in frame.point_data:
-        raise unknown_name("field", "W", frame.point_data)
+    check_name("field", "W", frame.point_data)
     points, size = np.asarray(frame.points), face.frame.pupil_distance
     weight = vertex_areas(points, frame.regular_faces) * np.asarray(frame.point_data["W"]) ** 2
     if not weight.any():

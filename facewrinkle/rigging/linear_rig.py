@@ -13,7 +13,7 @@ import pyvista as pv
 
 from ..anatomy.face import Face
 from ..array_types import Array, Single
-from ..errors import ParameterError, check_range, check_type, check_whole, unknown_name, warn
+from ..errors import ParameterError, check_name, check_range, check_type, check_whole, warn
 from ..export.model import Model, Morphs
 from ..geometry import unit
 from ..mesh import to_polydata
@@ -126,8 +126,7 @@ class Rig:
         """Weights (k,), clamped to [0, 1] with a warning."""
         out = np.zeros(len(self.names))
         for name, weight in weights.items():
-            if name not in self.names:
-                raise unknown_name("shape", name, self.names)
+            check_name("shape", name, self.names)
             out[self.names.index(name)] = check_range(f"the weight of {name}", weight, -1e6, 1e6)
         if (out < 0.0).any() or (out > 1.0).any():
             warn("weights outside [0, 1] are clamped: a shape is made for weights from 0 to 1.")
@@ -173,8 +172,7 @@ class Rig:
         FaceWrinkleWarning
             For weights outside [0, 1], which are clamped.
         """
-        if part not in self.parts:
-            raise unknown_name("part", part, self.parts)
+        check_name("part", part, self.parts)
         model, morphs, mixed = self.parts[part], self.morphs[part], self._weights(weights)
         points, normals = model.points.copy(), model.normals.copy()
         for k in np.flatnonzero(mixed):
@@ -330,8 +328,7 @@ def rig(
     level = (0 if wrinkles == "maps" else 2) if level is None else level
     level = check_whole("level", level, 0, 5, "Each level has up to four times as many triangles.")
     correctives = check_whole("correctives", correctives, 0, 200, "They are pairs of shapes.")
-    if wrinkles not in get_args(Wrinkling):
-        raise unknown_name("kind of wrinkles", wrinkles, get_args(Wrinkling))
+    check_name("kind of wrinkles", wrinkles, get_args(Wrinkling))
     if wrinkles == "maps":
         if level:
             raise ParameterError(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self, TypeVar
 from ..anatomy.atlas import Atlas, load_atlas, read_atlas
 from ..anatomy.identity import Identity
 from ..anatomy.landmarks import NAMES
-from ..errors import ParameterError, unknown_name
+from ..errors import ParameterError, check_name
 from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.layer import REGIONS
@@ -90,8 +90,7 @@ class Content:
         """Return the session of a table, as of JSON; what it leaves out is as usual."""
         names = kinds_of(Content)
         for name in table:
-            if name not in names:
-                raise unknown_name("part of the session", name, names)
+            check_name("part of the session", name, names)
         return cls(**table, known=known)
 
     def changed(self, known: Atlas | None = None, **parts: Any) -> Self:
@@ -187,5 +186,4 @@ def placed(session: T, attach: Callable[[Point], Place], known: Atlas | None = N
 
 def _check_names(what: str, names: Iterable[str], known: Collection[str]) -> None:
     for name in names:
-        if name not in known:
-            raise unknown_name(what, name, known)
+        check_name(what, name, known)

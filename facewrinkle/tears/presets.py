@@ -11,7 +11,7 @@ import numpy as np
 import pyvista as pv
 
 from ..anatomy import Face
-from ..errors import ParameterError, check_whole, type_of, unknown_name
+from ..errors import ParameterError, check_name, check_whole, type_of
 from .drop import DrippingTear, DropShape, Fall
 from .stream import Film, Flow, Route, SheddingTear
 from .support_surface import lid_point
@@ -147,8 +147,7 @@ def preset(name: str, face: Face, *, seed: int = 0, **options: Any) -> list[Tear
     >>> len(tears), tears[0].begin
     (1, 0.0)
     """
-    if name not in PRESETS:
-        raise unknown_name("preset of tears", name, PRESETS)
+    check_name("preset of tears", name, PRESETS)
     if not isinstance(face, Face):
         raise ParameterError(
             f"a preset needs a Face, such as default_face() or fit_face() gives, received {type_of(face)}."

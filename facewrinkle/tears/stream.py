@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face
 from ..array_types import Array
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_name, check_range, check_whole
 from ..geometry import detail_normals, ring_triangles, unit
 from ..mesh import MeshLike, is_frame, to_polydata
 from . import path as paths
@@ -108,8 +108,7 @@ class Flow:
             check_range("s", self.s, 0.0, 1e9)
         check_range("c", self.c, 1e-6, 1e9)
         check_range("hold", self.hold, 0.0, 1e9)
-        if self.by not in ("length", "height"):
-            raise unknown_name("measure of the flow", self.by, ("length", "height"))
+        check_name("measure of the flow", self.by, ("length", "height"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,8 +227,7 @@ class SheddingTear:
         film, flow, route = film or Film(), flow or Flow(), route or Route()
         if (path is None) == (start is None):
             raise ParameterError("give either path or start: it says where the tear runs.")
-        if head not in ("round", "extruded"):
-            raise unknown_name("head", head, ("round", "extruded"))
+        check_name("head", head, ("round", "extruded"))
         self._extruded = head == "extruded"
         self._support = support_surface(surface, down, units)
         self.shape = self._checked_shape(width, height, film.trail)

@@ -13,7 +13,7 @@ import pyvista as pv
 from ..anatomy import Eyeball, Face, millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
-from ..errors import MeshError, ParameterError, check_range, unknown_name
+from ..errors import MeshError, ParameterError, check_name, check_range
 from ..geometry import BoxTree, interpolated, vertex_normals
 from ..mesh import MeshLike, is_frame, rest_of, surface_in
 
@@ -244,8 +244,7 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     >>> bool(lid_point(face, "l")[0] > lid_point(face, "r")[0])
     True
     """
-    if side not in EYE_SIDES:
-        raise unknown_name("side", side, EYE_SIDES)
+    check_name("side", side, EYE_SIDES)
     side, along = EYE_SIDES[side], check_range("along", along, 0.0, 1.0)
     if not face.eyes:
         raise ParameterError("the face has no eyes: it was made without landmarks. Give a point instead.")

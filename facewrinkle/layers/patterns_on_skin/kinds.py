@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...array_types import Array
-from ...errors import ParameterError, check_positive, check_range, check_whole, unknown_name
+from ...errors import ParameterError, check_name, check_positive, check_range, check_whole, unknown_name
 from .. import patterns
 from .wrinkles import Cheek, EyeCorner, Forehead, Frown, Pattern
 
@@ -250,8 +250,7 @@ def pattern_of(
         raise unknown_name("pattern", what, KINDS)
     known = [field.name for field in fields(kind)]
     for name in parameters:
-        if name not in known:
-            raise unknown_name(f"parameter of {kind.__name__}", name, known)
+        check_name(f"parameter of {kind.__name__}", name, known)
     if seed is not None and "seed" in known:
         parameters = {"seed": seed, **parameters}
     return kind(**parameters)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...anatomy import MEAN_PUPIL_DISTANCE, MIDLINE, Face, of_side
 from ...array_types import Array
-from ...errors import LandmarkError, ParameterError, check_whole, unknown_name
+from ...errors import LandmarkError, ParameterError, check_name, check_whole, unknown_name
 from ...geometry import closest_point, triangle_normals, unit
 from .region import Compression, check_size
 
@@ -109,8 +109,7 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
         **entry["parameters"],
     }
     if isinstance(changes.get("strength"), str):
-        if changes["strength"] != "skin":
-            raise unknown_name("strength", changes["strength"], ["skin"])
+        check_name("strength", changes["strength"], ["skin"])
         skin = entry["skin"]
         along = tuple((frame.axes.T @ np.asarray(skin["along"], dtype=np.float64)).tolist())
         changes["strength"] = Compression(skin["low"], skin["full"], along)

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from ...anatomy import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import finite, vector
-from ...errors import MeshError, ParameterError, check_range, check_whole, unknown_name
+from ...errors import MeshError, ParameterError, check_name, check_range, check_whole
 from ...geometry import (
     ClosestPoint,
     attenuation,
@@ -92,8 +92,7 @@ def selection_weights(select: npt.ArrayLike | str, face: Face, border: float) ->
     (0.0, 1.0)
     """
     if isinstance(select, str):
-        if select not in face.mesh.point_data:
-            raise unknown_name("point data", select, face.mesh.point_data)
+        check_name("point data", select, face.mesh.point_data)
         select = face.mesh.point_data[select]
     values = np.asarray(select)
     if values.shape != (len(face.points),) or values.dtype.kind not in "biuf":
@@ -180,8 +179,7 @@ class Region:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.outline not in OUTLINES:
-            raise unknown_name("outline", self.outline, OUTLINES)
+        check_name("outline", self.outline, OUTLINES)
         check_range("border", self.border, 1e-6, 1.0)
         check_range("bow", self.bow, -10.0, 10.0)
         check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
@@ -239,8 +237,7 @@ class Region:
     def _middle(self, face: Face) -> npt.ArrayLike:
         """Return the point that `center` names."""
         if isinstance(self.center, str) and face.landmarks:
-            if self.center not in face.landmarks:
-                raise unknown_name("landmark", self.center, face.landmarks)
+            check_name("landmark", self.center, face.landmarks)
             return face.landmarks[self.center]
         return vector("center", self.center)
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
-from ...errors import check_positive, check_range, check_whole, unknown_name
+from ...errors import check_name, check_positive, check_range, check_whole
 from ...geometry import smoothstep
 from .. import patterns
 
@@ -190,8 +190,7 @@ class Waves(Pattern):
     def __post_init__(self) -> None:
         check_range("number", self.number, SMALLEST_NUMBER, LARGEST_NUMBER)
         check_range("sharpness", self.sharpness, 0.0, 20.0)
-        if self.furrows not in get_args(Furrows):
-            raise unknown_name("kind of furrows", self.furrows, get_args(Furrows))
+        check_name("kind of furrows", self.furrows, get_args(Furrows))
         check_range("variation", self.variation, 0.0, 1.0, "0 is the paper's even pattern.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.spacing is not None:
@@ -298,8 +297,7 @@ class Forehead(Waves):
         check_range("start", self.start, 0.1, 100.0, "The pattern has to keep away from its origin.")
         check_range("bend", self.bend, 0.0, 100.0)
         if isinstance(self.style, str):
-            if self.style not in STYLES:
-                raise unknown_name("style", self.style, STYLES)
+            check_name("style", self.style, STYLES)
         else:
             check_range("style", self.style, 0.0, 100.0)
 
@@ -407,8 +405,7 @@ class Frown(Waves):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_range("spread", self.spread, 1e-3, 0.95)
-        if self.variant not in get_args(patterns.Variant):
-            raise unknown_name("variant of frown", self.variant, get_args(patterns.Variant))
+        check_name("variant of frown", self.variant, get_args(patterns.Variant))
 
     @property
     def beta(self) -> float:
