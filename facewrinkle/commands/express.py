@@ -18,8 +18,7 @@ from ..array_types import Image
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
 from ..layers.base import Layer
-from ..plotting import Scene, closeup, save_picture, side_by_side, stacked
-from ..plotting.views import Style
+from ..plotting import Scene, Style, closeup, save_picture, side_by_side, stacked
 from ..session import Session
 from ..session.player import Player, pictured, scene_of
 from ..simulation import Refinement, Simulation

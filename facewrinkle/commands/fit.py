@@ -17,9 +17,8 @@ from ..array_types import Image
 from ..files import output_folder, output_target
 from ..geometry.normals import vertex_normals
 from ..mesh import to_polydata
-from ..plotting import Scene, save_picture, side_by_side, stacked
+from ..plotting import Scene, Style, save_picture, side_by_side, stacked
 from ..plotting.images import reduced
-from ..plotting.views import Style
 from .options import FaceOptions, Report, face_facts
 
 

@@ -18,8 +18,7 @@ from ..animation.recorded import Recorded
 from ..errors import ParameterError, check_range, check_whole, warn
 from ..files import output_file, write_whole
 from ..geometry.normals import vertex_areas
-from ..plotting import closeup, side_by_side, stacked
-from ..plotting.views import Style
+from ..plotting import Style, closeup, side_by_side, stacked
 from ..rigging import Performer, Take, read_take
 from ..rigging.takes import SUFFIXES as TAKES
 from ..simulation import Refinement, Simulation

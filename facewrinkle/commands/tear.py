@@ -15,13 +15,11 @@ from ..anatomy.face import Face
 from ..array_types import Image
 from ..errors import ParameterError, check_range, check_whole
 from ..export import output_folder
-from ..plotting import side_by_side
+from ..plotting import TearScene, side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
-from ..plotting.wet import TearScene
 from ..simulation import Refinement, Simulation
-from ..tears.drop import DrippingTear, DropShape, Fall
+from ..tears import DrippingTear, DropShape, Fall, Film, Flow, Route, SheddingTear
 from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
-from ..tears.stream import Film, Flow, Route, SheddingTear
 from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers, refuse
 from .recorder import Clip, Drawing, Recorder, beside
 

@@ -6,8 +6,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from ..anatomy.atlas import load_atlas
-from ..anatomy.identity import Identity
+from ..anatomy import Identity, load_atlas
 from .spec import Expressions, Spec
 
 

@@ -20,8 +20,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from .. import __version__
-from ..anatomy import Face, Identity, default_face, fit_face, read_face
-from ..anatomy.atlas import load_atlas
+from ..anatomy import Face, Identity, default_face, fit_face, load_atlas, read_face
 from ..anatomy.landmarks import NAMES, NOT_ON_SKIN
 from ..appearance.seen import Appearance
 from ..array_types import Image
@@ -29,8 +28,7 @@ from ..errors import FaceWrinkleError, FaceWrinkleWarning
 from ..export.meshes import write_mesh
 from ..layers.wave_folds import WaveFolds
 from ..mesh.arrays import rest_of
-from ..plotting.views import Style
-from ..plotting.wet import TearScene
+from ..plotting import Style, TearScene
 from ..simulation import Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears.presets import preset, surfaces

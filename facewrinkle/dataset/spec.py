@@ -446,7 +446,7 @@ def input_content(path: str) -> tuple[InputFile, bytes]:
 def _expressions(table: Expressions) -> Expressions:
     atlas = load_atlas()
     for unit in (*table.units, *(unit for pair in (*table.together, *table.apart) for unit in pair[:2])):
-        check_name("action unit", unit, atlas.action_units)
+        check_name("action unit", str(unit), atlas.action_units)
     if table.neutral + table.named > 1.0:
         raise ParameterError(
             f"neutral and named are shares of all faces: at most 1 together, received {table.neutral + table.named:g}."

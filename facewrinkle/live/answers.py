@@ -11,8 +11,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ..anatomy import Atlas, Face, JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
-from ..anatomy.identity import Identity
+from ..anatomy import Atlas, Face, Identity, JawMuscle, LinearMuscle, Muscle, SheetMuscle, SphincterMuscle
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded

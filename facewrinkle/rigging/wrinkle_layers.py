@@ -19,8 +19,7 @@ import numpy.typing as npt
 from ..errors import ParameterError
 from ..export.model import png_of
 from ..files import write_whole
-from ..geometry import unit
-from ..geometry.interpolation import smoothstep
+from ..geometry import smoothstep, unit
 from ..mesh.arrays import corner_texture, in_bytes
 from ..progress import Progress, bar
 from .fields import Baker

@@ -8,9 +8,8 @@ from dataclasses import InitVar, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
+from ..anatomy import NAMES, Identity
 from ..anatomy.atlas import Atlas, load_atlas, read_atlas
-from ..anatomy.identity import Identity
-from ..anatomy.landmarks import NAMES
 from ..errors import ParameterError, check_name
 from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..layers.patterns_on_skin.kinds import KINDS

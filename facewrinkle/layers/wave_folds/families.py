@@ -14,8 +14,7 @@ from ...anatomy import Face
 from ...array_types import Array
 from ...checks import finite
 from ...errors import ParameterError
-from ...geometry import smoothstep, unit, vertex_areas
-from ...geometry.laplacian import neighbor_mean
+from ...geometry import neighbor_mean, smoothstep, unit, vertex_areas
 from ..compression import StrainField, dyads, orthonormal_tangents, principal, shortening
 
 GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
