@@ -295,6 +295,12 @@ def check_range(name: str, value: float, low: float, high: float, remedy: str = 
     return number
 
 
+def check_ranges(thing: object, **ranges: tuple[float, float] | tuple[float, float, str]) -> None:
+    """Check attributes as :func:`check_range` does: each has its range, and a remedy where there is one."""
+    for name, allowed in ranges.items():
+        check_range(name, getattr(thing, name), *allowed)
+
+
 def check_flag(name: str, value: object) -> bool:
     """Return `value` if it is True or False; raise a ParameterError otherwise, as a text such as "no" would be true."""
     if type(value).__name__ not in ("bool", "bool_"):

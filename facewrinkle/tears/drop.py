@@ -13,7 +13,7 @@ import pyvista as pv
 from ..anatomy import Face, millimeters
 from ..array_types import Array, IntArray
 from ..checks import vector
-from ..errors import ParameterError, check_range, check_whole
+from ..errors import ParameterError, check_range, check_ranges, check_whole
 from ..geometry import heights_above, overlapping, ring_triangles, smoothstep, vertex_normals
 from ..mesh import MeshLike, to_polydata
 from .support_surface import SupportSurface, directions, support_surface
@@ -63,8 +63,7 @@ class DropShape:
     stretch: float = 0.25
 
     def __post_init__(self) -> None:
-        check_range("ratio", self.ratio, 1.0, 100.0)
-        check_range("stretch", self.stretch, 0.0, 2.0)
+        check_ranges(self, ratio=(1.0, 100.0), stretch=(0.0, 2.0))
         if not isinstance(self.t, Sequence) or len(self.t) != 2:
             raise ParameterError(f"t must be two numbers, those at birth and at the end, received {self.t!r}.")
         for t in self.t:

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from ..anatomy import Face
 from ..array_types import Array
-from ..errors import ParameterError, check_name, check_range, check_whole
+from ..errors import ParameterError, check_name, check_range, check_ranges, check_whole
 from ..geometry import detail_normals, ring_triangles, unit
 from ..mesh import MeshLike, is_frame, to_polydata
 from . import path as paths
@@ -69,8 +69,7 @@ class Film:
     degree: int = 1
 
     def __post_init__(self) -> None:
-        check_range("trail", self.trail, 0.2, 1.0)
-        check_range("roughness", self.roughness, 0.0, 1.0)
+        check_ranges(self, trail=(0.2, 1.0), roughness=(0.0, 1.0))
         check_whole("degree", self.degree, 0, 3)
 
 
@@ -106,8 +105,7 @@ class Flow:
     def __post_init__(self) -> None:
         if self.s is not None:
             check_range("s", self.s, 0.0, 1e9)
-        check_range("c", self.c, 1e-6, 1e9)
-        check_range("hold", self.hold, 0.0, 1e9)
+        check_ranges(self, c=(1e-6, 1e9), hold=(0.0, 1e9))
         check_name("measure of the flow", self.by, ("length", "height"))
 
 

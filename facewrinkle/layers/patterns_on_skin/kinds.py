@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...array_types import Array
-from ...errors import ParameterError, check_name, check_positive, check_range, check_whole, unknown_name
+from ...errors import ParameterError, check_name, check_positive, check_range, check_ranges, check_whole, unknown_name
 from .. import patterns
 from .wrinkles import Cheek, EyeCorner, Forehead, Frown, Pattern
 
@@ -114,12 +114,15 @@ class EyePouch(Pattern):
         for bumps in self.number:
             check_range("number", bumps, 0.05, 1000.0)
         check_whole("gamma", self.gamma, 1, 64)
-        check_range("trembling", self.trembling, 0.0, 1.0)
-        check_range("frequency", self.frequency, 0.0, 1e6)
-        check_range("alpha", self.alpha, -1e3, 1e3)
-        check_range("beta", self.beta, -1e3, 1e3)
-        check_range("crease", self.crease, 0.0, 1.0, "It is a share of the height.")
-        check_range("crease_at", self.crease_at, -1.0, 1.0)
+        check_ranges(
+            self,
+            trembling=(0.0, 1.0),
+            frequency=(0.0, 1e6),
+            alpha=(-1e3, 1e3),
+            beta=(-1e3, 1e3),
+            crease=(0.0, 1.0, "It is a share of the height."),
+            crease_at=(-1.0, 1.0),
+        )
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""

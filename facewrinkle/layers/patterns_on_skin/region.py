@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from ...anatomy import Face
 from ...array_types import Array, BoolArray, IntArray
 from ...checks import finite, vector
-from ...errors import MeshError, ParameterError, check_name, check_range, check_whole
+from ...errors import MeshError, ParameterError, check_name, check_range, check_ranges, check_whole
 from ...geometry import (
     ClosestPoint,
     attenuation,
@@ -180,9 +180,8 @@ class Region:
 
     def __post_init__(self) -> None:
         check_name("outline", self.outline, OUTLINES)
-        check_range("border", self.border, 1e-6, 1.0)
-        check_range("bow", self.bow, -10.0, 10.0)
-        check_range("valid_share", self.valid_share, 1e-9, 1.0, "It is a share of the vertices.")
+        share_of = "It is a share of the vertices."
+        check_ranges(self, border=(1e-6, 1.0), bow=(-10.0, 10.0), valid_share=(1e-9, 1.0, share_of))
         check_whole("seed", self.seed, 0, 2**63)
         if self.center is not None and not isinstance(self.center, str):
             vector("center", self.center)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import i0  # of one number, much faster than NumPy's
 
 from ...array_types import Array
-from ...errors import check_name, check_positive, check_range, check_whole
+from ...errors import check_name, check_positive, check_range, check_ranges, check_whole
 from ...geometry import smoothstep
 from .. import patterns
 
@@ -188,10 +188,13 @@ class Waves(Pattern):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_range("number", self.number, SMALLEST_NUMBER, LARGEST_NUMBER)
-        check_range("sharpness", self.sharpness, 0.0, 20.0)
+        check_ranges(
+            self,
+            number=(SMALLEST_NUMBER, LARGEST_NUMBER),
+            sharpness=(0.0, 20.0),
+            variation=(0.0, 1.0, "0 is the paper's even pattern."),
+        )
         check_name("kind of furrows", self.furrows, get_args(Furrows))
-        check_range("variation", self.variation, 0.0, 1.0, "0 is the paper's even pattern.")
         check_whole("seed", self.seed, 0, 2**63)
         if self.spacing is not None:
             check_positive("spacing", self.spacing, "It is the distance from wrinkle to wrinkle, mm.")
@@ -294,8 +297,7 @@ class Forehead(Waves):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_range("start", self.start, 0.1, 100.0, "The pattern has to keep away from its origin.")
-        check_range("bend", self.bend, 0.0, 100.0)
+        check_ranges(self, start=(0.1, 100.0, "The pattern has to keep away from its origin."), bend=(0.0, 100.0))
         if isinstance(self.style, str):
             check_name("style", self.style, STYLES)
         else:
@@ -470,9 +472,7 @@ class EyeCorner(Waves):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_range("decay", self.decay, 0.0, 20.0)
-        check_range("radius", self.radius, 0.0, 1000.0)
-        check_range("splay", self.splay, 0.0, 0.9)
+        check_ranges(self, decay=(0.0, 20.0), radius=(0.0, 1000.0), splay=(0.0, 0.9))
 
     def plane(self, uv: Array, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
