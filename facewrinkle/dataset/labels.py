@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import asdict
 from typing import Any
 
@@ -88,7 +89,7 @@ def labels_of(
     hits, others = buffer.hits("skin"), buffer.part > 0
     pixel = float(camera.project(face.frame.origin[None])[1][0] / camera.intrinsic[0, 0])  # its width at the face
     before = {f"tear {k}": tear for k, tear in enumerate(tears)} | hair_parts(seen, pixel)
-    whole = buffer.copy()
+    whole = deepcopy(buffer)
     whole.draw(before)
     number, furrows = furrows_of(frame, families, face.unit)
     if tracker is not None:

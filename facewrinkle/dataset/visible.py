@@ -142,13 +142,6 @@ class TriangleBuffer:
         self._meshes: dict[str, tuple[Array, npt.NDArray[np.int32], int]] = {}
         self._count = 0
 
-    def copy(self) -> TriangleBuffer:
-        """Return another buffer with the same content, to draw more into."""
-        other = TriangleBuffer(self.camera)
-        other.numbers, other._inverse = self.numbers.copy(), self._inverse.copy()
-        other._meshes, other._count = dict(self._meshes), self._count
-        return other
-
     def draw(self, meshes: Mapping[str, pv.PolyData]) -> None:
         """Draw meshes, each with another name than all before; they hide what lies behind them."""
         for name, mesh in meshes.items():
