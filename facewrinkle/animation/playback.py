@@ -121,10 +121,6 @@ def _piece(source: Recorded, start: int, source_points: IntArray | None, rest: A
     return _Piece(rows, source, numbers, rest[rows])
 
 
-POINTS_FOR_POSE = 4096
-"""The pose of a head is found from this many of its points, or up to twice as many."""
-
-
 class Playback(Undriven):
     """The motion that plays a recording on a face.
 
@@ -157,7 +153,7 @@ class Playback(Undriven):
         self.points = self._rest * face.unit
         # A pose that is not recorded shows in the positions: most of the head moves as one.
         baked = (recorded.deltas is None or recorded.bones is not None) and face.landmarks
-        self._some = slice(None, None, max(len(face.points) // POINTS_FOR_POSE, 1))
+        self._some = slice(None, None, max(len(face.points) // 4096, 1))  # enough of them for a pose
         self._head = self._rest[self._some] if baked else None
         self._still = STILL * face.frame.pupil_distance if baked else 0.0
         muscles = {(m.side, m.turn): name for name, m in face.muscles.items() if isinstance(m, EyeMuscle)}

@@ -21,11 +21,6 @@ from .gltf import read_gltf
 from .recorded import Recorded, with_companions
 from .usd import read_usd
 
-ITERATIONS = 100
-"""The most iterations that take the wrinkles off a frame. A fifth of them suffices where wrinkles are shallower than
-the edges of the mesh are long.
-"""
-
 
 def read_animation(
     path: str | Path,
@@ -182,7 +177,8 @@ def _without_wrinkles(frames: list[pv.PolyData], name: str) -> tuple[Surface, li
         shown = np.asarray(frame.points, dtype=np.float64)[:n]
         height = np.asarray(frame["W"])[:n, None] / unit
         bare = shown
-        for _ in range(ITERATIONS if height.any() else 0):
+        # A fifth of them suffices where wrinkles are shallower than the edges of the mesh are long.
+        for _ in range(100 if height.any() else 0):
             before, bare = bare, shown - height * vertex_normals(bare, triangles)
             if np.abs(bare - before).max() <= 1e-12 * np.abs(shown).max():
                 break

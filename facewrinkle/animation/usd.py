@@ -20,9 +20,6 @@ from ..mesh.formats.merging import merged_primitives
 from ..mesh.formats.usd import opened, primitive_of, shown
 from .recorded import Recorded, Track, with_companions
 
-BORDER_TIMES = 16
-"""Number of times, about, at which borders are compared, to see which stay together as the mesh moves."""
-
 
 def read_usd(path: Path, mesh: str | None = None) -> tuple[pv.PolyData, Recorded]:
     """Read the meshes of a USD stage at rest, and their recording; see :func:`facewrinkle.read_animation`."""
@@ -59,7 +56,7 @@ def _animated(model: _Mesh, path: Path) -> tuple[Surface, Recorded | None]:
     still = model.world(model.times[0])
     samples = [model.points(time) @ still[:3, :3].T + still[:3, 3] for time in model.times]
     if model.deforms:
-        some = samples[:: max(len(samples) // BORDER_TIMES, 1)]
+        some = samples[:: max(len(samples) // 16, 1)]  # enough to see which borders stay together
         primitive = replace(primitive, shapes=np.array(some) - primitive.points)
     surface, kept, _ = merged_primitives([primitive], path)
     positions = np.array([sample[kept] for sample in samples])

@@ -24,9 +24,6 @@ from .visible import Camera
 LIGHT = 1.8
 """Intensities of the three lamps of an environment together: exposure is set by it, as that of a camera."""
 
-SMALL = 32
-"""Rows to which an environment is reduced before its lamps are found."""
-
 
 def place(scene: Scene, plan: Plan, spec: Spec) -> None:
     """Give a scene the camera, the lamps and the background of a plan."""
@@ -151,7 +148,7 @@ def lamps_in(radiance: Array) -> list[Lamp]:
     """
     from PIL import Image as Pillow
 
-    step = max(len(radiance) // SMALL, 1)
+    step = max(len(radiance) // 32, 1)  # so many rows tell where lamps are
     channels = [Pillow.fromarray(np.float32(radiance[..., k])).reduce(step) for k in range(3)]
     light = np.stack([np.asarray(channel, np.float64) for channel in channels], axis=-1)
     rows, columns = light.shape[:2]

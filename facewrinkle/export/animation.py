@@ -17,21 +17,16 @@ from ..anatomy.face import Face
 from ..appearance.seen import Appearance, companion_meshes
 from ..array_types import Array, Single
 from ..errors import MeshError, check_range
-from ..files import output_file, write_whole, written
+from ..files import output_file, write_whole
 from ..geometry.refinement import RedGreenForest
 from ..mesh import UNIT, reshaped, to_polydata
 from ..tears.drop import Sampled
 from ..tears.presets import Tear
-from .gltf import gltf
-from .meshes import part_models, upright_rotation, write_mesh
+from .meshes import part_models, write_mesh, write_models
 from .model import Model, Morphs, WeightTrack, is_hair, part_model, skin_model
 from .usd import SUFFIXES as USD
-from .usd import write_usd
 
 SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
-
-SPENT = 0.95
-"""Share of the allowed error that is spent on leaving out targets; the rest on leaving out points of a target."""
 
 TURN = 0.01
 """Normals that a target turns by less, in radians, are left as they are."""
@@ -92,8 +87,8 @@ def principal_targets(ways: Single, allowed: float) -> tuple[Single, Single]:
     vectors = vectors[:, np.argsort(square)[::-1]].astype(np.float32)
     shares = vectors.T @ flat
 
-    def within(count: int) -> bool:
-        return bool(_off(flat, vectors[:, :count], shares[:count]).max(initial=0.0) <= SPENT * allowed)
+    def within(count: int) -> bool:  # a twentieth of the error is left for points that targets leave out
+        return bool(_off(flat, vectors[:, :count], shares[:count]).max(initial=0.0) <= 0.95 * allowed)
 
     count = bisect_left(range(len(ways)), True, key=within)  # with all of them nothing is lost
     weights, targets = vectors[:, :count], shares[:count]
@@ -205,7 +200,7 @@ class AnimationWriter:
         rest.point_data["Normals"] = np.ascontiguousarray(self._frames[0][:, 3:])
         if self.path.suffix.lower() == ".pc2":
             return self._write_caches(rest, times, tears)
-        return [self.path, *self._write_targets(rest, times, tears)]
+        return self._write_targets(rest, times, tears)
 
     def _write_caches(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
         files = [self.path, write_mesh(rest, self.path.with_suffix(".obj"), self.face)]
@@ -229,7 +224,7 @@ class AnimationWriter:
         return {f"tears_{k}": sampled for k, sampled in enumerate(found, start=1)}
 
     def _write_targets(self, rest: pv.PolyData, times: Array, tears: Sequence[Tear]) -> list[Path]:
-        """Write the meshes and the weights of their targets; return the pictures beside them."""
+        """Write the meshes and the weights of their targets; return the files."""
         models = rest_models(self.face, rest)
         names = list(models)
         tracks = {name: np.stack([frame[name] for frame in self._parts]) for name in names if name != "face"}
@@ -254,23 +249,17 @@ class AnimationWriter:
                 turned = np.tensordot(inverse, tracks[name][..., 3:] - model.normals.astype(np.float32), axes=1)
                 turned *= np.linalg.norm(turned, axis=2, keepdims=True) > TURN
             morphs[name] = Morphs(labels, moved, turned)
-        unit, turn = self.face.unit, upright_rotation(self.face)
         track = WeightTrack(times, weights.astype(np.float64))
         follow = dict.fromkeys(names, track) if self.targets else {}
         # On the skin as targets show it: tears are thinner than these are off.
         shown = np.tensordot(weights, morphs["face"].deltas[:, : rest.n_points], axes=1)
         shown += models["face"].points[: rest.n_points].astype(np.float32)
         for name, tear in self._sampled(tears, times, rest, shown).items():
-            models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / unit))
+            models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / self.face.unit))
             if own_weights.shape[1]:  # what does not move has nothing to follow
                 follow[name] = WeightTrack(times, own_weights)
         shapes = {name: morphs[name] for name in follow}
-        with written(self.path) as whole:
-            if self.path.suffix.lower() in USD:
-                return write_usd(whole, models, unit, turn, shapes, follow, self.path)
-            binary = self.path.suffix.lower() == ".glb"
-            whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=shapes, tracks=follow))
-        return []
+        return write_models(self.path, models, self.face, shapes, follow)
 
 
 def _side_by_side(points: Array, normals: Array) -> Single:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +11,13 @@ import pyvista as pv
 from ..anatomy.face import Face
 from ..appearance.seen import companion_meshes
 from ..array_types import Array
-from ..files import output_file, write_whole
+from ..files import output_file, write_whole, written
 from ..mesh import UNIT, MeshLike, is_frame, triangle_mesh
 from ..progress import tell
 from .gltf import gltf
-from .model import WATER_INDEX, WATER_OPACITY, Model, part_model, skin_model, tears_model
+from .model import WATER_INDEX, WATER_OPACITY, Model, Morphs, WeightTrack, part_model, skin_model, tears_model
+from .usd import SUFFIXES as USD
+from .usd import write_usd
 
 HELD = "points, triangles, normals, texture and colors; VTK's formats (frame.save, --series) hold all arrays"
 """What an OBJ or PLY holds of a frame."""
@@ -125,6 +127,24 @@ def part_models(face: Face, frame: pv.PolyData, always: bool = False) -> dict[st
     """
     textures = {name: part.texture for name, part in face.parts.items()}
     return {name: part_model(mesh, textures.get(name)) for name, mesh in companion_meshes(face, frame, always).items()}
+
+
+def write_models(
+    path: Path,
+    models: Mapping[str, Model],
+    face: Face,
+    morphs: Mapping[str, Morphs],
+    tracks: Mapping[str, WeightTrack] | None = None,
+    dense: bool = False,
+) -> list[Path]:
+    """Write meshes with blend shapes as glTF or USD; return the file, and then the pictures beside it."""
+    unit, turn, suffix = face.unit, upright_rotation(face), path.suffix.lower()
+    with written(path) as whole:
+        if suffix in USD:
+            return [path, *write_usd(whole, models, unit, turn, morphs, tracks, path)]
+        binary = suffix == ".glb"
+        whole.write_bytes(gltf(models, unit, turn, binary=binary, morphs=morphs, dense=dense, tracks=tracks))
+    return [path]
 
 
 def upright_rotation(face: Face | None) -> Array | None:

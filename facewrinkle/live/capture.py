@@ -33,9 +33,6 @@ SHAPES = (
 VALUES = struct.Struct(">B61f")
 """The end of a packet of Live Link Face: its values, after their number."""
 
-MOST = 256
-"""Shapes of a frame at most."""
-
 
 def of_live_link(data: bytes) -> dict[str, float]:
     """Return the weights of shapes of a packet of Live Link Face.
@@ -132,7 +129,7 @@ class Capture(asyncio.DatagramProtocol):
         for blend in list(blends_of_vmc(data)):
             if blend is None:
                 frame, self._values = self._values, {}
-            elif len(self._values) < MOST:
+            elif len(self._values) < 256:  # no sender has more shapes
                 self._values[blend[0]] = blend[1]
         return "VMC", frame
 

@@ -206,9 +206,6 @@ Known = Mapping[tuple[str, str], np.ndarray]
 LARGEST = 65535
 """Largest whole number that a coordinate becomes."""
 
-ROOM = 0.2
-"""Room around the face in its box, as a share of its largest extent."""
-
 
 @dataclass(frozen=True, eq=False)
 class Box:
@@ -235,8 +232,8 @@ class Box:
         """Return a box around points (n, 3), with room for them to move."""
         low = np.min([p.min(axis=0) for p in points], axis=0)
         high = np.max([p.max(axis=0) for p in points], axis=0)
-        room = ROOM * float((high - low).max())
-        return cls(low - room, float((high - low).max()) + 2.0 * room)
+        extent = float((high - low).max())
+        return cls(low - 0.2 * extent, 1.4 * extent)
 
     def holds(self, points: Array) -> bool:
         """Return True if all points (n, 3) lie in the box."""

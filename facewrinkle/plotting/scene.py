@@ -42,7 +42,6 @@ OWN_PREFIX = "own "
 SKIN_LIGHTING: dict[str, Any] = {"ambient": 0.2, "diffuse": 0.68, "specular": 0.1, "specular_power": 14.0}
 EYE_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.72, "specular": 1.0, "specular_power": 90.0}
 HAIR_LIGHTING: dict[str, Any] = {"ambient": 0.35, "diffuse": 0.65, "specular": 0.05}
-STRAND_LIGHTING: dict[str, Any] = {"ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
 """Options of `add_mesh` for VTK's own shading: always of hair, in quick pictures also of surfaces with a material."""
 
 PLAIN_COLOR = (0.87, 0.67, 0.56)
@@ -201,7 +200,8 @@ class Scene:
         for name, part in seen.own.items():
             texture, lighting = self._own_textures[name], EYE_LIGHTING if name.startswith("eye") else HAIR_LIGHTING
             strands = name == "hair" and texture is None
-            look = {"material": "hair", **STRAND_LIGHTING} if strands else lighting
+            own = {"material": "hair", "ambient": 0.3, "diffuse": 0.7, "specular": 0.28, "specular_power": 14.0}
+            look = own if strands else lighting
             part = self._key.on_part(part, posed=True) if strands and self._key is not None else part
             self._put(part, f"{OWN_PREFIX}{name}", texture=texture, **look)
         self._pose(seen.pose)

@@ -30,9 +30,6 @@ from .shapes import ARKIT, Shape, Side
 Movement = tuple[object, ...]
 """What both sides do in a shape; see :attr:`facewrinkle.rigging.shapes.Shape.movement`."""
 
-ROUNDS = 4
-"""Each round of all poses asks for triangles that the rounds before did not; those after these are few."""
-
 
 class Baker:
     """Places the skin and all parts of a face in poses, always with the same triangles.
@@ -59,7 +56,7 @@ class Baker:
 
     def refine(self, poses: list[Pose], neutral: Pose, progress: Progress) -> None:
         """Split all triangles that any of the poses needs, and make the models of the face at rest."""
-        for _ in range(ROUNDS if self._level else 0):
+        for _ in range(4 if self._level else 0):  # after four rounds, few triangles are lacking
             before = self.simulation.forest.n_points
             for pose in progress(poses, "Refining", len(poses)):
                 self._grown(pose)
@@ -100,11 +97,6 @@ CUT = 0.1
 """Way in mm below which a vertex is left out of a shape; ways up to twice as long fade, lest the skin have a step.
 
 Skin that moves by more counts for the error of a pair of shapes; smaller errors on average are not corrected.
-"""
-
-RINGS = 2
-"""The longest way of vertices within so many edges decides about fading: between crest and furrow a vertex hardly
-moves, but its normal turns.
 """
 
 TURN = 0.03
@@ -286,7 +278,7 @@ def faded(deltas: Single, normals: Single, triangles: npt.NDArray[np.int64], cut
     first, second = edges[:, 0], edges[:, 1]
     for moved, turned in zip(deltas, normals, strict=True):
         way = np.linalg.norm(moved, axis=1)
-        for _ in range(RINGS):
+        for _ in range(2):  # the longest way within two edges decides: between crest and furrow, only normals turn
             wider = way.copy()
             np.maximum.at(wider, first, way[second])
             np.maximum.at(wider, second, way[first])

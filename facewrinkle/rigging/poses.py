@@ -262,10 +262,6 @@ def _lifts(start: Array, end: Array, floor: Array) -> Array:
     return np.asarray(high - 1.0)
 
 
-SHOWN = 0.02
-"""Shapes that a face cannot make and whose weight stays below this are not worth a word."""
-
-
 class Performer(Undriven):
     """A motion that makes a face perform a take, in place of a linear mixture of blend shapes.
 
@@ -327,7 +323,7 @@ class Performer(Undriven):
         self.speed = check_range("speed", speed, 1e-6, 1e6)
         used = [name for name, most in zip(take.names, take.weights.max(axis=0), strict=True) if most > 0.0]
         shapes, self.left_out = shapes_named(used or take.names, face)
-        shown = [n for n in self.left_out if take.weights[:, take.names.index(n)].max() > SHOWN]
+        shown = [n for n in self.left_out if take.weights[:, take.names.index(n)].max() > 0.02]
         if shown:
             reasons = "; ".join(dict.fromkeys(self.left_out[name] for name in shown))
             warn(f"{len(shown)} shapes of the take are left out ({reasons}): {', '.join(shown)}.")

@@ -43,9 +43,6 @@ CAMERA = ("poserx", "posery", "poserz")
 SURE = {"success": 0.5, "confidence": 0.5, "facescore": 0.5, "detectionconfidence": 0.5}
 """Plain names of columns that tell whether the face was seen, and the least value with which it was."""
 
-RATES = ("fps", "exportfps", "framerate", "samplerate", "rate")
-"""Plain names under which files keep their frames per second."""
-
 VISEMES: Mapping[str, str] = {
     "aa": "viseme_aa",
     "ih": "viseme_I",
@@ -84,9 +81,6 @@ CUES: Mapping[str, str] = {
 
 BLEND = 0.06
 """Time in which the mouth goes from one cue to the next, s."""
-
-MISSING = {"", "nan", "null", "none", "na", "n/a", "-", "nil"}
-"""What stands in cells without a value."""
 
 MATRICES = "facialtransformationmatrixes"
 """Plain name under which MediaPipe keeps the turns of heads."""
@@ -256,7 +250,7 @@ def _numbers(cells: Sequence[Any], file: str, column: str) -> Array:
 
 
 def _number(cell: str, file: str, column: str) -> float:
-    if cell.lower() in MISSING:
+    if cell.lower() in {"", "nan", "null", "none", "na", "n/a", "-", "nil"}:
         return np.nan
     try:
         return float(cell.rstrip("%").replace(",", "."))
@@ -332,8 +326,9 @@ def _of_json(file: str, text: str) -> Table:
 def _rate(content: Any) -> float | None:
     """Return the frames per second that an object tells at its top, or one level below."""
     levels = [content, *content.values()] if isinstance(content, dict) else []
+    names = ("fps", "exportfps", "framerate", "samplerate", "rate")
     rates = (value for level in levels if isinstance(level, dict) for key, value in level.items()
-             if plain_name(key) in RATES and isinstance(value, int | float) and value > 0)  # fmt: skip
+             if plain_name(key) in names and isinstance(value, int | float) and value > 0)  # fmt: skip
     return next(map(float, rates), None)
 
 

@@ -37,9 +37,6 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".jsonl")
 FPS, PHONE_FPS = 30.0, 60.0
 """Frames per second of a file that does not tell: of trackers, and of phones that write time codes."""
 
-RATES = (24, 25, 30, 50, 60, 100, 120)
-"""Frames per second that a time code may count."""
-
 SILENT = {"blendshapecount", "neutral"} | {
     f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")
 }
@@ -383,7 +380,8 @@ class _Reader:
             [[self._bounded(code[k] or "0") for k in (1, 2, 3, 5, 6)] for code in codes if code]
         ).T
         whole = 3600.0 * hours + 60.0 * minutes + seconds
-        counted = next((rate for rate in RATES if rate > frames.max()), frames.max() + 1)
+        usual = (24, 25, 30, 50, 60, 100, 120)
+        counted = next((rate for rate in usual if rate > frames.max()), frames.max() + 1)
         rate = fps or (PHONE_FPS if whole[0] == whole[-1] and counted < PHONE_FPS else counted)
         if any(code[4] == ";" for code in codes if code):  # two numbers are left out each minute but the tenth
             count = round(rate * 1.001)

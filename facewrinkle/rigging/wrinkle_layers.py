@@ -38,9 +38,6 @@ from .poses import share_of_side
 COLUMNS = 4
 """Tiles in a row of the picture of masks."""
 
-SHARP = 4.0
-"""A layer shows the wrinkles of shapes that meet in it in proportion to their depths to this power."""
-
 
 @dataclass(frozen=True, eq=False)
 class WrinkleLayers:
@@ -149,7 +146,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
     for k in range(max(number) + 1):
         own = [each for each, at in zip(found, number, strict=True) if at == k]
         strength = np.stack([each[3] for each in own]).astype(np.float64)
-        share = strength**SHARP
+        share = strength**4.0  # of shapes that meet in a layer, the deeper one is seen
         share /= np.maximum(share.sum(axis=0), 1e-300)
         height = sum(part * each[1] for part, each in zip(share, own, strict=True))
         normal = sum(part[..., None] * each[2] for part, each in zip(share, own, strict=True))

@@ -17,10 +17,9 @@ import numpy as np
 from PIL import Image as Pillow
 
 from ..export.gltf import gltf
-from ..export.meshes import upright_rotation
+from ..export.meshes import upright_rotation, write_models
 from ..export.model import Model, png_of
 from ..export.usd import SUFFIXES as USD
-from ..export.usd import write_usd
 from ..files import output_file, write_whole, written
 from ..plotting.images import encoded
 from ..plotting.lighting import light_at_rest
@@ -74,26 +73,11 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
 
 def write_rig_files(rig: Rig, path: str | Path, *, dense: bool = False) -> list[Path]:
     """Write a rig as :func:`write_rig` does; return its file, and then the pictures beside it."""
-    path = output_file(path, SUFFIXES)
-    if path.suffix.lower() in USD:
-        with written(path) as whole:
-            models = {name: _with_jpeg(model) for name, model in rig.parts.items()}
-            pictures = write_usd(whole, models, rig.face.unit, upright_rotation(rig.face), rig.morphs, beside=path)
-        return [path, *pictures]
-    content = rig_bytes(rig, binary=path.suffix.lower() == ".glb", dense=dense)
-    return [write_whole(path, content)]
+    return write_models(output_file(path, SUFFIXES), _models(rig), rig.face, rig.morphs, dense=dense)
 
 
-def rig_bytes(rig: Rig, *, binary: bool, dense: bool = False) -> bytes:
-    """Return the content of a .glb file, or of a .gltf file."""
-    return gltf(
-        {name: _with_jpeg(model) for name, model in rig.parts.items()},
-        rig.face.unit,
-        upright_rotation(rig.face),
-        binary=binary,
-        morphs=rig.morphs,
-        dense=dense,
-    )
+def _models(rig: Rig) -> dict[str, Model]:
+    return {name: _with_jpeg(model) for name, model in rig.parts.items()}
 
 
 def _with_jpeg(model: Model) -> Model:
@@ -136,7 +120,8 @@ def write_page(rig: Rig, path: str | Path, layers: WrinkleLayers | None = None) 
     """
     path = output_file(path, (".html",))
     data = web_files(files(__package__) / "data")
-    content: dict[str, Any] = {"model": _text(gzip.compress(rig_bytes(rig, binary=True), mtime=0))}
+    model = gltf(_models(rig), rig.face.unit, upright_rotation(rig.face), binary=True, morphs=rig.morphs)
+    content: dict[str, Any] = {"model": _text(gzip.compress(model, mtime=0))}
     content |= {"camera": cameras_of(rig.face), "light": _text(light_at_rest(rig.face, rig.mesh).tobytes())}
     if layers is not None:
         images = [tiled(list(layers.masks.values())), *layers.normals]

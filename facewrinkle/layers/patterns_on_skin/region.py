@@ -123,9 +123,6 @@ OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 SMOOTH = 0.15
 """Coordinates are smoothed over this share of the size of a region, to even out uneven triangles."""
 
-SHORTCUT = 0.8
-"""No path along a surface is shorter than the straight line: coordinates below this share of it lie beyond a fold."""
-
 
 @dataclass(frozen=True, eq=False)
 class Region:
@@ -261,7 +258,8 @@ class Region:
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, center, self.up, size + float(edges.max()))
         length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
-        straight = SHORTCUT * np.linalg.norm(points - center.point, axis=1)
+        # No path along a surface is shorter than the straight line: coordinates far below it lie beyond a fold.
+        straight = 0.8 * np.linalg.norm(points - center.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan
         laid = smoothed(points, triangles, laid, length)
         laid[np.hypot(*laid.T) < straight] = np.nan
