@@ -296,8 +296,6 @@ def own_parts(face: Face, frame: pv.PolyData) -> dict[str, pv.PolyData]:
 
     Parts without a texture have `paint` (rgb).
     """
-    if not face.parts:
-        return {}
     parts = {name: part for name, part in face.parts_at(frame).items() if is_drawn(name, face.parts[name], face)}
     eyes = {f"eye_{eye.side}": eye for eye in face.eyes}
     for name, part in parts.items():

@@ -54,8 +54,6 @@ class VisibleSkin:
 
     def of(self, skin: pv.PolyData, viewpoint: Array) -> pv.PolyData:
         """Return the skin of a frame as drawn from a viewpoint; the frame itself if that is no different."""
-        if not self.by_view and not self._rims.any():
-            return skin
         triangles = np.asarray(skin.regular_faces)
         across, kept = self.across(skin, triangles), ~self._hidden(skin, triangles, viewpoint)
         if not len(across) and kept.all():

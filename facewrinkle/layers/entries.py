@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array, BoolArray, IntArray
-
-Column = npt.NDArray[Any]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +27,7 @@ class Entries:
 
     >>> @dataclass(frozen=True, eq=False)
     ... class Heights(Entries):
-    ...     height: Column
+    ...     height: np.ndarray
     >>> table = Heights(*sorted_by_vertex(np.array([2, 0, 0]), np.array([0.3, 0.1, 0.2]), n=3))
     >>> table.starts.tolist(), table.vertices.tolist(), table.height.tolist()
     ([0, 2, 2, 3], [0, 0, 2], [0.1, 0.2, 0.3])
@@ -46,7 +44,7 @@ class Entries:
         return np.repeat(np.arange(len(self.starts) - 1), np.diff(self.starts))
 
     @property
-    def columns(self) -> list[Column]:
+    def columns(self) -> list[np.ndarray]:
         """The columns, without the starts."""
         return [getattr(self, each.name) for each in fields(self)[1:]]
 
@@ -66,7 +64,7 @@ class Entries:
         return type(self)(starts, *map(np.concatenate, zip(old.columns, new.columns, strict=True)))
 
 
-def sorted_by_vertex(vertices: IntArray, *columns: Column, n: int) -> tuple[Column, ...]:
+def sorted_by_vertex(vertices: IntArray, *columns: np.ndarray, n: int) -> tuple[np.ndarray, ...]:
     """Return the starts (n + 1,), and then the columns, of entries in any order; those of a vertex keep theirs.
 
     Parameters
@@ -88,7 +86,7 @@ def sorted_by_vertex(vertices: IntArray, *columns: Column, n: int) -> tuple[Colu
     return starts, *(column[order] for column in columns)
 
 
-def scattered(where: BoolArray, values: Column, none: float) -> Column:
+def scattered(where: BoolArray, values: np.ndarray, none: float) -> np.ndarray:
     """Return an array with `values` where `where` (n,) is True, and `none` elsewhere.
 
     Examples

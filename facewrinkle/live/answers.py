@@ -23,7 +23,6 @@ from ..plotting.web import cameras_of
 from ..rigging import Take
 from ..rigging.shapes import VISEMES
 from ..rigging.tables import shapes_of_column
-from ..schemas import conforming
 from ..session import Folds, Pattern, Session, Subject, Tear
 from ..session.content import is_session
 from ..session.parts import LONGEST, Anywhere, Camera, point_of, ranges
@@ -206,24 +205,24 @@ class Answers:
                     self._kept.dismiss()
                 self.server.tell_all(lambda: {"is": "earlier", "when": self._kept.when})
 
-    def session(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> Session:
+    def session(self, camera: Camera | None = None, shows: Field = FACE_ALONE) -> Session:
         """Return what is shown, seen by a camera: from the front, if there is none."""
         shown = self._stage.shown
         assert shown is not None
         seen = replace(
             self._document.session.look,
-            view="front" if camera is None else conforming(camera, Camera, "camera"),
+            view=camera or "front",
             field=shows.name or "",
             muscles=shows.muscles,
         )
         return self._document.session.changed(self._stage.face.atlas, time=min(shown.time, LONGEST), look=seen)
 
-    def as_python(self, camera: list[float] | None = None, shows: Field = FACE_ALONE) -> str:
+    def as_python(self, camera: Camera | None = None, shows: Field = FACE_ALONE) -> str:
         """Return a program that makes what is shown, and its picture by a camera."""
         session = self.session(camera, shows)
         return self._library.outside(session).as_python(self._library.subject_of(session))
 
-    async def _save(self, what: str, camera: list[float], shows: Field) -> dict[str, str]:
+    async def _save(self, what: str, camera: Camera, shows: Field) -> dict[str, str]:
         if self._saving:
             raise ParameterError("another file is being saved; wait until it is done.")
         stage, self._saving = self._stage, True
@@ -242,7 +241,7 @@ class Answers:
             return {"download": self.server.offer(name, content), "name": name}
         return {"path": str(self._folder.write(name, content)), "name": name}
 
-    def _saved_by_stage(self, what: str, camera: list[float], shows: Field) -> tuple[str, bytes]:
+    def _saved_by_stage(self, what: str, camera: Camera, shows: Field) -> tuple[str, bytes]:
         with self._meshes:
             return save(what, self.session(camera, shows), self._stage, self._library)
 

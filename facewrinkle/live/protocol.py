@@ -20,7 +20,7 @@ import numpy.typing as npt
 from ..array_types import Array
 from ..errors import FaceWrinkleError, ParameterError, check_name
 from ..schemas import Limits, Share, conforming, table_of
-from ..session.parts import LONGEST, Coordinate, Name
+from ..session.parts import LONGEST, Camera, Name
 
 # --- what a page sends ---------------------------------------------------------------------------
 
@@ -29,7 +29,6 @@ LARGEST_MESSAGE = 64 * 1024
 
 Whole = Annotated[int, Limits(0, 2**53 - 1)]
 Text = Annotated[str, Limits(most=256)]
-Camera = Annotated[list[Coordinate], Limits(6, 6)]
 
 
 Kind = Literal["picture", "cutout", "movie", "glb", "animation", "rig", "maps", "face", "atlas", "session"]

@@ -302,7 +302,7 @@ class FoldMaps:
         normal = np.tile([0.0, 0.0, 1.0], (*height.shape, 1))
         turned = self._texels.at(folded, self._triangles, np.asarray(fine.point_data["Normals"], np.float64))
         normal[folded] = in_tangent_space(turned, folded, self._below, skin_model(smooth, None))
-        depth = np.sqrt(np.maximum(2.0 * self.blurred(height**2, AROUND), 0.0))
+        depth = np.sqrt(np.maximum(2.0 * self.blurred(height**2), 0.0))
         flat = np.array([0.0, 0.0, 1.0])
         normal = flat + smoothstep(depth / FOLDED - 0.5)[..., None] * (normal - flat)
         return height, unit(normal), depth
@@ -311,9 +311,9 @@ class FoldMaps:
         """Return values (n,) of the vertices of the face at the texels (h, w), 0 where there is no skin."""
         return self._below.of(self._base, values)
 
-    def blurred(self, values: Array, reach: float) -> Array:
+    def blurred(self, values: Array) -> Array:
         """Return values (h, w) averaged over the skin around each place, with a standard deviation in mm."""
-        return np.asarray(gaussian_filter(values, reach / self._per_texel))
+        return np.asarray(gaussian_filter(values, AROUND / self._per_texel))
 
     def filled(self, pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """Return pixels (h, w, ...) with a margin around each island."""

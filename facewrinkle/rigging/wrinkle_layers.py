@@ -25,7 +25,6 @@ from ..progress import Progress, bar
 from .fields import Baker
 from .linear_rig import Rig
 from .maps import (
-    AROUND,
     FOLDED,
     FoldMaps,
     check_map_size,
@@ -156,7 +155,7 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         shown = (share * strength).sum(axis=0)
         for i, (users, *_) in enumerate(own):
             part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0) * smoothstep(strength[i] / FOLDED - 0.5)
-            part = folds.blurred(part, AROUND)
+            part = folds.blurred(part)
             for name in users:
                 masks[name], layer[name] = folds.filled(in_bytes(part * sides[shapes[name].side])), k
     masks = {name: masks[name] for name in rig.names if name in masks}

@@ -305,8 +305,6 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
 
 def _by_sides(left: float, right: float, face: Face) -> Array:
     """Return the factors (n0,) of two sides, which blend in the middle."""
-    if left == right:
-        return np.full(len(face.points), left)
     aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
     return np.asarray(right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE))
 
