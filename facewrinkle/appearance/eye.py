@@ -27,9 +27,6 @@ distance from the iris, 3.6 mm, in radii of an adult's eye; and the index of ref
 eye).
 """
 
-FREED = 6.0
-"""Angle from the margin of a lid at which the cornea stands out of the ball all the way, degrees."""
-
 SPOKES = 96
 """Vertices of each ring."""
 
@@ -55,9 +52,6 @@ IRISES = np.array(
     dtype=np.float64,
 )
 """Colors of the iris and its collar around the pupil in blue, gray and dark brown eyes."""
-
-FULL_COLOR = 0.6
-"""Irises are blue below minus this parameter, and dark brown above it."""
 
 
 class PaintedEye:
@@ -125,7 +119,8 @@ class PaintedEye:
         heights = None if self.margins is None else self._heights(directions, points)
         places, tints, angles = self.sphere, self.tints, self.angles
         if camera is not None and heights is not None:
-            rise = smoothstep(np.minimum(*heights) / FREED) * (_out_of_ball(self.angles) - 1.0) * self._adult
+            # Six degrees from the margin of a lid, the cornea stands out of the ball all the way.
+            rise = smoothstep(np.minimum(*heights) / 6.0) * (_out_of_ball(self.angles) - 1.0) * self._adult
             places = (1.0 + rise)[:, None] * self.sphere
             angles, spoke = self._behind_cornea(places, axes @ (camera - eye.centre) / eye.radius)
             tints = _eye_paint(angles, spoke, self._iris)
@@ -266,7 +261,7 @@ def _eye_paint(angle: Array, spoke: Array, iris_color: float) -> Array:
     collar = np.exp(-(((across - 0.28 - 0.05 * np.sin(9.0 * spoke)) / 0.16) ** 2))[:, None]
     # Light from above gathers in the lower half of the iris.
     glow = 0.86 + 0.24 * np.clip(-np.sin(spoke), -0.6, 1.0) * across
-    pigment = min(abs(iris_color) / FULL_COLOR, 1.0)
+    pigment = min(abs(iris_color) / 0.6, 1.0)  # irises are blue below minus that, and dark brown above it
     ground, ring = IRISES[1] + pigment * (IRISES[2 if iris_color > 0.0 else 0] - IRISES[1])
     iris = ground + 0.75 * collar * (ring - ground)
     iris = iris * ((1.0 + 0.20 * fibers) * (0.66 + 0.55 * across - 0.18 * across**4) * glow)[:, None]
@@ -286,9 +281,6 @@ def _mixed(first: Array, second: Array, t: Array) -> Array:
 
 END = 0.96
 """Distance from the centre of the ball, in its radii, at which the flesh ends inside the ball."""
-
-FILLED = 1.05
-"""A ball fills the hole before it if no vertex of the rim is farther from the ball's centre than this, in radii."""
 
 DEPTHS = np.linspace(0.0, 1.0, 5)
 """Depths of the rings of vertices, from the rim (0) to the end (1)."""
@@ -326,7 +318,7 @@ class LidMargin:
         self.eye = eye
         loop: IntArray = face.lid_rims.get(eye.side, np.empty(0, np.int32))
         farthest = np.linalg.norm(face.points[loop] - eye.centre, axis=1).max(initial=0.0)
-        self.loop = loop if farthest > FILLED * eye.radius else loop[:0]
+        self.loop = loop if farthest > 1.05 * eye.radius else loop[:0]  # else the ball fills the hole
         n = len(self.loop)
         self._triangles = ring_triangles(n, len(DEPTHS))[:, [0, 2, 1]]
         self._paint = np.rint(flesh(np.repeat(DEPTHS, n))).astype(np.uint8)

@@ -30,9 +30,6 @@ TONGUE_COLOR = (176, 92, 88)
 POCKET_COLORS = np.array([[116, 52, 48], [72, 29, 27], [30, 11, 11], [12, 4, 5]])
 """Colors of the rings of the pocket, from the lips backwards; it ends in a point of the last color."""
 
-FROM_ABOVE = 0.25
-"""Share by which what looks up in the pocket is lighter, and what looks down darker."""
-
 POCKET_RINGS, OVAL_HEIGHT = ((0.34, 0.05), (0.46, 0.3), (0.45, 0.85)), 0.75
 """Half width of the rings behind the lips and their depth behind these, in distances between the pupils; their height,
 relative to their width.
@@ -61,9 +58,6 @@ ROOM, TUCKED = 11.6, 0.35
 """Height of the room above the lower lip at which the tongue comes all the way out, mm on a face of average size, and
 the share of its way on which it stays behind closed teeth.
 """
-
-COMING_OUT = 0.7
-"""The paint of the tongue fades backwards as it would if the tongue were put out by this share."""
 
 
 class Mouth:
@@ -117,7 +111,8 @@ class Mouth:
             paint = arch.paint * self._facing(vertex_normals(arch.points, arch.triangles))
             self._parts[f"{arch.jaw}_teeth"] = self._part(arch.points, arch.triangles, paint)
         self._lips = self._lips_at_tongue(face)
-        coming_out = self._tongue(COMING_OUT, lip_crest(self._from_incisors(face.points[self._lips[1]])))
+        # The paint of the tongue fades backwards as it would if most of it were put out.
+        coming_out = self._tongue(0.7, lip_crest(self._from_incisors(face.points[self._lips[1]])))
         self._parts["tongue"] = self._part(coming_out, tongue_triangles().astype(np.int32), tongue_paint())
 
     def _lips_at_tongue(self, face: Face) -> tuple[IntArray, IntArray]:
@@ -210,7 +205,7 @@ class Mouth:
     def _blank_pocket(self) -> pv.PolyData:
         """The pocket with its triangles and paint, but no shape."""
         n = len(self.loop)
-        light = 1.0 - FROM_ABOVE * self._oval[:, 1:2] / OVAL_HEIGHT
+        light = 1.0 - 0.25 * self._oval[:, 1:2] / OVAL_HEIGHT  # what looks up is lighter, and what looks down darker
         paint = np.rint(np.vstack([*(light * tint for tint in POCKET_COLORS), POCKET_COLORS[-1]])).astype(np.uint8)
         triangles = ring_triangles(n, 4, last=4 * n)[:, [0, 2, 1]]
         return to_polydata(np.zeros((len(paint), 3)), triangles, {"paint": paint})

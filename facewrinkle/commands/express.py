@@ -33,8 +33,6 @@ SIZE, FRAMES = 400, 24
 """Pixels of the pictures, and frames until an expression is held."""
 TILE = 204
 """Pixels of a picture on the sheet of wrinkles and triangles."""
-SHEET, SIDES = 400, ("front", "left_three_quarter", "left_profile")
-"""Pixels and views of the pictures on the sheet of all sides."""
 DEPTHS: dict[Folds, float] = {"printed": 1.0, "wave": 3.0}
 """The folds that are drawn, and how deep they are: the lines of the young, as captured people have them, are too faint
 for small pictures.
@@ -336,8 +334,9 @@ def column(peak: Peak) -> Image:
 
 def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:
     """Return a frame from the front and from the side on which the close-up is."""
-    views = [view.replace("left", "right") if close.startswith("right") else view for view in SIDES]
-    return side_by_side([scenes.picture(frame, Style((SHEET, SHEET), view)) for view in views])
+    sides = ("front", "left_three_quarter", "left_profile")
+    views = [view.replace("left", "right") if close.startswith("right") else view for view in sides]
+    return side_by_side([scenes.picture(frame, Style((SIZE, SIZE), view)) for view in views])
 
 
 def _small(image: Image) -> Image:

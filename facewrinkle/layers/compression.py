@@ -296,9 +296,6 @@ ASLANT, ACROSS = 0.45, 0.6
 it folds in another direction, and from which it does.
 """
 
-PARALLEL, SAME = 0.98, 0.9
-"""Cosine between directions, and share of both regions, from which on two muscles fold the same wrinkles."""
-
 
 class Activation:
     """Compression of the skin over each muscle, along it, as a number in [0, 1] like a contraction rate.
@@ -399,6 +396,7 @@ def _doubled(entries: list[tuple[npt.NDArray[np.int64], Array, Array, Array]], d
         for shallow in () if doubled[deep] else order[place + 1 :]:
             (ours, share, _, across), (theirs, other, _, direction) = entries[deep], entries[shallow]
             _, p, q = np.intersect1d(ours, theirs, assume_unique=True, return_indices=True)
-            alike = np.abs((across[p] * direction[q]).sum(axis=1)) > PARALLEL
-            doubled[shallow] |= min(share[p[alike]].sum(), other[q[alike]].sum()) > SAME
+            # The same wrinkles have the same direction (a cosine) in nearly all of both regions (a share).
+            alike = np.abs((across[p] * direction[q]).sum(axis=1)) > 0.98
+            doubled[shallow] |= min(share[p[alike]].sum(), other[q[alike]].sum()) > 0.9
     return doubled

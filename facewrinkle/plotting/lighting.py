@@ -19,19 +19,8 @@ from ..mesh.arrays import in_bytes
 STEP, SOFT, RAYS = 1.0, 10.0, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
-DULL = 0.8
-"""Share of its gloss that skin loses under cropped hair, whatever the colors of both."""
-
-DIM, BESIDE, BEARDED = 0.4, 12.0, 0.25
-"""Share of the light that skin under cropped hair loses, how far beside it that ends, mm on a face of average size, and
-what skin under a beard loses.
-"""
-
 WET = 2.4
 """Gloss of lips relative to that of skin."""
-
-BELOW_CHIN, FADE = 25.0, 50.0
-"""The bust ends below the chin by more than the first; there it fades over the second, mm on a face of average size."""
 
 IN_SHADE = 0.4
 """Share of its light that a part beside the skin keeps in the shadow of the skin."""
@@ -106,16 +95,16 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     if not face.landmarks:
         return bare, far, near
     scale, cover = face.frame.scale, hair_cover(face.points, face.landmarks, face.frame)
-    bare -= DULL * smoothstep(cover / 8.0)
+    bare -= 0.8 * smoothstep(cover / 8.0)  # skin is dull under cropped hair, whatever the colors of both
     lip = lips(face.points, face.landmarks, face.frame)
     if "cropped_hair" in face.bound_hair:
-        near -= DIM * smoothstep(1.0 + cover / BESIDE)
+        near -= 0.4 * smoothstep(1.0 + cover / 12.0)
     if "beard" in face.bound_hair:
-        near -= BEARDED * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
+        near -= 0.25 * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
     bare += (WET - 1.0) * lip
-    neck = face.frame.local_mm(face.landmarks["menton"])[1] - BELOW_CHIN
+    neck = face.frame.local_mm(face.landmarks["menton"])[1] - 25.0  # the bust ends lower, and fades over twice that
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]
     if len(ends):
-        far = cKDTree(ends).query(face.points)[0] / (FADE * scale)
+        far = cKDTree(ends).query(face.points)[0] / (50.0 * scale)
     return bare, far, near

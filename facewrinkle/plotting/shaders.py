@@ -32,7 +32,7 @@ from ..geometry.smooth_split import SmoothSplit
 from ..mesh.arrays import AGE, is_frame, rest_of
 from .views import VIEW_ANGLE
 
-SLOW_START = """
+SLOW = """
   {
   vec3 N = normalize(normalVCVSOutput);
   vec3 towards = normalize(-%(place)s.xyz);
@@ -45,6 +45,11 @@ SLOW_START = """
   scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y) * open;
   vec3 bleed = vec3(%(bleed)s);
   glints = vec3(0.0);
+  %(lit)s
+  %(lean)s
+  vec3 tint = %(tint)s;
+  scattered *= tint * tint;
+  }
 """
 
 SLOW_OF_LIGHT = """
@@ -68,16 +73,16 @@ BLURRED = """vec3 C = lightColor%(number)d;
     %(powers)s
     glints += C * (seen * (%(shine)s));"""
 
-SLOW_END = """  %(lean)s
-  vec3 tint = %(tint)s;
-  scattered *= tint * tint;
-  }
-"""
-
-FRAGMENT_START = """
+FRAGMENT = """
   vec3 albedo = %(albedo)s;
   vec3 shine = glints;
   %(bumps)s
+  %(lit)s
+  albedo *= albedo;
+  vec3 lit = albedo * %(light)s + (%(gloss)s) * shine;
+  %(behind)s
+  fragOutput0 = vec4(sqrt(lit * (4.0 * lit + 0.05) / (lit * (2.3 * lit + 2.5) + 0.14)), opacity);
+  %(far)s
 """
 
 FRAGMENT_OF_LIGHT = """
@@ -89,14 +94,6 @@ FRAGMENT_OF_LIGHT = """
     %(powers)s
     shine += C * (gleam%(number)d * (%(shine)s));
   }
-"""
-
-FRAGMENT_END = """
-  albedo *= albedo;
-  vec3 lit = albedo * %(light)s + (%(gloss)s) * shine;
-  %(behind)s
-  fragOutput0 = vec4(sqrt(lit * (4.0 * lit + 0.05) / (lit * (2.3 * lit + 2.5) + 0.14)), opacity);
-  %(far)s
 """
 
 
@@ -297,14 +294,14 @@ class Material:
             parts["light"] = "scattered * (1.0 - 0.6 * min(gleam0, 1.0) * tilt)"
             parts["sent"] += f"in vec4 {RELIEF}MC;\nout vec2 lean;\nout vec4 ground;\nflat out float plane;\n"
             parts["received"] += "in vec2 lean;\nin vec4 ground;\nflat in float plane;\n"
-        slow = SLOW_START % parts
+        slow = ""
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
             # In the shadow of the key light, a little more is left of the red, which comes through the skin.
             reach = "open" if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.90, 0.93, 0.94)"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
-        fragment = FRAGMENT_START % parts + "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
-        return parts, slow + SLOW_END % parts, fragment + FRAGMENT_END % parts
+        mirrored = "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
+        return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
 
 
 def hair(actor: pv.Actor, lights: int) -> None:

@@ -29,9 +29,6 @@ from .content import Content
 from .parts import Folds, Key, Look, Pattern, Tear, changed_numbers, point_of
 from .subject import Subject
 
-EASE, EASED = 0.35, 2e-3
-"""Share of the way to the rates asked for that muscles go in a step, and the rest that they take at once."""
-
 TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 """Speed of a tear, mm/s, and the seconds for which it stays."""
 
@@ -93,7 +90,7 @@ def run_time(tear: SheddingTear) -> float:
 
 
 def eased(rates: Mapping[str, float], target: Mapping[str, float]) -> dict[str, float]:
-    """Return rates nearer to a target.
+    """Return rates nearer to a target, by a share of the way that a muscle goes in a step, or there at last.
 
     Examples
     --------
@@ -103,7 +100,7 @@ def eased(rates: Mapping[str, float], target: Mapping[str, float]) -> dict[str, 
     out = {}
     for name in [*rates, *(name for name in target if name not in rates)]:
         now, asked = rates.get(name, 0.0), target.get(name, 0.0)
-        rate = asked if abs(asked - now) < EASED else now + EASE * (asked - now)
+        rate = asked if abs(asked - now) < 2e-3 else now + 0.35 * (asked - now)
         if rate:
             out[name] = rate
     return out

@@ -15,11 +15,6 @@ from ...errors import LandmarkError, ParameterError, check_name, check_whole, un
 from ...geometry import closest_point, triangle_normals, unit
 from .region import Compression, check_size
 
-MIDDLE_BEHIND, FACING = 0.8, 0.2
-"""Distance of the middle of a head behind the eyes, in distances between the pupils, and the least cosine between its
-outer skin's normals and the direction away from it.
-"""
-
 
 @lru_cache(maxsize=1)
 def table() -> dict[str, dict[str, Any]]:
@@ -118,9 +113,9 @@ def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:
 
 def _outside(face: Face, place: Array) -> Array:
     """The closest point of the surface on skin that faces away from the head: not inside a lid or a lip."""
-    middle = face.frame.world(np.array([0.0, 0.0, -MIDDLE_BEHIND]))
+    middle = face.frame.world(np.array([0.0, 0.0, -0.8]))  # of the head, in distances between the pupils
     away = unit(face.points[face.triangles].mean(axis=1) - middle)
-    facing = (triangle_normals(face.points, face.triangles) * away).sum(axis=1) > FACING
+    facing = (triangle_normals(face.points, face.triangles) * away).sum(axis=1) > 0.2  # a cosine
     return closest_point(face.points, face.triangles[facing], place).point
 
 

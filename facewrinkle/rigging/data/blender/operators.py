@@ -49,19 +49,18 @@ def python():
     return addon.preferences.python if addon is not None else ""
 
 
-def on_mesh(context):
-    """Return True if a mesh is selected, and not being edited."""
-    return context.object is not None and context.object.type == "MESH" and context.mode == "OBJECT"
-
-
-class Command:
-    """A command of the package on the selected mesh: it blocks where a script calls it, and else runs beside."""
-
-    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
+class OnMesh:
+    """What can be done where a mesh is selected, and not being edited."""
 
     @classmethod
     def poll(cls, context):
-        return on_mesh(context)
+        return context.object is not None and context.object.type == "MESH" and context.mode == "OBJECT"
+
+
+class Command(OnMesh):
+    """A command of the package on the selected mesh: it blocks where a script calls it, and else runs beside."""
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - as Blender wants it
 
     def begin(self, context):
         obj, self.run, self.timer = context.object, None, None
@@ -161,14 +160,10 @@ class FindFace(Command, bpy.types.Operator):
         return f"Landmarks found; {estimated} are estimated (crosses)."
 
 
-class PlaceLandmarks(bpy.types.Operator):
+class PlaceLandmarks(OnMesh, bpy.types.Operator):
     """Where no face is found: put landmarks on a head that looks along -Y, and drag each to its place"""
 
     bl_idname, bl_label, bl_options = "facewrinkle.place_landmarks", "Place Landmarks", {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        return on_mesh(context)
 
     def execute(self, context):
         try:
@@ -274,7 +269,7 @@ class AddTears(Command, bpy.types.Operator):
         return f"Tears run from the start of the scene: {beside.add_tears(self.obj, self.run.folder)}."
 
 
-class LoadTake(bpy.types.Operator):
+class LoadTake(OnMesh, bpy.types.Operator):
     """Load a take of Live Link Face, MediaPipe or another tracker as keyframes of the shape keys"""
 
     bl_idname, bl_label, bl_options = "facewrinkle.load_take", "Load Performance", {"REGISTER", "UNDO"}
@@ -283,7 +278,7 @@ class LoadTake(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        return on_mesh(context) and context.object.data.shape_keys is not None
+        return super().poll(context) and context.object.data.shape_keys is not None
 
     def invoke(self, context, event):
         context.window_manager.fileselect_add(self)
@@ -303,14 +298,10 @@ class LoadTake(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class Clear(bpy.types.Operator):
+class Clear(OnMesh, bpy.types.Operator):
     """Remove the shape keys, wrinkles, tears, copy and landmarks that were added here"""
 
     bl_idname, bl_label, bl_options = "facewrinkle.clear", "Clear", {"REGISTER", "UNDO"}
-
-    @classmethod
-    def poll(cls, context):
-        return on_mesh(context)
 
     def execute(self, context):
         for each in (beside, material, keys, landmarks):
