@@ -156,7 +156,7 @@ def test_maps_of_an_expression(tmp_path, run):
 
 @pytest.mark.slow
 def test_demo(tmp_path, monkeypatch, run):
-    for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32), ("SHEET", 32)):
+    for name, value in (("SIZE", 48), ("FRAMES", 3), ("TILE", 32)):
         monkeypatch.setattr(command, name, value)
     assert run("demo", "--out", str(tmp_path), "--quiet") == ("", "")
     sheets = {"printed.jpg", "wave.jpg", "contact_sheet.jpg"}
@@ -166,7 +166,7 @@ def test_demo(tmp_path, monkeypatch, run):
             files = {path.name for path in (tmp_path / folds / name).iterdir() if path.name[0] != "."}
             assert files == {f"{name}.png", f"{name}_closeup.png", f"{name}.mp4"}
         assert picture_shape(tmp_path / f"{folds}.jpg") == (3 * 32 + 2 * 4, 5 * 32 + 4 * 4)
-    assert picture_shape(tmp_path / "contact_sheet.jpg") == (6 * 32 + 5 * 4, 3 * 32 + 2 * 4)
+    assert picture_shape(tmp_path / "contact_sheet.jpg") == (6 * 48 + 5 * 4, 3 * 48 + 2 * 4)
 
 
 @pytest.mark.pictures
