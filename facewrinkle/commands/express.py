@@ -48,15 +48,15 @@ def express(
     *,
     session: Path | None = None,
     write_session: Path | None = None,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     intensity: float = 1.0,
     frames: Whole = 100,
     max_level: Whole | None = None,
     gamma_c: float | None = None,
     samples: float | None = None,
     maps: Whole | None = None,
-    folds: FoldOptions | None = None,
-    output: OutputOptions | None = None,
+    folds: FoldOptions = FoldOptions(),
+    output: OutputOptions = OutputOptions(),
 ) -> None:
     """Write pictures and a movie of an expression.
 
@@ -84,7 +84,6 @@ def express(
     maps
         Also bake the wrinkles into maps of this width, in texels, for the unrefined mesh: normals, heights, flush.
     """
-    output, source, folds = output or OutputOptions(), source or FaceOptions(), folds or FoldOptions()
     report = Report(output.quiet)
     check_range("fps", output.fps, 1.0, 100.0)
     if session is not None:

@@ -25,7 +25,7 @@ def pattern(
     name: str,
     /,
     *,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     center: Vector = None,
     up: Vector = None,
     extent: str | None = None,
@@ -42,7 +42,7 @@ def pattern(
     expression: str | None = None,
     frames: Whole = 60,
     max_level: Whole | None = None,
-    output: OutputOptions | None = None,
+    output: OutputOptions = OutputOptions(),
 ) -> None:
     """Write pictures and a movie of a pattern.
 
@@ -84,7 +84,6 @@ def pattern(
     max_level
         How many times a triangle may be split; 0 turns refinement off. Default: what the pattern needs.
     """
-    output, source = output or OutputOptions(), source or FaceOptions()
     report, fps = Report(output.quiet), check_range("fps", output.fps, 1.0, 100.0)
     output.style(output.view or "front")  # refuses an unknown one
     check_whole("the number of frames", frames, 2, 1e6)

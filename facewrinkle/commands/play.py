@@ -57,18 +57,18 @@ def play(
     file: Path,
     /,
     *,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     mesh: str | None = None,
     animation: str | None = None,
     shapes: str | None = None,
     gain: str | None = None,
-    options: TakeOptions | None = None,
+    options: TakeOptions = TakeOptions(),
     head: Annotated[bool, Parameter(negative="--no-head")] = True,
     speed: float = 1.0,
     max_level: Whole | None = None,
     moments: Whole = 5,
-    folds: FoldOptions | None = None,
-    output: OutputOptions | None = None,
+    folds: FoldOptions = FoldOptions(),
+    output: OutputOptions = OutputOptions(),
 ) -> None:
     """Write pictures and a movie of a recorded animation, or of a face that performs a take.
 
@@ -96,19 +96,18 @@ def play(
         Number of pictures. The clip is split into as many equal parts, and each picture shows the deepest wrinkles of
         one.
     """
-    output, folds = output or OutputOptions(), folds or FoldOptions()
-    report, source = Report(output.quiet), source or FaceOptions()
+    report = Report(output.quiet)
     count = check_whole("moments", moments, 1, 100)
     step = 1.0 / check_range("fps", output.fps, 1.0, 100.0)
     speed = check_range("speed", speed, 1e-6, 1e6)
     styles = [output.style(view) for view in ("front", output.view or "cheeks")]
     if file.suffix.lower() in TAKES:
         refuse(f"is not for {file.name}, a take: leave it out.", mesh=mesh, animation=animation, shapes=shapes)
-        take = (options or TakeOptions()).read(file).gained({} if gain is None else parse_weights(gain))
+        take = options.read(file).gained({} if gain is None else parse_weights(gain))
         face, duration, names, time_step = source.load(report), take.duration / speed, take.names, None
         motion: Recorded | Performer = Performer(take, face, time_step=step, speed=speed, head=head)
     else:
-        of_take = {"face": source.face, "identity": source.identity, "gain": gain, **asdict(options or TakeOptions())}
+        of_take = {"face": source.face, "identity": source.identity, "gain": gain, **asdict(options)}
         refuse(f"is for takes, and {file.name} has a face of its own: leave it out.", **of_take)
         rest, recorded = read_animation(
             file, mesh=mesh, animation=animation, shapes=None if shapes is None else parse_weights(shapes)
@@ -196,7 +195,7 @@ def _draw(moments: list[Moment], recorder: Recorder, scenes: Scenes, front: Styl
     recorder.save_picture(side_by_side(columns))
 
 
-def take(file: Path, /, *, options: TakeOptions | None = None, out: Path | None = None) -> None:
+def take(file: Path, /, *, options: TakeOptions = TakeOptions(), out: Path | None = None) -> None:
     """Print the take of a phone or tracker as a table: seconds, and weights from 0 to 1 by ARKit's names.
 
     Parameters
@@ -206,7 +205,7 @@ def take(file: Path, /, *, options: TakeOptions | None = None, out: Path | None 
     out
         CSV file to write to. Default: print it.
     """
-    found, text = (options or TakeOptions()).read(file), StringIO()
+    found, text = options.read(file), StringIO()
     header = ",".join(["time", *found.names])
     np.savetxt(text, np.column_stack([found.times, found.weights]), "%.6g", ",", header=header, comments="")
     if out is None:

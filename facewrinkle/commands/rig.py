@@ -20,7 +20,7 @@ def rig(
     face: Path | None = None,
     /,
     *,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     shapes: str = "arkit",
     wrinkles: Literal["baked", "separate", "maps", "none"] = "baked",
     level: Whole | None = None,
@@ -72,7 +72,7 @@ def rig(
     quiet
         Print only errors.
     """
-    report, source = Report(quiet), (source or FaceOptions()).of(face)
+    report, source = Report(quiet), source.of(face)
     if wrinkles != "maps" and map_size is not None:
         raise ParameterError("--map-size belongs to wrinkles in maps: add --wrinkles maps, or leave it out.")
     if wrinkles == "maps" and level:

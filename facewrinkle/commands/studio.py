@@ -20,7 +20,7 @@ def studio(
     mesh: Path | None = None,
     /,
     *,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     host: str = "127.0.0.1",
     port: Whole = 0,
     save_to: Path | None = None,
@@ -49,7 +49,7 @@ def studio(
     """
     from ..live import Studio  # which needs a package of the extra "studio"
 
-    source, report = (source or FaceOptions()).of(mesh), Report(quiet=False)
+    source, report = source.of(mesh), Report(quiet=False)
     check_whole("port", port, 0, 65535)
     start = source.session()
     mesh, atlas = (Path(file) if file else None for file in (start.face, start.atlas))

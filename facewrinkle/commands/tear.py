@@ -36,7 +36,7 @@ def tear(
     kind: Kind,
     /,
     *,
-    source: FaceOptions | None = None,
+    source: FaceOptions = FaceOptions(),
     start: Annotated[list[str] | None, Parameter(allow_leading_hyphen=True)] = None,
     expression: str | None = None,
     intensity: float = 0.8,
@@ -46,7 +46,7 @@ def tear(
     reveal: Literal["length", "height"] | None = None,
     seed: Whole = 0,
     seconds: float = 4.0,
-    output: OutputOptions | None = None,
+    output: OutputOptions = OutputOptions(),
 ) -> None:
     """Write pictures and a movie of a crying face.
 
@@ -75,8 +75,7 @@ def tear(
     seconds
         Length of the movie.
     """
-    output, stem = output or OutputOptions(), f"tear_{kind}"
-    source = source or FaceOptions()
+    stem = f"tear_{kind}"
     folder = output.folder(stem, source.label)
     report = Report(output.quiet)
     output_folder(folder, make=False)  # to be refused before the face is made
