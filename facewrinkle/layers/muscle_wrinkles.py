@@ -114,7 +114,8 @@ class MuscleWrinkles(Layer):
         self._epsilon = np.zeros(len(self._folds.muscle))
         self._relief = Relief.flat(len(self._folds.starts) - 1)
         met = np.zeros(len(self._zones), bool)
-        met[self._folds.muscle] = True
+        full = np.array([2.0**muscle.wrinkles.alpha for muscle in self._muscles])
+        met[self._folds.muscle[self._folds.swing > 0.5 * full[self._folds.muscle]]] = True
         self._missed = np.flatnonzero(self._zones.any(axis=1) & ~met)
 
     def displacement(self, state: SurfaceState) -> Displacement:

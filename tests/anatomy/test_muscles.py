@@ -469,8 +469,15 @@ def test_bad_parameters_are_refused(call, message):
 
 
 def zone_by_definition(muscle, points, triangles):
-    """Each triangle with a corner in the region, and all that share a vertex with one."""
-    touched = muscle.wrinkling_region(points)[triangles].any(axis=1)
+    """Each triangle with a corner in the region, or another of the 45 places of one that is large beside the muscle;
+    and all that share a vertex with one.
+    """
+    fine = pv.PolyData.from_regular_faces(points[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3))
+    fine = fine.subdivide(3, "linear")  # of triangles that are apart
+    parts = muscle.wrinkling_region(fine.points)[fine.regular_faces].any(axis=1).reshape(len(triangles), -1)
+    a, b, c = np.swapaxes(points[triangles], 0, 1)
+    large = np.linalg.norm([a - b, b - c, c - a], axis=2).max(axis=0) > 0.5 * muscle.reach[1]
+    touched = np.where(large, parts.any(axis=1), muscle.wrinkling_region(points)[triangles].any(axis=1))
     return np.isin(triangles, triangles[touched]).any(axis=1)
 
 

@@ -340,7 +340,8 @@ def _same(one: Any, other: Any) -> bool:
 def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.int32]) -> BoolArray:
     """True (k, m) for the triangles that the wrinkling region of each muscle may touch.
 
-    These are the ones with a corner in it, and the ring around them.
+    These are the ones with a corner in it, or, where the muscle reaches less than two edges far, another place; and the
+    ring around them.
 
     Examples
     --------
@@ -353,8 +354,20 @@ def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.in
     begins, shape = 3 * np.arange(len(triangles) + 1), (len(triangles), len(points))
     corners = csr_array((np.ones(triangles.size, bool), triangles.ravel(), begins), shape=shape)
     inside = np.zeros((len(points), len(muscles)), bool)
+    between = np.zeros((len(triangles), len(muscles)), bool)
+    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
+    longest = np.linalg.norm(edges, axis=2).max(axis=1)
     for k, muscle in enumerate(muscles):
         near = within(points, *muscle.reach)
         inside[near, k] = muscle.wrinkling_region(points[near])
-    touched = corners @ csr_array(inside)
+        centre, reach = muscle.reach
+        away = np.linalg.norm(points[triangles[:, 0]] - centre, axis=1)
+        large = np.flatnonzero((longest > 0.5 * reach) & (away < reach + longest))
+        places = (WITHIN @ points[triangles[large]]).reshape(-1, 3)
+        between[large, k] = muscle.wrinkling_region(places).reshape(-1, len(WITHIN)).any(axis=1)
+    touched = corners @ csr_array(inside) + csr_array(between)
     return np.asarray((corners @ (corners.T @ touched)).T.toarray())
+
+
+WITHIN = np.array([(i, j, 8 - i - j) for i in range(9) for j in range(9 - i)]) / 8.0
+"""Places of a large triangle that are looked at, by their shares of its corners."""

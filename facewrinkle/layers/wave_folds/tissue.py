@@ -38,7 +38,7 @@ forehead, as on captured ones, and 4.4 mm beside the eye.
 AGED = 1.2
 """Depth of lines at rest at age 1 in skin 1 mm thick, over the root of its compression in full motion, mm."""
 
-RELAXED, AROUND_GLABELLA = 0.5, 0.3
+RELAXED, AROUND_GLABELLA = 0.6, 0.3
 """Share of their depth at rest that lines at the glabella lack, and the distance over which this fades, in distances
 between the pupils: old people are not cross.
 """
@@ -140,7 +140,7 @@ def kept_at_rest(face: Face, places: Array) -> Array:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> kept_at_rest(face, np.array([face.landmarks[name] for name in ("glabella", "mouth_l")])).round(2).tolist()
-    [0.5, 1.0]
+    [0.4, 1.0]
     """
     if "glabella" not in face.landmarks:
         return np.ones(len(places))
