@@ -50,6 +50,9 @@ FROM_BELOW = np.radians(45.0)
 PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 
 
+SAME = 0.15
+"""Depths beside each other that differ by more are of two surfaces: the nearer has a rim or a hole there."""
+
 BENT = 1.8
 """Curvature of the bend, at least (2.4 to 5.0 on thirty-one labeled faces)."""
 
@@ -200,16 +203,18 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     x, y, _ = tilt @ expected
     low = (x + PROFILE.low[0], PROFILE.low[1])
     depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, PROFILE.step, PROFILE.shape)
-    known = np.asarray(np.isfinite(depth).all(axis=1))
-    with np.errstate(invalid="ignore"):  # from one row that is not known to the next
-        known[1:] &= np.abs(np.diff(depth.mean(axis=1))) < 0.15  # what is seen behind a rim is no chin
+    with np.errstate(invalid="ignore"):  # what is seen behind a rim, or through a hole, is no chin
+        seen = np.abs(depth - np.median(depth, axis=1, keepdims=True)) < SAME
+    known = seen.mean(axis=1) >= 0.5  # rims are ragged
+    middle = np.where(seen, depth, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
+    known[1:] &= np.abs(np.diff(middle)) < SAME
     start = int(np.argmin(np.abs(PROFILE.y - y - NEAR_MENTON)))
     gaps = np.flatnonzero(~known)
     first = int(gaps[gaps < start].max(initial=-1)) + 1
     last = int(gaps[gaps > start].min(initial=len(known)))
     if not known[start] or last - first < 3:
         return expected, None
-    up, profile = PROFILE.y[first:last], depth[first:last].mean(axis=1)
+    up, profile = PROFILE.y[first:last], middle[first:last]
 
     def place(row: float) -> Array:
         rows = np.arange(len(up))
@@ -221,6 +226,8 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
     if bend[at] < BENT or along[at] < BEYOND:
+        if up[0] > y:
+            return expected, None
         under = np.flatnonzero((np.arctan(slope) + FROM_BELOW > UNDER) & (up < y + NEAR_MENTON))
         return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
     lowest = np.interp(along[at] - TO_MENTON, along, np.arange(len(up)))
