@@ -267,9 +267,9 @@ def check_name(kind: str, name: str, known: Iterable[str]) -> None:
 
     Examples
     --------
-    >>> check_name("unit", "cmm", ("mm", "cm"))
+    >>> check_name("unit", "mmm", ("mm", "cm"))
     Traceback (most recent call last):
-    facewrinkle.errors.UnknownNameError: unknown unit 'cmm'. Did you mean 'cm' or 'mm'?
+    facewrinkle.errors.UnknownNameError: unknown unit 'mmm'. Did you mean 'mm'?
     """
     if name not in known:
         raise unknown_name(kind, name, known)

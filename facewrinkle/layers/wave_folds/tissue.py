@@ -126,7 +126,7 @@ def old_depths(face: Face, age: float) -> Array:
     >>> face = fw.default_face()
     >>> at = [np.linalg.norm(face.points - face.landmarks[k], axis=1).argmin() for k in ("forehead_mid", "eye_l_outer")]
     >>> [old_depths(face, age)[at].round(2).tolist() for age in (0.5, 1.0)]
-    [[0.32, 0.93], [0.9, 1.47]]
+    [[0.31, 0.93], [0.88, 1.47]]
     """
     thick = thickness(face)
     return np.asarray(AGED * age ** (thick**2) / thick * kept_at_rest(face, face.points))
