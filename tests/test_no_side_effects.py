@@ -73,11 +73,11 @@ def watched(function, calls, own=0):
     def call(*arguments, **words):
         given = [*arguments[own:], *words.values()]
         before = [digest(thing) for thing in given]
-        result = function(*arguments, **words)
-        if inspect.isgenerator(result):
-            result = iter(list(result))
-        calls.append((function.__qualname__, [k for k, thing in enumerate(given) if digest(thing) != before[k]]))
-        return result
+        try:
+            result = function(*arguments, **words)
+            return iter(list(result)) if inspect.isgenerator(result) else result
+        finally:  # what is refused changes nothing, either
+            calls.append((function.__qualname__, [k for k, thing in enumerate(given) if digest(thing) != before[k]]))
 
     return call
 
