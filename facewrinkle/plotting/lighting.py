@@ -98,11 +98,12 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     bare -= 0.8 * smoothstep(cover / 8.0)  # skin is dull under cropped hair, whatever the colors of both
     lip = lips(face.points, face.landmarks, face.frame)
     if "cropped_hair" in face.bound_hair:
-        near -= 0.4 * smoothstep(1.0 + cover / 12.0)
+        near -= 0.4 * smoothstep(1.0 + cover / 12.0)  # up to 12 mm beside it, on a face of average size
     if "beard" in face.bound_hair:
         near -= 0.25 * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
     bare += (WET - 1.0) * lip
-    neck = face.frame.local_mm(face.landmarks["menton"])[1] - 25.0  # the bust ends lower, and fades over twice that
+    # The bust ends below the chin by more than 25 mm, and fades over twice that; on a face of average size.
+    neck = face.frame.local_mm(face.landmarks["menton"])[1] - 25.0
     rims = np.concatenate([np.empty(0, np.int64), *face.boundary_loops])
     ends = face.points[rims[face.frame.local_mm(face.points[rims])[:, 1] < neck]]
     if len(ends):
