@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from io import BytesIO
 from itertools import pairwise
@@ -189,6 +190,14 @@ def half_mesh(half: HalfCage, data: dict[str, Any], plane: Array, size: Array) -
     return ChartMesh(chart, plane[used], triangles, kind, line, kept, merged), end
 
 
+def lid_rows(half: HalfCage, plane: Array, mesh: ChartMesh) -> Iterator[Array]:
+    """Yield the places (k, 2) in the chart of the vertices along the crease and the front edge of the upper lid."""
+    for ring in ("eye_ring1", "eye_ring2"):
+        sides = [half.side(f"{ring}.{k}", f"{ring}.{k + 1}") for k in range(5)]
+        places = plane[np.append(half.of(f"{ring}.0"), np.concatenate(sides))]
+        yield places[cKDTree(mesh.plane).query(places)[0] < 1e-9]
+
+
 def whole_mesh(mesh: ChartMesh, end: IntArray) -> tuple[IntArray, NDArray[np.int32], IntArray, Array]:
     """Return the left half's vertices that stay, those with twins, and triangles and chart of the mirrored mesh.
 
@@ -291,6 +300,7 @@ def head_arrays(data: dict[str, Any]) -> dict[str, NDArray[Any]]:
     plane = charted(laid_out, data["chart"], size)
     mesh, end = half_mesh(laid_out, data, plane, size)
     mesh.refine((TRIANGLES + 1) // 2)
+    mesh.insert_row(*lid_rows(laid_out, plane, mesh))
     keep, twins, triangles, chart = whole_mesh(mesh, mesh.renumbered[end])
     half = half_surface(data)
     mold = molding(half, mesh, keep, twins)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from .chart import Chart, cross
 
@@ -157,26 +158,31 @@ class ChartMesh:
             self.triangles[t] = np.where(old == b, new, old)
             self.triangles = np.vstack([self.triangles, np.where(old == a, new, old)])
 
-    def coarsen(self) -> None:
-        """Collapse the edges that are short for their target length, the shortest first, until none is left."""
+    def coarsen(self, short: float = SHORT, most: float = np.inf) -> None:
+        """Collapse the edges that are short for their target length, the shortest first, until none or enough are gone.
+
+        Where not all may go, those at a boundary stay, and no angle below SLIM is made, as no smoothing follows.
+        """
+        few = bool(np.isfinite(most))
+        slim = SLIM if few else SLIM / 2
         refused: set[tuple[int, int]] = set()
         while True:
             edges, pair = self._sides()
             length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
             ratio = length / self.size[edges].mean(axis=1)
-            ratio[self._kept(edges)] = np.inf
+            ratio[self._kept(edges) | ((pair[:, 1] < 0) & few)] = np.inf
             ratio[[self.merged.get(a) == b or self.merged.get(b) == a for a, b in edges.tolist()]] = 0.0
             around = _fans(self.triangles, len(self.plane))
             touched = np.zeros(len(self.plane), dtype=bool)
             gone, done = np.zeros(len(self.triangles), dtype=bool), 0
             for e in np.argsort(ratio, kind="stable"):
-                if ratio[e] > SHORT:
+                if ratio[e] > short or done >= most:
                     break
                 for v, u in (edges[e].tolist(), edges[e].tolist()[::-1]):
                     ring = np.unique(self.triangles[around[v]])
                     if (v, u) in refused or touched[ring].any():
                         continue
-                    if not self._may_collapse(v, u, around[v], around[u], border=bool(pair[e, 1] < 0)):
+                    if not self._may_collapse(v, u, around[v], around[u], bool(pair[e, 1] < 0), slim):
                         refused.add((v, u))
                         continue
                     lost = around[v][(self.triangles[around[v]] == u).any(axis=1)]
@@ -186,11 +192,28 @@ class ChartMesh:
                     done += 1
                     break
             self.triangles = self.triangles[~gone]
-            if not done:
+            most -= done
+            if not done or most == 0:
                 self._drop_unused()
                 return
 
-    def _may_collapse(self, v: int, u: int, fan: IntArray, other: IntArray, border: bool) -> bool:
+    def insert_row(self, *rows: Array) -> None:
+        """Put a vertex halfway between each two of two rows (k, 2) of fixed ones; as many go where edges are shortest.
+
+        All others stay where they are.
+        """
+        self.coarsen(np.inf, len(rows[0]))
+        first, second = (cKDTree(self.plane).query(row)[1] for row in rows)
+        for a, b in zip(first, second, strict=True):
+            self._split(a, b, np.flatnonzero(np.isin(self.triangles, [a, b]).sum(axis=1) == 2).tolist())
+        self._evaluate()
+        edges, _ = self._sides()
+        for edge in edges[np.isin(edges, first).any(axis=1) & np.isin(edges, second).any(axis=1)]:  # across the row
+            sides = np.flatnonzero(np.isin(self.triangles, edge).sum(axis=1) == 2)
+            self._flip(edge, sides, self.triangles[sides].sum(axis=1) - edge.sum())
+        self.flip()
+
+    def _may_collapse(self, v: int, u: int, fan: IntArray, other: IntArray, border: bool, slim: float) -> bool:
         """Return True if vertex v may collapse onto its neighbor u: without a fold, along its line if it has one."""
         if self.kind[v] == FIXED or any(v in edge for edge in self.kept):
             return False
@@ -208,7 +231,7 @@ class ChartMesh:
             return False
         before = self.points[self.triangles[stay]]
         turned = np.einsum("mi,mi->m", _normals(q), _normals(before))
-        return bool((_smallest(q) > SLIM / 2).all() and (turned > 0.5).all())
+        return bool((_smallest(q) > slim).all() and (turned > 0.5).all())
 
     def _drop_unused(self) -> None:
         """Renumber the vertices that triangles still use."""

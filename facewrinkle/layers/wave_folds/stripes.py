@@ -25,7 +25,7 @@ from ..base import SurfacePoints
 from ..compression import along, dyads, orthonormal_tangents, principal
 from . import _kernels as kernels
 from .families import strength_of, window_of
-from .tissue import OTHERS, OWN, between_bellies
+from .tissue import OTHERS, OWN
 
 STEPS, ALIGNED = 20, (0.55, 1.3)
 """Steps in which phases are aligned, and how far across and along the lines in each, in wavelengths (all such lengths
@@ -37,6 +37,9 @@ STRIATED = (0.40, 2.6)
 
 EVEN = 1.0
 """The same of directions and random numbers that are averaged all around."""
+
+NOISE, SHORTEST = 128, 0.9
+"""Plane waves that a field of random numbers is the sum of, and the least length of these, in wavelengths."""
 
 WANDER, UNEVEN, WIDER = 0.06, 0.38, 0.12
 """At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
@@ -179,10 +182,6 @@ class Smoothing:
             return np.asarray(factors.solve(mass[:, None] * flat).reshape(values.shape))
 
         return smooth
-
-    def white(self, rng: np.random.Generator) -> npt.NDArray[np.float64]:
-        """Return random numbers (n,) that weigh alike however the triangles lie."""
-        return np.asarray(rng.normal(size=len(self.mass)) / np.sqrt(self.mass))
 
 
 @dataclass(frozen=True)
@@ -341,11 +340,11 @@ def found_stripes(
     ground = Ground(face, zone, level_for(face, zone, length))
     rng, smoothing = np.random.default_rng([style.seed, zlib.crc32(name.encode())]), Smoothing(ground)
     normals, local = unit(ground.at(face.normals)), ground.at(length)
-    sideways = np.outer(face.frame.axes[0], face.frame.axes[0])
+    places = (ground.points - face.unit * face.frame.origin) @ face.frame.axes.T / np.median(local)
     area = local[ground.triangles].mean(axis=1)[:, None, None] ** 2
 
     def random(smooth: Smoother) -> Array:
-        values = smooth(smooth(smoothing.white(rng)))
+        values = smooth(smooth(_noise(places, rng)))
         values = values - values.mean()
         return np.asarray(np.clip(values / max(float(values.std()), 1e-9), -2.0, 2.0))
 
@@ -355,18 +354,25 @@ def found_stripes(
     d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
     share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
 
-    apart = np.eye(3) - ground.at(between_bellies(face))[ground.triangles].mean(axis=1)[:, None, None] * sideways
-
     def directed(across: float, along: float) -> Array:
         squares = (d[:, :, None] * d[:, None, :])[ground.triangles].mean(axis=1)
         return np.asarray(0.5 * area * (along**2 * np.eye(3) + (across**2 - along**2) * squares))
 
     uneven = random(smoothing.over(directed(*STRIATED)))
     wave = 2.0 * np.pi * d / (local * np.exp(style.irregularity * (WIDER + UNEVEN * uneven)))[:, None]
-    psi = _aligned(smoothing.over(apart @ directed(*ALIGNED) @ apart, _turns(ground, wave)), rng.random(len(wave)))
+    start = np.stack([_noise(places, rng), _noise(places, rng)], axis=1)
+    psi = _aligned(smoothing.over(directed(*ALIGNED), _turns(ground, wave)), start)
     lines = random(smoothing.over(directed(STRIATED[0], STRIATED[1] * style.length)))
     share = share * np.hypot(*psi.T) * _strengths(lines, style)
     return Stripes(ground, wave, np.arctan2(psi[:, 1], psi[:, 0]), share, compression)
+
+
+def _noise(places: Array, rng: np.random.Generator) -> Array:
+    """Return random numbers (n,) at places (n, 3), in wavelengths: a field in space, so that other vertices on the same
+    surface have the same.
+    """
+    waves = unit(rng.normal(size=(NOISE, 3))) * (2.0 * np.pi / SHORTEST * np.cbrt(rng.random((NOISE, 1))))
+    return np.asarray(np.cos(places @ waves.T + 2.0 * np.pi * rng.random(NOISE)).sum(axis=1))
 
 
 def _directions(even: Smoother, tensors: Array, normals: Array) -> tuple[Array, Array]:
@@ -411,9 +417,9 @@ def _aligned(smooth: Smoother, start: Array) -> Array:
     """Return waves (n, 2) of phases that agree along the lines and across them: their cosine and sine, shorter where
     neighbors cannot agree.
 
-    Each step lowers the stripe energy, and brings all to the length 1 again. They begin at phases (n,) in cycles.
+    Each step lowers the stripe energy, and brings all to the length 1 again. They begin at the directions of `start`.
     """
-    psi = np.stack([np.cos(2.0 * np.pi * start), np.sin(2.0 * np.pi * start)], axis=1)
+    psi = unit(start)
     for _ in range(STEPS):
         psi = unit(smooth(psi))
     return smooth(psi)

@@ -5,7 +5,8 @@ depth and direction   wavelength by the spectrum; heights constant along the lin
 bounds                arc length of sections, with the length that the compression frees; the volume between the
                       surfaces with and without folds, with what is displaced
 rest, histories       W exactly 0 and the mesh at the start; the same heights after other times
-material              phases do not move; another identity keeps its lines, another seed does not
+material              phases do not move; another identity keeps its lines, another seed does not;
+                      other triangles of the same skin do
 age                   nothing at 0; furrows at rest, none where the skin is stretched
 refinement            the chord error of a sampled cosine; a held pose changes no triangle; no triangle is turned over
 errors                the messages
@@ -229,6 +230,16 @@ def test_the_same_skin_turned_and_in_meters_has_the_same_lines(face, field, othe
     across = np.abs(((ours.wave[here] @ turned.T) * theirs.wave[there]).sum(axis=1))
     sizes = np.linalg.norm(ours.wave[here], axis=1) * np.linalg.norm(theirs.wave[there], axis=1)
     assert np.quantile(across / sizes, 0.05) > 0.99
+
+
+def test_lines_that_are_found_on_other_triangles_are_the_same(face):
+    other = fw.fit_face(face.mesh.decimate(0.2), face.landmarks, units="mm")
+    gap, near = cKDTree(other.points).query(face.points)
+    ours, theirs = (
+        cosines(each, WaveField(each, FoldShapes({"pressed": [each.points_mm * [1.0, 0.8, 1.0]]})), "pressed")
+        for each in (face, other)
+    )
+    assert likeness(ours[gap < 0.5], theirs[near[gap < 0.5]]) > 0.7
 
 
 def test_left_and_right_are_drawn_each_for_itself(face):
