@@ -23,6 +23,7 @@ from ..array_types import Array, IntArray
 from ..errors import (
     LandmarkError,
     ParameterError,
+    UnknownNameError,
     check_positive,
     check_range,
     check_type,
@@ -46,6 +47,9 @@ from .joints import Joints
 from .minimizer import Factors, Minimizer
 from .self_contact import closing_forces, tied_lips
 from .skin_mesh import SKIN_VERTICES, SkinMesh
+
+FOR_EXPRESS = "Names of expressions and action units, and of pairs of muscles, are for express()."
+"""Said where a name is that of no muscle."""
 
 INVERSION_STIFFNESS = 20.0
 """Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""
@@ -407,14 +411,11 @@ class Skin:
             For a muscle that the face does not have, or a rate outside [0, 1].
         """
         if not isinstance(rates, Mapping):
-            raise ParameterError(
-                f"rates must be a dictionary of muscles and rates, received {rates!r}. Names of expressions and action "
-                "units are for express()."
-            )
+            raise ParameterError(f"rates must be a dictionary of muscles and rates, received {rates!r}. {FOR_EXPRESS}")
         out = np.zeros(len(self.names))
         for name, rate in rates.items():
             if name not in self.names:
-                raise unknown_name("muscle", name, self.names)
+                raise UnknownNameError(f"{unknown_name('muscle', name, self.names)} {FOR_EXPRESS}")
             out[self.names.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
         return out
 

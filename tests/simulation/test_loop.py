@@ -177,6 +177,7 @@ def test_a_simulation_without_layers_is_bare_skin(face):
     ("call", "error", "says"),
     [
         (lambda sim: sim.contract({"corrugator": 0.5}), UnknownNameError, "Did you mean .*'corrugator_l'"),
+        (lambda sim: sim.contract({"AU12": 0.5}), UnknownNameError, r"unknown muscle 'AU12'.*are for express\(\)"),
         (lambda sim: sim.contract({"corrugator_l": 1.01}), ParameterError, "the contraction rate of corrugator_l"),
         (lambda sim: sim.contract("paper_surprise"), ParameterError, r"'paper_surprise'.*are for express\(\)"),
         (lambda sim: sim.express("suprise"), UnknownNameError, "Did you mean .*'surprise'"),
