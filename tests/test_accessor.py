@@ -184,7 +184,7 @@ RING = on_ball((0.5, 0.0), (1.2, 0.0), (1.0, 0.5), (0.8, -0.5), (1.3, -0.5))
         ({"start": (0, np.nan, 0)}, ParameterError, "start must be three finite numbers"),
         ({"start": "l"}, ParameterError, "only be named on a Face"),
         ({"start": RING[0], "t": -1.0}, ParameterError, "t must lie in"),
-        ({"start": RING[0], "units": 0.0}, ParameterError, "units must be a name or a positive number"),
+        ({"start": RING[0], "units": 0.0}, ParameterError, "units must be a finite number greater than 0"),
         ({"start": RING[0], "down": (0, 0, 0)}, ParameterError, "down must not be zero"),
     ],
 )

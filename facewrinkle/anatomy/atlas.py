@@ -16,7 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import FaceWrinkleError, ParameterError, UnknownNameError, check_flag, check_range, unknown_name
+from ..errors import (
+    FaceWrinkleError,
+    ParameterError,
+    UnknownNameError,
+    check_flag,
+    check_name,
+    check_range,
+    unknown_name,
+)
 from ..files import path_of, toml_of, write_whole
 from .landmarks import FaceFrame, of_side
 from .muscles import (
@@ -35,10 +43,6 @@ from .muscles import (
     unknown_property,
 )
 
-BASE = "facewrinkle"
-"""The base that an atlas names which only changes the package's own."""
-
-
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
 COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "modiolus", "closing", "wrinkles", "folds"}
@@ -54,10 +58,6 @@ KEYS = {
     "tongue": set(),
 }
 """Keys of a muscle's entry, by its kind, besides the `COMMON` ones."""
-
-
-WORDS, FLAGS = {"kind", "turn", "ends", "falloff", "fronts", "folds"}, {"paired", "waves"}
-"""Keys whose values are words, or true or false; all others are numbers, tables or lists of them."""
 
 TISSUE = {"depth": 0.0, "stiffness": 0.0, "across": 1.0, "bulge": 0.45}
 """Keys of a sample of tissue, and what is usual; 0 where they must be given."""
@@ -205,7 +205,13 @@ class Atlas:
             return {}
         rates, written = self.expressions[name], self.written(name)
         units = self.units_of(written) if written != rates else {}
-        return units or self._units_in(rates)
+        if not units:  # those of which all muscles contract, as far as they do
+            for unit in self.action_unit_names:
+                needed = {muscle: rate for muscle, rate in self.action_units[unit].items() if rate > 0.0}
+                share = min((rates.get(muscle, 0.0) / rate for muscle, rate in needed.items()), default=0.0)
+                if share > 0.0:
+                    units[unit] = min(share, 1.0)
+        return units
 
     def written(self, name: str) -> dict[str, float]:
         """Weights of units, muscles, and other expressions in which an expression is written.
@@ -222,16 +228,6 @@ class Atlas:
             if name not in mixture and self.contractions(mixture) == rates:
                 return dict(mixture)
         return dict(rates)
-
-    def _units_in(self, rates: Mapping[str, float]) -> dict[str, float]:
-        """Weights of the action units of which all muscles contract, as far as they do."""
-        units = {}
-        for unit in self.action_unit_names:
-            needed = {muscle: rate for muscle, rate in self.action_units[unit].items() if rate > 0.0}
-            share = min((rates.get(muscle, 0.0) / rate for muscle, rate in needed.items()), default=0.0)
-            if share > 0.0:
-                units[unit] = min(share, 1.0)
-        return units
 
     def resolve(self, name: str, kind: str = "muscle") -> dict[str, float]:
         """Contraction rates of one muscle, muscle pair, action unit or expression at full strength.
@@ -343,6 +339,8 @@ def read_atlas(path: str | Path) -> Atlas:
     try:
         _check_values({table: content[table] for table in ("muscles", "folds", "tissue") if table in content})
         return _expanded_atlas(_completed(content) if "base" in content else content)
+    except UnknownNameError as error:
+        raise UnknownNameError(f"in the atlas: {error}") from None
     except (KeyError, TypeError, AttributeError, RecursionError, IndexError) as error:
         what = f"the atlas {str(path)!r} does not have the form of an atlas"
         raise FaceWrinkleError(f"{what}: {_reason(error)}") from None
@@ -353,13 +351,11 @@ def _completed(changes: Mapping[str, Any]) -> dict[str, Any]:
     all samples of tissue at once.
     """
     content = tomllib.loads(DEFAULT_ATLAS.read_text(encoding="utf-8"))
-    if changes["base"] != BASE:
-        raise unknown_name("base of an atlas", changes["base"], [BASE])
+    check_name("base of an atlas", changes["base"], ["facewrinkle"])
     for table, entries in changes.items():
         if table == "base":
             continue
-        if table not in content:
-            raise unknown_name("table", table, content)
+        check_name("table", table, content)
         if type(entries) is not type(content[table]):
             form = "[[{}]], once for each sample" if table == "tissue" else "[{}], with entries by name"
             raise FaceWrinkleError(f"in the atlas: {table} must be written as {form.format(table)}.")
@@ -378,9 +374,9 @@ def _check_values(value: Any, where: str = "atlas", key: str = "") -> None:
         named = value.items() if isinstance(value, Mapping) else ((key, each) for each in value)
         for name, each in named:
             _check_values(each, f"{where}.{name}" if isinstance(value, Mapping) else where, name)
-    elif key in FLAGS:
+    elif key in ("paired", "waves"):
         check_flag(where, value)
-    elif key in WORDS:
+    elif key in ("kind", "turn", "ends", "falloff", "fronts", "folds"):
         if not isinstance(value, str):
             raise ParameterError(f"{where} must be a word, received {value!r}.")
     else:
@@ -405,14 +401,14 @@ def _expanded_atlas(content: Mapping[str, Any]) -> Atlas:
     }
     atlas = Atlas(muscles, {}, {}, {}, content.get("tissue", []))
     for name, unit in content.get("action_units", {}).items():
-        rates = _expanded(atlas, unit["muscles"])
+        rates = atlas.contractions(unit["muscles"])
         atlas.action_units[name] = rates
         atlas.action_unit_names[name] = unit["name"]
         if {m[-2:] for m in rates} == {"_l", "_r"}:
             for side in "lr":
                 atlas.action_units[name + side.upper()] = {m: r for m, r in rates.items() if m.endswith("_" + side)}
     for name, mixture in content.get("expressions", {}).items():
-        atlas.expressions[name], atlas.mixtures[name] = _expanded(atlas, mixture), dict(mixture)
+        atlas.expressions[name], atlas.mixtures[name] = atlas.contractions(mixture), dict(mixture)
     return atlas
 
 
@@ -422,17 +418,9 @@ def _folds_of(entry: Mapping[str, Any], patterns: Mapping[str, Any]) -> dict[str
     if pattern is None:
         return {}
     if isinstance(pattern, str):
-        if pattern not in patterns:
-            raise UnknownNameError(f"in the atlas: {unknown_name('pattern of folds', pattern, patterns)}")
+        check_name("pattern of folds", pattern, patterns)
         pattern = patterns[pattern]
     return {"folds": {**pattern, "wrinkles": {**pattern.get("wrinkles", {}), **entry.get("wrinkles", {})}}}
-
-
-def _expanded(atlas: Atlas, mixture: Mapping[str, float]) -> dict[str, float]:
-    try:
-        return atlas.contractions(mixture)
-    except UnknownNameError as error:
-        raise UnknownNameError(f"in the atlas: {error}") from None
 
 
 def _point(entry: Mapping[str, Any], side: str, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:
@@ -451,18 +439,11 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
     return np.array([outwards if side == "l" else -outwards, up, forward]) @ frame.axes
 
 
-def _wrinkles(entry: Mapping[str, Any]) -> Wrinkles:
-    for key in set(entry) - set(WRINKLES):
-        raise unknown_property("key of wrinkles", key, WRINKLES)
-    return Wrinkles(**entry)
-
-
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:
     side, size = entry["side"], frame.pupil_distance
-    if entry["kind"] not in KEYS:
-        raise unknown_name("kind", entry["kind"], KEYS)
-    for key in set(entry) - COMMON - KEYS[entry["kind"]]:
-        raise unknown_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
+    check_name("kind", entry["kind"], KEYS)
+    for key in entry:
+        check_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
     common: dict[str, Any] = {
         "strength": entry.get("strength", 1.0),
         "normal_share": entry.get("normal_share", 1.0),
@@ -473,7 +454,9 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     if "folds" in entry:
         common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)
     else:
-        common["wrinkles"] = _wrinkles(entry.get("wrinkles", {}))
+        for key in set(entry.get("wrinkles", {})) - set(WRINKLES):
+            raise unknown_property("key of wrinkles", key, WRINKLES)
+        common["wrinkles"] = Wrinkles(**entry.get("wrinkles", {}))
 
     def point(part: Mapping[str, Any]) -> Array:
         return _point(part, side, landmarks, frame)

@@ -32,20 +32,10 @@ the other side of the head.
 
 # --- Narrow hollows of the map are cavities -----------------------------------------------------------------
 
-NOSTRIL_WIDTH, MOUTH_WIDTH = 9.0, 13.0
-"""Hollows narrower than these are nostrils and the mouth."""
-
-BESIDE_NOSE, BESIDE_MOUTH = 1.0, 4.0
-"""Cavities reach this far beside the wings of the nose and the corners of the mouth."""
-
-
-GROOVES, GROOVES_DEEP = 7.5, 12.75
-"""Heights above the base of the nose: up to the first, nostrils may be anywhere; up to the second, only where the skin
-is hollow from the front. The grooves behind the wings of the nose are deep only as seen from below, and no nostrils.
-"""
-
 BLEND = 4.0
-"""Height or width over which one of these regions blends into the next; half as much beside the nose."""
+"""Height or width over which the region of nostrils, that of the mouth and the skin around blend into each other; half
+as much beside the nose.
+"""
 
 
 # --- Skin in a cavity ---------------------------------------------------------------------------------------
@@ -100,12 +90,13 @@ class Cavities:
         upper, across = self._above(y)[None, :], np.abs(x)[:, None]
         corner = np.abs([marks["mouth_l"][0], marks["mouth_r"][0]]).max()
         wing = np.abs([marks["ala_l"][0], marks["ala_r"][0]]).max()
-        within = smoothstep((wing + BESIDE_NOSE - across) / (0.5 * BLEND))  # beyond the wings, skin lies as deep
-        near = upper * within + (1.0 - upper) * smoothstep((corner + BESIDE_MOUTH - across) / BLEND)
+        # Cavities reach 1 mm beside the wings of the nose, beyond which skin lies as deep, and 4 mm beside the mouth.
+        within = smoothstep((wing + 1.0 - across) / (0.5 * BLEND))
+        near = upper * within + (1.0 - upper) * smoothstep((corner + 4.0 - across) / BLEND)
         lip = max(0.5 * (marks["upper_lip_mid"][1] - lower_lip), 1.0)
         # In the lower half of the lower lip the mouth fades out: the fold under a full lip is as narrow and deep.
         near = near * smoothstep((y - lower_lip) / (0.5 * lip))[None, :]
-        nostrils, mouth = _closed(front, NOSTRIL_WIDTH), _closed(front, MOUTH_WIDTH)
+        nostrils, mouth = _closed(front, 9.0), _closed(front, 13.0)  # hollows narrower than these, mm
         self._cover = front + near * (upper * nostrils + (1.0 - upper) * mouth - front)
         self._within = 1.0 - upper * (1.0 - within)
 
@@ -114,11 +105,15 @@ class Cavities:
         return smoothstep((y - self._border) / BLEND + 0.5)
 
     def at_nostrils(self, points: Array) -> Array:
-        """Weight (0 to 1) of points (n, 3) where nostrils may be: above the lips, but not in the grooves."""
+        """Weight (0 to 1) of points (n, 3) where nostrils may be: above the lips, anywhere up to 7.5 mm above the base
+        of the nose, and up to 12.75 mm only where the skin is hollow from the front.
+
+        The grooves behind the wings of the nose are deep only as seen from below, and no nostrils.
+        """
         y = self.frame.local_mm(points)[:, 1]
-        below = smoothstep((self._nose + GROOVES - y) / BLEND)
+        below = smoothstep((self._nose + 7.5 - y) / BLEND)
         hollow = smoothstep((self.depth(points) - 0.3) / 0.5)
-        high = smoothstep((self._nose + GROOVES_DEEP - y) / BLEND)
+        high = smoothstep((self._nose + 12.75 - y) / BLEND)
         return self._above(y) * np.maximum(below, hollow * high)
 
     def _behind(self, points: Array) -> tuple[Array, Array, BoolArray]:

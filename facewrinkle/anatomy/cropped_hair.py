@@ -21,15 +21,6 @@ SEED = 3
 HAIRS, KNOTS = 45000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
-WHORL = np.array([8.0, 115.0, -62.0])
-"""Hair grows away from here, at the back of the crown."""
-
-FALLS = 1.0
-"""How much the hair of the sides is also combed down, relative to that."""
-
-ASTRAY = 0.35
-"""Deviation of the direction of single hairs from that, radians."""
-
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
 """Least and greatest length of cropped hair where it is dense, and what women and children may have beyond."""
 
@@ -40,9 +31,6 @@ COMBED, PARTED, NARROW = 3.0, 22.0, 8.0
 """Strength of a comb relative to how hair grows; how far to the left of the middle it parts hair, and half the width of
 the parting.
 """
-
-ASIDE, BACK = np.array([1.0, 0.0, 0.25]), np.array([0.0, 0.3, -1.0])
-"""Ways of combs, the first from the parting on the left."""
 
 FEWEST = 0.12
 """Share of hair in the color of the skin up to which none grows."""
@@ -60,9 +48,6 @@ relative to the shadow of a shaved beard.
 
 STUBBLE, FULL_BEARD = 0.7, 11.0
 """Mean length of stubble, and of a full beard where it is dense."""
-
-ROUND = 90.0
-"""Radius of the scalp that hairs bend around."""
 
 
 def cropped_hair(
@@ -110,8 +95,12 @@ def cropped_hair(
     styled = 1.0 - (1.0 - abs(combed)) ** 2
     top = smoothstep((up[:, 1] - SIDES[0]) / (SIDES[1] - SIDES[0]))
     longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) + TOP * styled * top - SHORTEST) * (1.0 + length)
-    aside = top[:, None] * np.tanh((roots[:, :1] - PARTED) / NARROW) * ASIDE if combed < 0.0 else BACK
-    comb = unit(roots - WHORL) + COMBED * styled * aside
+    back, aside = (
+        np.array([0.0, 0.3, -1.0]),
+        top[:, None] * np.tanh((roots[:, :1] - PARTED) / NARROW) * [1.0, 0.0, 0.25],
+    )
+    comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
+    comb += COMBED * styled * (aside if combed < 0.0 else back)
     return grown_hairs(head, triangle, weights, comb, longest * (THIN + (1.0 - THIN) * smoothstep(cover)), random)
 
 
@@ -133,14 +122,15 @@ def grown_hairs(
     normals = vertex_normals(points, triangles)
     up = np.einsum("kc,kci->ki", weights, normals[corners])
     way = unit(np.cross(np.cross(up, comb), up))
-    way[:, 1] -= FALLS * np.abs(up[:, 0])
+    way[:, 1] -= np.abs(up[:, 0])  # the hair of the sides is also combed down
     way = unit(np.cross(np.cross(up, way), up))
-    turn = random.normal(0.0, ASTRAY, (count, 1))
+    turn = random.normal(0.0, 0.35, (count, 1))  # radians: single hairs go astray
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
     reach = longest[:, None] * random.uniform(0.6, 1.1, (count, 1))
     slope = random.uniform(*SLOPE, (count, 1))
     flat = np.sqrt(1.0 - slope**2) * reach * along
-    heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * ROUND)
+    # They bend around a scalp of a radius of 90 mm.
+    heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * 90.0)
     # Hairs go straight ahead in the plane of the triangle in which they are rooted, also past its sides.
     edges = points[corners[:, 1:]] - points[corners[:, :1]]
     steps = np.einsum("kei,ki->ke", np.linalg.pinv(edges.swapaxes(1, 2)), way)

@@ -16,9 +16,6 @@ from .landmarks import MEAN_PUPIL_DISTANCE
 RADIUS = 12.0 / MEAN_PUPIL_DISTANCE
 """Radius of an adult's eyeball, in distances between the pupils."""
 
-CORE = 0.9
-"""Margins of lids cut no farther into balls that come with faces, in radii: skin within is the lining of a socket."""
-
 
 @dataclass(frozen=True, eq=False)
 class Eyeball:
@@ -57,8 +54,11 @@ class Eyeball:
 
     @property
     def core(self) -> float:
-        """Radius within which skin is no lid but the shallow lining behind a ball that came with the face; else 0."""
-        return CORE * self.radius if self.given else 0.0
+        """Radius within which skin is no lid but the shallow lining behind a ball that came with the face; else 0.
+
+        Margins of lids cut into such balls by up to a tenth of the radius.
+        """
+        return 0.9 * self.radius if self.given else 0.0
 
     def turned(self, outwards: float, up: float) -> Array:
         """The unit direction of the gaze after turns in radians, outwards (to the eye's own side) and up.

@@ -40,14 +40,6 @@ HIGHEST = 0.45
 HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
 """The heights at which a meridian is searched for skin."""
 
-SOCKET = 0.08
-"""Lids are open where no skin is seen, or only skin farther than this behind the line between the canthi."""
-
-LEAST_DEPTH = 0.3
-"""Skin seen in a gap reaches farther back than this, behind the middle of the ball (-0.84 to -0.62; the middle of the
-ball is at -0.2). Otherwise the eye is one piece with the skin, as those of statues are, and nothing opens or closes.
-"""
-
 NARROWEST = 2
 """Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians
 have gaps.
@@ -72,9 +64,6 @@ LID_THICKNESS = 0.06
 
 MARGIN_ENDS, TO_CANTHUS = ((0.01, 0.1), (0.9, 0.99)), 0.1
 """Ranges of the places at which margins end, inner and outer, and how far beyond these ends they meet the canthi."""
-
-SEEN_BEYOND = np.deg2rad(6.0)
-"""Skin behind the margins may be seen up to this far above and below them."""
 
 LINING_DEPTH = 0.7
 """Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
@@ -169,7 +158,8 @@ class EyelidOpening:
         along, elevation, distance = self.polar(points)
         top, bottom = self.lines(along)
         rim = self.rim(along, elevation > 0.5 * (top + bottom))
-        seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / SEEN_BEYOND)
+        # Skin behind the margins may be seen up to 6 degrees above and below them.
+        seen = smoothstep(1.0 - np.maximum(elevation - top, bottom - elevation) / np.deg2rad(6.0))
         deep = np.clip((rim - distance) / np.maximum(rim - self.eye.radius, 0.02 * self.eye.radius), 0.0, 1.0)
         near = (np.abs(along - 0.5) < 0.5 * EYE_WIDTH) & (distance < EYE_DEPTH * self.eye.radius)
         return np.asarray(np.where(near, np.where(lining, LINING_DEPTH, deep * seen), 0.0))
@@ -330,8 +320,8 @@ def _section(corners: Array, meridian: float) -> Array:
 def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
     """Lowest and highest height of the widest gap in a section; None where the lids are closed.
 
-    From the front, a gap shows no skin, or skin deep behind the line between the canthi, such as a socket, or a `ball`
-    before the skin.
+    From the front, a gap shows no skin, or skin more than 0.08 behind the line between the canthi, such as a socket, or
+    a `ball` before the skin.
     """
     start, end = section[:, 0], section[:, 1]
     rise = end[:, :1] - start[:, :1]
@@ -339,7 +329,7 @@ def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
     depth = np.where((t >= 0.0) & (t <= 1.0), start[:, 1:] + t * (end[:, 1:] - start[:, 1:]), -np.inf)
     front = depth.max(axis=0, initial=-np.inf)
     front[front < ball] = -np.inf
-    deep = front < -SOCKET
+    deep = front < -0.08
     steps = np.flatnonzero(np.diff(np.concatenate([[False], deep, [False]]).astype(np.int8)))
     first, last = steps[::2], steps[1::2]
     inside = (first > 0) & (last < len(HEIGHTS))
@@ -347,7 +337,9 @@ def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
         return None
     widest = np.argmax(np.where(inside, last - first, 0))
     gap = front[first[widest] : last[widest]]
-    if len(gap) <= NARROWEST or gap.min() > -LEAST_DEPTH:
+    # Skin in a gap reaches far back, behind the middle of the ball (-0.84 to -0.62; that is at -0.2). Otherwise the eye
+    # is one piece with the skin, as those of statues are, and nothing opens or closes.
+    if len(gap) <= NARROWEST or gap.min() > -0.3:
         return None
     return float(HEIGHTS[first[widest] - 1]), float(HEIGHTS[last[widest]])
 

@@ -45,28 +45,12 @@ CORNER = 0.08
 
 # --- Closing ------------------------------------------------------------------------------------------------
 
-MEETING = 0.12
-"""Height above the lower margin of the line where the lids meet, relative to the height of the opening."""
-
 OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
 """Turn of the upper lid beyond that line, so that coarse margins leave no chink, and its limit relative to the height
 of the opening. Lids with a thickness have no overlap: they would come through each other.
 """
 
-# --- Tightening -----------------------------------------------------------------------------------------------
-
-TIGHTENS = 0.24
-"""Turn of the lower lid as it is tightened, relative to the height of the opening (0.21 in a captured squint)."""
-
-TOWARDS_NOSE = 0.45
-"""Its motion towards the inner canthus, where the muscle rises, relative to that upwards (0.4 to 0.5 there)."""
-
-
 # --- Following the eye --------------------------------------------------------------------------------------
-
-FOLLOWS_UP, FOLLOWS_DOWN = (0.45, 0.2), (0.9, 0.3)
-"""Turn of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down)."""
-
 
 LARGEST_TURN = np.deg2rad(40.0)
 """Largest turn of an eye from straight ahead; people turn their heads well before."""
@@ -149,7 +133,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     fade = _fade(opening, along, distance, np.where(is_upper, elevation - top, bottom - elevation), is_upper)
     fade *= smoothstep(distance / max(eye.core, 1e-12))  # the lining in a ball stays there, and binds no lid
     triangles = triangles[(distance >= eye.core)[triangles].all(axis=1)]
-    meeting = bottom + MEETING * height
+    meeting = bottom + 0.12 * height  # the line where the lids meet
     overlap = np.minimum(0.0 if opening.thick else OVERLAP, MOST_OVERLAP * height)
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
@@ -166,13 +150,16 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     full = 0.6 * height[vertices].max()  # margins follow less where the opening is lower, not at all at its corners
     follow = np.where(near, fade * between, 0.0) * np.clip(height / full, 0.0, 1.0)
     following = []
-    for share, sign in ((FOLLOWS_UP, -1.0), (FOLLOWS_DOWN, 1.0)):
+    # Turns of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down).
+    for share, sign in (((0.45, 0.2), -1.0), ((0.9, 0.3), 1.0)):
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
         bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
         following.append(replace(close, angles=bounded[vertices]))
-    below = 1.0 - smoothstep(np.maximum(bottom - elevation, 0.0) / np.deg2rad(45.0))  # the lid goes in one piece
-    tightened = np.where(is_upper, 0.0, -TIGHTENS * height * below * between)[vertices]
-    tilted = axis + TOWARDS_NOSE * np.cross(eye.gaze, opening.axes[0])
+    # A lower lid that is tightened goes in one piece, up by about a quarter of the opening (0.21 in a captured squint),
+    # and towards the inner canthus, where the muscle rises, by about half as much (0.4 to 0.5 there).
+    below = 1.0 - smoothstep(np.maximum(bottom - elevation, 0.0) / np.deg2rad(45.0))
+    tightened = np.where(is_upper, 0.0, -0.24 * height * below * between)[vertices]
+    tilted = axis + 0.45 * np.cross(eye.gaze, opening.axes[0])
     tighten = replace(close, angles=tightened, axis=tilted / np.linalg.norm(tilted))
     return LidWeights(close, tighten, *following)
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..array_types import Array, BoolArray
-from ..errors import LandmarkError, MeshError, check_range, unknown_name, warn
+from ..errors import LandmarkError, MeshError, check_name, check_range, warn
 from ..geometry import BoxTree, boundary_loops, unique_edges, vertex_normals
 from ..mesh import FrameState, closest_places, is_frame, rest_of, to_polydata
 from .atlas import Atlas, Mixture, load_atlas
@@ -32,12 +32,6 @@ from .skull import Mandible, Tissue, jaw_weights, tissue_of
 from .teeth import behind_lips
 
 T = TypeVar("T")
-
-REMEMBERED = 4
-"""The most things of a name that are remembered with a face."""
-
-BESIDE_MIDDLE = 0.25
-"""An opening reaches a side of the mouth if it goes so far from its middle, as a share of the way to the corner."""
 
 LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
 """Muscles that close an eye and tighten its lower lid."""
@@ -335,7 +329,8 @@ class Face:
         bag = (np.abs(away[:, :2]) < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
         rims = [np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops]
         found = np.concatenate([away[bag, 0], *(rim[(np.abs(rim) < MOUTH).all(axis=1), 0] for rim in rims)])
-        ends = [BESIDE_MIDDLE * float((self.frame.local(self.landmarks[f"mouth_{s}"]) - middle)[0]) for s in "lr"]
+        # It reaches a side if it goes a quarter of the way from the middle to the corner.
+        ends = [0.25 * float((self.frame.local(self.landmarks[f"mouth_{s}"]) - middle)[0]) for s in "lr"]
         return int((found > ends[0]).any()) + int((found < ends[1]).any())
 
     @cached_property
@@ -578,8 +573,7 @@ class Face:
         True
         """
         for name in moved:
-            if name not in self.landmarks:
-                raise unknown_name("landmark", name, self.landmarks)
+            check_name("landmark", name, self.landmarks)
         changed = {name: np.asarray(place, np.float64) for name, place in moved.items()}
         landmarks = {**self.landmarks, **changed}
         check_on_surface(changed, self.mesh, frame_of(landmarks).pupil_distance)
@@ -707,7 +701,7 @@ def per_face(face: Face, name: str, key: Hashable, make: Callable[[], T]) -> T:
     made = face._remembered.setdefault(name, {})
     if key not in made:
         thing = make()
-        while len(made) >= REMEMBERED:
+        while len(made) >= 4:
             made.pop(next(iter(made)), None)  # others may draw in threads
         made[key] = thing
     found: T = made[key]

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..array_types import Array
-from ..errors import LandmarkError, MeshError, ParameterError, check_type, unknown_name, warn
+from ..errors import LandmarkError, MeshError, ParameterError, check_name, check_positive, check_type, warn
 from ..mesh import (
     MeshLike,
     Surface,
@@ -66,9 +66,6 @@ unit is off by a factor of ten or more.
 
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
-
-FACE_EXTENT = np.array([1.2, 2.0, 1.2])
-"""Vertices within these [left, up, forward] of the middle between the eyes belong to the face."""
 
 ASIDE, ONE_SIDED = 0.3, 0.02
 """A side of the face begins this far from its middle; it is missing if it has less than this share of the other's
@@ -420,16 +417,9 @@ def millimeters(units: str | float) -> float:
     (25.4, 3.0)
     """
     if isinstance(units, str):
-        if units not in UNITS:
-            raise unknown_name("unit", units, UNITS)
+        check_name("unit", units, UNITS)
         return UNITS[units]
-    try:
-        unit = float(units)
-    except (TypeError, ValueError, OverflowError):
-        unit = np.nan
-    if not 0.0 < unit < np.inf:
-        raise ParameterError(f"units must be a name or a positive number of mm per unit, received {units!r}.")
-    return unit
+    return check_positive("units", units, "It is a name, such as 'mm', or how many mm a unit has.")
 
 
 def unit_by_size(size: float) -> str:
@@ -471,7 +461,7 @@ def unit_of_face(units: str | float | None, pupil_distance: float) -> float:
 
 def _check_both_sides(local: Array) -> None:
     """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
-    face = local[(np.abs(local) < FACE_EXTENT).all(axis=1), 0]
+    face = local[(np.abs(local) < [1.2, 2.0, 1.2]).all(axis=1), 0]  # those around the middle between the eyes
     for side, other, across in (("left", "right", face), ("right", "left", -face)):
         if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
             raise LandmarkError(

@@ -29,18 +29,8 @@ SEAT = 0.25
 """Gap between eyeball and lid margin, mm: more than the edges of the margin cut into the ball."""
 
 
-LIP_GAP = 0.2
-"""Height of the gap between closed lips over the vertices of the lower one, mm."""
-
-
 HAIR_COLOR = (50.0, 38.0, 31.0)
 """Red, green and blue of cropped hair."""
-
-BROW_COLOR = (78.0, 56.0, 47.0)
-"""The same of the hairs of the brows."""
-
-THINNER = 0.12
-"""Exponent of 1 + density in the share of thin hair: it covers the scalp until it is nearly shaved."""
 
 HAIR_LIGHT = 127.0
 """Stored light of hair that has this color."""
@@ -62,15 +52,16 @@ def seated(points: Array, share: Array, centre: Array, radius: float) -> Array:
 def parted(points: Array, lips: NDArray[np.int32]) -> Array:
     """Points (n, 3) with the upper lip's lining clear of the lower one's; see :class:`Mold` for `lips` (m, 4).
 
-    Only the upper lip gives way: it follows the lower one's curve, so that nobody looks straight in between them. Its
-    vertices lie a little ahead of those opposite, over which the line to the next vertex inwards has to pass.
+    Only the upper lip gives way: it follows the lower one's curve, 0.2 mm above its vertices, so that nobody looks
+    straight in between them. Its vertices lie a little ahead of those opposite, over which the line to the next vertex
+    inwards has to pass.
     """
     out = points.copy()
     for vertex, inwards, *opposite in lips:
         below = out[opposite].mean(axis=0)
         length = out[vertex, 2] - out[inwards, 2]
         share = np.clip((out[vertex, 2] - below[2]) / length, 0.0, 0.5) if length > 0.0 else 0.0
-        least = (below[1] + LIP_GAP - share * out[inwards, 1]) / (1.0 - share)
+        least = (below[1] + 0.2 - share * out[inwards, 1]) / (1.0 - share)
         out[vertex, 1] = max(out[vertex, 1], least)
     return out
 
@@ -125,7 +116,7 @@ class BoundHairs:
     heights : ndarray, shape (p,) or (k, p)
         Heights of a hair's points above the skin, in the unit of the mesh.
     color : ndarray, shape (3,)
-        Mean of the hairs' red, green and blue, from 0 to 255.
+        Mean of the hairs' red, green and blue, from 0 to 255. Default: that of the built-in head's brows.
 
     Examples
     --------
@@ -143,7 +134,7 @@ class BoundHairs:
     triangles: IntArray
     weights: Array
     heights: Array
-    color: Array = field(default_factory=lambda: np.array(BROW_COLOR))
+    color: Array = field(default_factory=lambda: np.array([78.0, 56.0, 47.0]))
 
     def polylines(self, points: Array, triangles: NDArray[np.int32], normals: Array) -> Array:
         """Points (k, p, 3) of the hairs on the skin as it is now, given its points and vertex normals (n, 3)."""
@@ -201,7 +192,7 @@ class Paint:
         """Return how much of the skin (...) the hair covers, 0 to 1."""
         share = np.maximum(self.share / 255.0 - self.border, 0.0) / (1.0 - self.border)
         if self.density < 0.0:
-            return np.asarray((1.0 + self.density) ** THINNER * share)
+            return np.asarray((1.0 + self.density) ** 0.12 * share)  # it covers the scalp until it is nearly shaved
         return np.asarray(1.0 - (1.0 - share) ** (1.0 + self.density))
 
     def colors(self) -> NDArray[np.uint8]:

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from ..array_types import Array
-from ..errors import ParameterError, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_name, check_range, check_whole
 from ..geometry.interpolation import closest_point, smoothstep
 from .eyeball import eye_distance
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
@@ -21,9 +21,6 @@ from .landmarks import FaceFrame
 
 COLORS = ("skin", "hair", "hair_density", "iris", "hair_length", "beard", "hair_combed")
 """Parameters that do not change the shape of the head."""
-
-HAIR_TINTS = np.array([[3.1, 3.0, 2.5], [0.55, 0.6, 0.65]])
-"""Factors of red, green and blue of hair at -1 and at 1."""
 
 TONES = np.array(
     # the value of `skin`, red, green and blue of the forehead
@@ -44,16 +41,8 @@ below -30.
 GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn gray, and its color then."""
 
-GRAYEST, RECEDED = 0.85, 0.9
-"""Share of hair that is gray at age 1, and of the hair's border that is bare then on a masculine head, and at any age
-before hair that falls from a parting.
-"""
-
 BROWS_SHARE = 0.5
 """Brows differ from those of the mean head by this share of what hair does."""
-
-BROWS_ON_SKIN = 0.6
-"""Brows that are not gray have at most this share of the forehead's color."""
 
 CHILD, ADULT = 0.24, 0.31
 """Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its
@@ -64,28 +53,17 @@ thirty-two labeled faces).
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
 
-THIN_BROWS = 0.45
-"""Share of the hairs of the mean head's brows that those of feminine heads and of children lack."""
-
 STOUTEST = 1.0
 """Heads and noses of plausible people are at most by this much wider than long."""
 
 LONGEST = 0.5
 """Greatest length of the hair of somebody neither feminine nor masculine."""
 
-CHILDREN = 0.1
-"""Share of random people that are children."""
-
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
 
 FIRST = 20
 """So many parameters of random people are drawn before all others: parameters that come later change nobody's."""
-
-DISTINCT = 3.0
-"""Exponent of the distribution of how far random people are feminine or masculine, and children childlike: few are in
-between.
-"""
 
 ON_EYE = (1.17, 1.76)
 """Distances from the middle of an eyeball, in its radii, up to which aging skin stays, and from which it goes whole."""
@@ -103,11 +81,8 @@ HAIRLINE = np.array(
 )
 """The line over the forehead, down the temple before the ear, and around the ear to the nape."""
 
-AXIS_BEHIND_ZYGION = 12.0
-"""From the zygion back to the upright axis of the head."""
-
 HEAD_RADIUS = 80.0
-"""Radius about this axis at which azimuths are measured as lengths."""
+"""Radius about the upright axis of the head at which azimuths are measured as lengths."""
 
 FOREHEAD, TEMPLE = 30.0, 60.0
 """The line follows the trichion up to the first of these azimuths, the zygion from the second one on."""
@@ -249,8 +224,7 @@ class Identity:
             raise ParameterError(f"an identity is an Identity or a dictionary of names and numbers, received {what!r}.")
         known = [f.name for f in dataclasses.fields(cls)]
         for name in what or {}:
-            if name not in known:
-                raise unknown_name("parameter of an identity", name, known)
+            check_name("parameter of an identity", name, known)
         return cls(**(what or {}))
 
     @classmethod
@@ -277,9 +251,9 @@ class Identity:
 
         names = [field.name for field in dataclasses.fields(cls)]
         drawn = values_of(names[:FIRST])
-        sex, child = spread * random.power(DISTINCT, 2)
+        sex, child = spread * random.power(3.0, 2)  # few are in between
         drawn["sex"] = float(np.copysign(sex, drawn["sex"]))
-        drawn["child"] = float(child) if random.random() < CHILDREN else 0.0
+        drawn["child"] = float(child) if random.random() < 0.1 else 0.0
         drawn |= values_of(names[FIRST:-1])
         # Men's is cropped to any length, and most women's is long.
         drawn["hair_length"] = float(np.clip(0.6 * (drawn["hair_length"] - drawn["sex"]), -spread, spread))
@@ -353,17 +327,21 @@ def head_of(identity: Identity) -> Head:
     landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
-    thin = THIN_BROWS * max(-identity.sex, identity.child, 0.0)
+    thin = 0.45 * max(-identity.sex, identity.child, 0.0)  # share of the hairs that brows of women and children lack
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
     falls = identity.hair_length > 0.0 >= identity.hair_combed
     if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING and not falls:
         return head
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
-    tint = HAIR_TINTS[int(identity.hair > 0.0)] ** abs(identity.hair)
+    # Factors of red, green and blue of the fairest and of the darkest hair.
+    tint = np.array([0.55, 0.6, 0.65] if identity.hair > 0.0 else [3.1, 3.0, 2.5]) ** abs(identity.hair)
     old = float(smoothstep((identity.age - GRAYING) / (1.0 - GRAYING)))
-    gray, border = GRAYEST * old, RECEDED * max(old * identity.sex, float(falls))
-    own = np.minimum(tint**BROWS_SHARE * mean.brows.color, BROWS_ON_SKIN * skin * TONES[4, 1:])
+    # At age 1, 85 % of hair is gray, and 90 % of its border is bare on a masculine head, as it is at any age before
+    # hair that falls from a parting.
+    gray, border = 0.85 * old, 0.9 * max(old * identity.sex, float(falls))
+    # Brows that are not gray have at most 60 % of the color of the forehead.
+    own = np.minimum(tint**BROWS_SHARE * mean.brows.color, 0.6 * skin * TONES[4, 1:])
     strands, brows = (
         (1.0 - share * gray) * color + share * gray * GRAY
         for color, share in ((tint * HAIR_COLOR, 1.0), (own, BROWS_SHARE))
@@ -461,7 +439,9 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     """
     where = frame.local_mm(points)
     ear, top = frame.local_mm(landmarks["zygion_l"]), frame.local_mm(landmarks["trichion"])
-    azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + AXIS_BEHIND_ZYGION))
+    azimuth = np.degrees(
+        np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + 12.0)
+    )  # about an axis behind the zygion
     line = HAIRLINE.copy()
     share = smoothstep((line[:, 0] - FOREHEAD) / (TEMPLE - FOREHEAD))
     line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (

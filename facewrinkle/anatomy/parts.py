@@ -62,12 +62,6 @@ cards, which show a picture of some.
 BALL_RADII = (0.7, 2.6)
 """Range of its radius relative to an adult's; the largest are of children and cartoons, whose two balls touch."""
 
-BALL_BULGE = 0.25
-"""Points may lie this far off the sphere, in its radii; those of a cornea do."""
-
-BALL_BREADTH = 1.2
-"""The piece is this broad at least, in radii. Of some eyes only the front is modeled; an iris is narrower."""
-
 # --- It belongs to the mouth: teeth, gums, tongue (teeth, unless it is a tongue) ---------------------------
 
 MOUTH_BOX = np.array([[-0.55, -0.5, -1.2], [0.55, 0.5, 0.05]])
@@ -85,11 +79,6 @@ and no farther aside than half of the second: gums and tongues may reach far bac
 TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
 """A tongue is wider than this (0.6; a molar is 0.17 wide), at least this long relative to its width (1.4; gums are
 0.7), and its middle is no farther aside.
-"""
-
-ARCH_WIDTH, BITE = 0.4, 0.04
-"""Pieces wider than this are whole rows of teeth, or their gums; two of them are those of both jaws if their heights
-differ by more than this (0.39).
 """
 
 # --- Something else ----------------------------------------------------------------------------------------
@@ -348,10 +337,12 @@ def _is_glasses(low: Array, high: Array, bridge: Array) -> bool:
 def _bite(teeth: list[Array], lips: float) -> float:
     """The height at which two rows of teeth meet: between the highest and the lowest; with one row, that of the lips.
 
-    Lips may lie lower or higher than the teeth behind them, so two rows, where there are two, tell more.
+    Lips may lie lower or higher than the teeth behind them, so two rows, where there are two, tell more. Pieces wider
+    than 0.4 are whole rows, or their gums; two of them are those of both jaws if their heights differ by more than 0.04
+    (0.39).
     """
-    rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > ARCH_WIDTH]
-    return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > BITE else lips
+    rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > 0.4]
+    return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > 0.04 else lips
 
 
 def _jaw_of(points: Array, bite: float) -> str:
@@ -389,9 +380,11 @@ def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] 
     middle, radius = ball_of(points)
     across = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     extent = np.sort(np.ptp(points @ across.T, axis=0))
-    is_round = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < BALL_BULGE * radius
+    # Points of a cornea lie up to a quarter of the radius off the sphere.
+    is_round = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < 0.25 * radius
     is_here = np.linalg.norm(middle - centre) < radius
-    fits = BALL_RADII[0] < radius / adult < BALL_RADII[1] and extent[1] > BALL_BREADTH * radius
+    # Of some eyes only the front is modeled; an iris is narrower.
+    fits = BALL_RADII[0] < radius / adult < BALL_RADII[1] and extent[1] > 1.2 * radius
     return (middle, radius) if is_round and is_here and fits else None
 
 

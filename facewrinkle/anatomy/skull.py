@@ -24,15 +24,6 @@ from .muscles import JawMuscle, JointWeights
 # Lengths are in distances between the pupils.
 
 
-BORDER_STIFFNESS, BORDER_FADE = 12.0, 0.15
-"""Additional stiffness of the tethers, as a factor, at the outer border of an open mesh, where the skin beyond it would
-hold it; and the distance over which that falls to nothing.
-"""
-
-SMOOTHING = 0.12
-"""The surface and its normals are smoothed over this, so that the skull does not follow lips, nostrils and lids."""
-
-
 @dataclass(frozen=True, eq=False)
 class Tissue:
     """Soft tissue between skin and bone, per vertex of the skin.
@@ -120,9 +111,10 @@ def tissue_of(
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
-    near_border = np.exp(-((_distance_to_border(points, loops) / (BORDER_FADE * size)) ** 2))
-    stiffness = stiffness * (1.0 + BORDER_STIFFNESS * near_border)
-    smooth = _smoother(points, triangles, SMOOTHING * size)
+    # At the outer border of an open mesh tethers are 12 times stiffer, as the skin beyond would hold it.
+    near_border = np.exp(-((_distance_to_border(points, loops) / (0.15 * size)) ** 2))
+    stiffness = stiffness * (1.0 + 12.0 * near_border)
+    smooth = _smoother(points, triangles, 0.12 * size)  # the skull does not follow lips, nostrils and lids
     normals = unit(smooth(vertex_normals(points, triangles)))
     anchors = smooth(points - depth[:, None] * normals)
     above = ((points - anchors) * normals).sum(axis=1)
@@ -173,9 +165,6 @@ LIPS_WIDTH, LIPS_LEAST = 0.4, 0.2
 NECK = 0.55
 """Skin farther than this below the lower border of the mandible stays; in between, the neck follows less and less."""
 
-AROUND_MOUTH = 1.2
-"""The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth."""
-
 
 def jaw_weights(
     jaw: JawMuscle, points: Array, edges: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
@@ -209,7 +198,8 @@ def jaw_weights(
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
     aside = np.minimum(LIPS_LEAST + np.abs((points - mouth) @ frame.axes[0]) / (LIPS_WIDTH * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
-    near = (np.linalg.norm(points - mouth, axis=1) < AROUND_MOUTH * size) & ~behind
+    # The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth.
+    near = (np.linalg.norm(points - mouth, axis=1) < 1.2 * size) & ~behind
     upper, lower = _lips(points, edges, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
     fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > NECK)
     fixed_down = (over < -TURNING_BELOW * aside) & ~upper & (under < 0.0) & ~fixed_up

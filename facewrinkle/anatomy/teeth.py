@@ -32,9 +32,6 @@ have an edge.
 SHORT = {"upper": (0.0, 0.7, 0.0, 0.3, 0.3, 0.0, 0.0), "lower": (0.0,) * 7}
 """How far the crowns end before the edge of the first incisor, mm."""
 
-BETWEEN = 0.4
-"""Share of the light that crowns take from each other's sides."""
-
 ELLIPSE = {"upper": (29.0, 46.0), "lower": (27.0, 43.5)}
 """Half width and depth of the arch's outer border, mm."""
 
@@ -60,10 +57,6 @@ END_RADIUS = 5.0
 
 BEHIND_TEETH = 3.0
 """Skin that lies farther behind the outer border of the teeth at rest, mm, is lining of the mouth."""
-
-OVER_GUM = 4.0
-"""Skin that lies before the gum at rest, no farther from the crowns than this, mm, slides over these."""
-
 
 ENAMEL, CROWN_NECK = np.array([240.0, 232.0, 218.0]), np.array([222.0, 206.0, 182.0])
 """Colors of a crown at its edge and at the gum."""
@@ -124,8 +117,8 @@ def place_of(jaw: str, behind_lips: float = BEHIND_LIPS) -> tuple[float, float]:
 def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     """Return the distance from the front of the lips back to the upper incisors, mm on a face of average size.
 
-    The arches stand behind the lining of the lips, at the heights of the crowns and a little beyond. Skin that lies
-    much farther back lines the mouth.
+    The arches stand behind the lining of the lips, at the heights of the crowns and up to 4 mm beyond, where skin
+    before the gum slides over the crowns. Skin that lies much farther back lines the mouth.
 
     Parameters
     ----------
@@ -152,7 +145,7 @@ def behind_lips(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame)
     for jaw, (half, depth) in ELLIPSE.items():
         side, (down, back) = 1.0 if jaw == "upper" else -1.0, place_of(jaw)
         left, up, forward = local.T + np.array([[0.0], [down], [depth + back]])
-        before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]) + OVER_GUM)
+        before = (forward > 0.0) & (np.abs(left) < half) & (side * up < max(CROWN_HEIGHTS[jaw]) + 4.0)
         left, up, forward = left[before], up[before], forward[before]
         before = depth * (np.hypot(left / half, forward / depth) - 1.0) > -BEHIND_TEETH
         room = CROWN_BULGE + 0.05 - 0.5 * np.maximum(-side * up, 0.0) ** 2 / END_RADIUS
@@ -212,7 +205,8 @@ def _arch(jaw: str) -> tuple[Array, IntArray, Array]:
         left = on_border + rise * [0.0, 1.0, 0.0] + crown[:, 2:] * outward
         share = np.clip(crown[:, 1:2] / CROWN_HEIGHTS[jaw][k], 0.0, 1.0)
         beside = (2.0 * crown[:, :1] / width) ** 4
-        paint = (ENAMEL + (CROWN_NECK - ENAMEL) * share**2) * (1.0 - BETWEEN * beside)
+        # Crowns take 40 % of the light from each other's sides.
+        paint = (ENAMEL + (CROWN_NECK - ENAMEL) * share**2) * (1.0 - 0.4 * beside)
         parts += [(left, crowns, paint), (left * [-1, 1, 1], crowns[:, ::-1], paint)]
     offsets = np.cumsum([0] + [len(points) for points, _, _ in parts])
     points = np.concatenate([points for points, _, _ in parts]) * [1.0, sign, 1.0]

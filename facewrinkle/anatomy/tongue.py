@@ -46,9 +46,6 @@ OUT = (
 RAISED_AT = 0.4
 """Share by which a tongue is put out whose tip is over the incisors."""
 
-LOWEST_CREST = -3.0
-"""Height of the crest of the lower lip, or of what else holds the tongue up."""
-
 ROUNDED = 0.7
 """Share of the length from which the tip is rounded."""
 
@@ -72,7 +69,8 @@ lacks.
 
 
 def lip_crest(lip: Array) -> Array:
-    """Return how far [up, forward] the points (k, 3) of a lower lip reach that hold up a tongue on its way out.
+    """Return how far [up, forward] the points (k, 3) of a lower lip reach that hold up a tongue on its way out; 3 mm
+    below the edges of the incisors, something else does.
 
     Examples
     --------
@@ -84,7 +82,7 @@ def lip_crest(lip: Array) -> Array:
     half, high = OUT[-2][2:]
     left, up, forward = lip.T
     rounded = high * (1.0 - np.sqrt(np.maximum(1.0 - (left / half) ** 2, 0.0)))
-    return np.array([(up - rounded).max(initial=LOWEST_CREST), forward.max(initial=0.0)])
+    return np.array([(up - rounded).max(initial=-3.0), forward.max(initial=0.0)])
 
 
 def tongue_points(out: float, crest: Array) -> Array:

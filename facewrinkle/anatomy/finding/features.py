@@ -38,10 +38,6 @@ DISTANCE_COST = 50.0
 LIP_SIZE = 0.04
 """Size of the bulges and furrows down the middle of a mouth, and half the breadth of the strip on which they are seen.
 """
-LIP_BORDER = 0.37
-"""The border of the lower lip lies this share of the way from the top of its bulge to the fold above the chin (0.17 to
-0.54 on thirty-two labeled faces, a share of 0.12 of the distance between the pupils on average).
-"""
 LIP_HEIGHT = 0.3
 """Distance from the meeting of the lips to the bulge, and from the bulge to the fold, at most."""
 
@@ -58,17 +54,6 @@ BENT = 1.8
 
 NEAR_MENTON = 0.3
 """The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
-
-BEYOND = 0.2
-"""The skin goes on for this beyond the bend, at least: at the rim of a mask nothing tells that the chin turns under."""
-
-UNDER = np.radians(50.0)
-"""Angle by which the profile leans back at the lowest place of the chin, at least (42 to 71 degrees there)."""
-
-TO_MENTON, TO_POGONION = 0.05, 0.19
-"""From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent place
-of its front (0.16 to 0.23).
-"""
 
 
 def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float] | None:
@@ -109,7 +94,8 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     """Return the height of the lower lip, by the profile below the furrow of a mouth.
 
     Its border lies between the top of its bulge, the first below the meeting of the lips, and the first fold below
-    that. None where either is missing.
+    that, the one above the chin: 0.37 of the way (0.17 to 0.54 on thirty-two labeled faces). None where either is
+    missing.
 
     Parameters
     ----------
@@ -131,7 +117,7 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
     folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0) & (up < bulges[-1])]
     if not len(folds) or bulges[-1] - folds[-1] >= LIP_HEIGHT:
         return None
-    return float(bulges[-1] - LIP_BORDER * (bulges[-1] - folds[-1]))
+    return float(bulges[-1] - 0.37 * (bulges[-1] - folds[-1]))
 
 
 def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, float] | None:
@@ -225,13 +211,17 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
     near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
-    if bend[at] < BENT or along[at] < BEYOND:
+    # The skin goes on beyond the bend: at the rim of a mask nothing tells that the chin turns under.
+    if bend[at] < BENT or along[at] < 0.2:
         if up[0] > y:
             return expected, None
-        under = np.flatnonzero((np.arctan(slope) + FROM_BELOW > UNDER) & (up < y + NEAR_MENTON))
+        # The profile leans back by at least 50 degrees at the lowest place of the chin (42 to 71 on labeled faces).
+        under = np.flatnonzero((np.arctan(slope) + FROM_BELOW > np.radians(50.0)) & (up < y + NEAR_MENTON))
         return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
-    lowest = np.interp(along[at] - TO_MENTON, along, np.arange(len(up)))
-    return place(float(lowest)), float(place(at)[1] + TO_POGONION)
+    # From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent
+    # place of its front (0.16 to 0.23).
+    lowest = np.interp(along[at] - 0.05, along, np.arange(len(up)))
+    return place(float(lowest)), float(place(at)[1] + 0.19)
 
 
 # --- eyebrows: dark bands of the photo on a scan, across the ridges above the eyes ------------------------------------

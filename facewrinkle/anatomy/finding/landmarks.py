@@ -24,9 +24,6 @@ from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, temp
 OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
 """Landmarks that cannot be read off the front view: completed from the template and the others."""
 
-WITH_MOUTH = (*MOUTH_LANDMARKS, "subnasale", "pogonion", "menton")
-"""Landmarks that move with the mouth, all of which come from one variant if its mouth is open or drawn aside."""
-
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
 
@@ -34,14 +31,10 @@ LANDMARK_CORRELATION = (0.70, 0.95)
 """Correlation of curvature around a landmark: the confidence in it is 0 at the first and 1 at the second, which is that
 of faces that are like the template there.
 """
-ESTIMATE = 0.3
-"""Confidence of a landmark that cannot be measured, at most."""
 UNSEEN, SEEN = 0.5, 0.7
 """Factor of the confidence in a lower lip that is not seen, and in a chin that is not seen to turn under; confidence in
 one that is, at least.
 """
-HIDDEN = 0.2
-"""Confidence below which a landmark counts as hidden, before it is multiplied by that of the face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +126,7 @@ def find_landmarks(
         landmarks, confidences, estimated = placed_landmarks(points, face, matches)
     except LandmarkError:  # the template's landmarks fell into disorder
         raise LandmarkError(NO_FACE) from None
-    hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < HIDDEN]
+    hidden = [name for name in NAMES if name not in UNMEASURED and confidences[name] < 0.2]
     pose = match.pose
     return Found(
         {name: point * diagonal + middle for name, point in landmarks.items()},
@@ -195,7 +188,7 @@ def placed_landmarks(
     places["nose_tip"] = _raised(match, tip[None], match.surface.depth)[0]
     estimated = tuple(name for name in UNMEASURED if name not in measured)
     for name in estimated:
-        certainty[name] = min(certainty[name], ESTIMATE)
+        certainty[name] = min(certainty[name], 0.3)
     landmarks = _on_surface(points, triangles, complete(places, variants[0])[0])
     return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in certainty.items()}, estimated
 
@@ -207,6 +200,7 @@ def _consensus(
 
     Landmarks that move with the mouth come from the `mouth` variant if that is not at rest.
     """
+    with_mouth = (*MOUTH_LANDMARKS, "subnasale", *CHIN) if mouth >= len(AT_REST) else ()
     rest = len(AT_REST)
     names = [name for name in NAMES if name not in OFF_FRONT]
     by_variant = np.array([_placed(match, variants[k], names) for k, match in enumerate(matches)])
@@ -214,7 +208,7 @@ def _consensus(
     places = {}
     for name, candidates in zip(names, by_variant.swapaxes(0, 1), strict=True):
         correlation = correlations[name]
-        if name in WITH_MOUTH and mouth >= rest:
+        if name in with_mouth:
             places[name], certainty[name] = candidates[mouth], float(correlation[mouth])
         else:
             weights = np.exp((correlation[:rest] - correlation[:rest].max()) / 0.03)  # the best has most of it

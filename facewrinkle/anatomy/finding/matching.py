@@ -28,10 +28,6 @@ STIFFNESS, SYMMETRY = 0.02, 0.02
 """Resistance to bending, and to differences of left and right."""
 
 
-CONTRAST_RADIUS, CONTRAST_FLOOR = 0.3, 0.04
-"""Size of the surroundings by whose strength of curvature a place is normalized, and the least such strength."""
-
-
 @dataclass(frozen=True, eq=False)
 class Basis:
     """Products of cubic B-splines down a grid and across it, and the stiffness of their shifts (m, n, 2).
@@ -160,13 +156,12 @@ def fitted_warp(
 def contrast_normalized(curvature: Array, weight: Array, grid: Grid) -> Array:
     """Return curvature (c, rows, columns) over its strength around each place, as large on shallow as on deep faces.
 
-    `weight` (rows, columns) is the weight of each place in the mean strength.
+    `weight` (rows, columns) is the weight of each place in the mean strength of its surroundings, which is 0.04 at
+    least.
     """
-    sigma, weight = CONTRAST_RADIUS / grid.step, weight.astype(float)
+    sigma, weight = 0.3 / grid.step, weight.astype(float)
     share = np.maximum(gaussian_filter(weight, sigma), 1e-3)
-    return np.array(
-        [c / np.sqrt(gaussian_filter(weight * c * c, sigma) / share + CONTRAST_FLOOR**2) for c in curvature]
-    )
+    return np.array([c / np.sqrt(gaussian_filter(weight * c * c, sigma) / share + 0.04**2) for c in curvature])
 
 
 def _gauss_newton_sums(images: Array, template: Array, weight: Array, field: Array) -> tuple[Array, Array]:
@@ -195,13 +190,6 @@ COARSE, FINE = Grid(0.07), Grid(0.035)
 SCALES = (0.06, 0.11, 0.22)
 """Sizes of bulges and hollows that are compared, in distances between the pupils."""
 
-
-# The Gauss-Newton steps of an alignment.
-STEPS = 14
-RIGID_STEPS = 4
-"""Steps in which proportions hardly change: size and place come first."""
-STRETCH_STIFFNESS = 0.003
-"""Resistance to stretch in the later steps."""
 
 # How likely a pose is to be that of a face.
 DEPTH_PENALTY = 3.0
@@ -290,10 +278,10 @@ def aligned(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
     The more a place differs, the less it counts.
     """
     grid, base = COARSE, template_map(COARSE, variant)
-    for step in range(STEPS):
+    for step in range(14):
         depth = depth_map(pose.local(points), triangles, grid)
         depth -= _median_offset(depth, base) if step == 0 else 0.0
-        stiffness = STRETCH_STIFFNESS if step >= RIGID_STEPS else 1.0
+        stiffness = 0.003 if step >= 4 else 1.0  # at first proportions hardly change: size and place come first
         pose = _moved(pose, _gauss_newton_step(depth, base, pose, 0.25 * 0.85**step + 0.05, stiffness))
     return pose
 
@@ -330,22 +318,6 @@ def _moved(pose: Pose, change: Array) -> Pose:
 
 
 # --- matches ------------------------------------------------------------------------------------------------
-
-STAGES = (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8))
-"""Stages of the warp: the channels that lead it (curvature by size, then depth), and the number of steps.
-
-More steps would bring other things closer to a face; faces come no closer.
-"""
-
-UNCERTAIN_SHIFT = 0.04
-"""Shifts smaller than this, in distances between the pupils, are reduced: the curvature of faces differs also where
-their landmarks lie alike.
-"""
-
-DEPTH_SCALE, SURFACE_DROP = 0.8, 0.5
-"""Depth that counts as much as curvature, and the drop of depth where there is no surface, which keeps the template
-from being warped off the surface.
-"""
 
 AROUND = 0.2
 """Size of the surroundings that are compared, in distances between the pupils."""
@@ -395,7 +367,8 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
     face, model = _channels(surface, base), _channels(base, base)
     shown = np.clip(surface.weight / np.maximum(base.weight, 1e-3), 0.0, 1.0)
     warp = None
-    for channels, steps in STAGES:
+    # Channels that lead it (curvature by size, then depth), and steps: more would bring other things closer to a face.
+    for channels, steps in (([2, 3], 5), ([1, 2, 3], 5), ([0, 1, 2, 3], 8)):
         warp = fitted_warp(face[channels], shown, model[channels], base.weight, FINE, warp, steps)
     assert warp is not None
     warp = Warp(FINE, certain(warp.shift))
@@ -415,9 +388,11 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
 
 
 def certain(shift: Array) -> Array:
-    """Return shifts (..., 2), the small ones reduced: see :data:`UNCERTAIN_SHIFT`."""
+    """Return shifts (..., 2), those below 0.04 reduced: the curvature of faces differs also where their landmarks lie
+    alike.
+    """
     square = (shift**2).sum(axis=-1, keepdims=True)
-    return np.asarray(shift * square / (square + UNCERTAIN_SHIFT**2))
+    return np.asarray(shift * square / (square + 0.04**2))
 
 
 def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, variant: int) -> float:
@@ -445,13 +420,16 @@ def _nose(alike: Array, weight: Array, variant: int) -> float:
 
 
 def _channels(surface: SurfaceMap, base: SurfaceMap) -> Array:
-    """Curvature by size, with normalized contrast, and depth (c + 1, rows, columns)."""
+    """Curvature by size, with normalized contrast, and depth (c + 1, rows, columns), of which 0.8 counts as much.
+
+    Where there is no surface it drops, which keeps the template from being warped off the surface.
+    """
     seen = (surface.weight > 0.05).astype(np.float64)
     curved = contrast_normalized(curvature(surface.depth, FINE, SCALES), seen, FINE)
     inside = surface.weight > 0.2
     offset = np.median((surface.depth - base.depth)[inside]) if inside.any() else 0.0
-    depth = np.maximum(surface.depth - SURFACE_DROP * (1.0 - surface.known) - offset, -1.0)
-    return np.concatenate([curved, depth[None] / DEPTH_SCALE])
+    depth = np.maximum(surface.depth - 0.5 * (1.0 - surface.known) - offset, -1.0)
+    return np.concatenate([curved, depth[None] / 0.8])
 
 
 def _correlation(face: Array, model: Array, weight: Array) -> Array:

@@ -35,8 +35,6 @@ MAP_RADIUS = 1.2
 """Radius of the polar maps about noses, in distances between the pupils."""
 
 RINGS, SECTORS = 9, 36
-TILTS = ((0.0, 1), (0.38, 6), (0.76, 9))
-"""Angles between a nose's direction and that of its protrusion, and the number of directions at each."""
 
 LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
 """Largest difference of height that counts, and the difference that a place without surface has, over the radius."""
@@ -148,10 +146,10 @@ def _directions(nose: Array, around: Array) -> Array:
 
 @cache
 def _tilted_frames() -> Array:
-    """Frames (a, 3, 3) whose last rows are z and directions around it."""
+    """Frames (a, 3, 3) whose last rows are z, where a nose protrudes, and directions around it that it may have."""
     directions = [
         (np.cos(turn) * np.sin(tilt), np.sin(turn) * np.sin(tilt), np.cos(tilt))
-        for tilt, n in TILTS
+        for tilt, n in ((0.0, 1), (0.38, 6), (0.76, 9))  # angles, and the number of directions at each
         for turn in 2.0 * np.pi * np.arange(n) / n
     ]
     return np.array([_frame(np.array(direction)) for direction in directions])
@@ -244,10 +242,6 @@ MOST_LAYERS = 50.0
 """Largest area of a mesh over the squared diagonal of its box: that of heads is about 1, that of noise 100 and more."""
 PARTS = 3
 """Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
-PART_LOSS = 0.1
-"""The part that makes up most of what is seen is the face, unless it is by so much less like one than with the others:
-lashes and the shells of eyes, which fill its eyes, are left out.
-"""
 
 
 def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> tuple[list[Match], IntArray]:
@@ -307,7 +301,8 @@ def _best_match(points: Array, triangles: IntArray, poses: list[Pose]) -> tuple[
     part = _face_part(points, triangles, best)
     if len(part) < len(triangles):
         alone = _aligned_match(points, part, best.pose)
-        if alone.confidence > best.confidence - PART_LOSS:
+        # Unless it is much less like a face, lashes and the shells of eyes, which fill its eyes, are left out.
+        if alone.confidence > best.confidence - 0.1:
             return alone, part
     return best, triangles
 

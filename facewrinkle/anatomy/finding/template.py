@@ -29,16 +29,6 @@ from ..skull import jaw_weights
 NEAREST, FARTHEST = 1.1, -1.5
 """Range of depth of a face, in distances between the pupils; the tip of the nose is at 0.6."""
 
-# Openings in the map are closed according to their width. Lengths are in distances between the pupils.
-SLIT_WIDTH, SLIT_DEPTH = 0.11, 0.06
-"""Openings narrower than the first, such as that between the lips, become furrows of the second's depth."""
-OPENING_WIDTH, OPENING_DEPTH = 0.27, 0.12
-"""Openings up to the first's width that are deeper than the second, such as open eyes, count as unknown."""
-OPEN_MOUTH_WIDTH, OPEN_MOUTH_DEPTH = 0.9, 0.25
-"""An open mouth, where one is expected, up to the first's width becomes a hollow of the second's depth."""
-BELOW_NOSTRILS = -0.8
-"""An open mouth lies below this height."""
-
 PEAK_RADIUS = 0.12
 """Size of the surroundings to which a peak's paraboloid is fitted; farther from the start it is another bulge's."""
 
@@ -80,15 +70,16 @@ def openings_closed(
 ) -> tuple[Array, BoolArray]:
     """Return the map with its openings closed, and True where the surface is known.
 
-    An open mouth is kept as a hollow if `mouth_open`. Where the surface is not known, the map goes on smoothly, along
-    the depth of a `model` if there is one: a rim must not look like curvature of the face.
+    Narrow openings, such as that between the lips, become furrows; wider and deeper ones, such as open eyes, count as
+    unknown. An open mouth is kept as a hollow if `mouth_open`. Where the surface is not known, the map goes on
+    smoothly, along the depth of a `model` if there is one: a rim must not look like curvature of the face.
     """
     deep = np.where(np.isnan(depth), FARTHEST, depth)
-    below = grid.y < BELOW_NOSTRILS
-    if mouth_open:
-        deep[below] = np.maximum(deep, _gray_closing(deep, OPEN_MOUTH_WIDTH, grid) - OPEN_MOUTH_DEPTH)[below]
-    level = np.maximum(deep, _gray_closing(deep, SLIT_WIDTH, grid) - SLIT_DEPTH)
-    known = (_gray_closing(level, OPENING_WIDTH, grid) - level < OPENING_DEPTH) & (level > FARTHEST)
+    below = grid.y < -0.8  # the nostrils
+    if mouth_open:  # hollows up to 0.9 wide become 0.25 deep
+        deep[below] = np.maximum(deep, _gray_closing(deep, 0.9, grid) - 0.25)[below]
+    level = np.maximum(deep, _gray_closing(deep, 0.11, grid) - 0.06)
+    known = (_gray_closing(level, 0.27, grid) - level < 0.12) & (level > FARTHEST)
     if mouth_open:
         known[below] = level[below] > FARTHEST
     base = np.zeros_like(level) if model is None else model
@@ -157,13 +148,6 @@ UNMEASURED = (
 """Landmarks that the shape does not show, or not from the front: estimates. But the menton is measured on a chin that
 is seen to turn under.
 """
-
-
-# Given landmarks tell no pose if either holds. Lengths are in distances between the pupils.
-COLLINEAR = 0.2
-"""They scatter less than this to the sides of a line: the turn about the line stays unknown."""
-MISFIT = 0.45
-"""One lies farther than this from its place on the template fitted to them: they are swapped, or not of a face."""
 
 
 @dataclass(frozen=True)
@@ -327,10 +311,11 @@ def pose_from_landmarks(landmarks: Mapping[str, Array]) -> Pose | None:
         return None
     model, face = (np.array([source[name] for name in names]) for source in (template().landmarks, landmarks))
     from_, to = model - model.mean(axis=0), face - face.mean(axis=0)
-    if np.linalg.svd(from_, compute_uv=False)[1] < COLLINEAR:
+    if np.linalg.svd(from_, compute_uv=False)[1] < 0.2:  # on a line, about which the turn stays unknown
         return None
     axes = closest_rotations(from_.T @ to)
     size = float((from_ @ axes * to).sum() / (from_**2).sum())
-    if size <= 0.0 or np.linalg.norm(to / size - from_ @ axes, axis=1).max() > MISFIT:
+    # Where one lies far from its place on the template, they are swapped, or not of a face.
+    if size <= 0.0 or np.linalg.norm(to / size - from_ @ axes, axis=1).max() > 0.45:
         return None
     return Pose(axes, face.mean(axis=0) - size * model.mean(axis=0) @ axes, size, np.ones(3))

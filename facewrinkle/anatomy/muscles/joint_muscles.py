@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ...array_types import Array
 from ...checks import vector
-from ...errors import ParameterError, check_range, unknown_name
+from ...errors import ParameterError, check_name, check_range
 from ...geometry import unit
 from .base import WRINKLES, Muscle
 
@@ -140,8 +140,7 @@ class EyeMuscle(_OfEye):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.turn not in TURNS:
-            raise unknown_name("turn", self.turn, TURNS)
+        check_name("turn", self.turn, TURNS)
         check_range("angle", self.angle, 1e-6, 1.0)
 
     def rate(self, outwards: float, up: float) -> float:
