@@ -153,7 +153,4 @@ def eye_distance(points: Array, eyes: Iterable[Eyeball]) -> Array:
     >>> eye_distance(np.array([[0.0, 0.0, 18.0]]), [eye])
     array([1.5])
     """
-    away = np.full(len(points), np.inf)
-    for eye in eyes:
-        away = np.minimum(away, np.linalg.norm(points - eye.centre, axis=1) / eye.radius)
-    return away
+    return np.asarray(np.min([np.linalg.norm(points - eye.centre, axis=1) / eye.radius for eye in eyes], axis=0))

@@ -232,12 +232,12 @@ def usual_corners(landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str,
     >>> max(float(np.linalg.norm(place - face.landmarks[name])) for name, place in usual.items()) < 2.0
     True
     """
-    radius, found = RADIUS * frame.pupil_distance, {}
-    for side, sign in (("l", 1.0), ("r", -1.0)):
-        for end, place in USUAL_CORNERS.items():
-            away = radius * place * [sign, 1.0, 1.0] @ frame.axes
-            found[f"eye_{side}_{end}"] = landmarks[f"eye_{side}_centre"] + away
-    return found
+    radius = RADIUS * frame.pupil_distance
+    return {
+        f"eye_{side}_{end}": landmarks[f"eye_{side}_centre"] + radius * place * [sign, 1.0, 1.0] @ frame.axes
+        for side, sign in (("l", 1.0), ("r", -1.0))
+        for end, place in USUAL_CORNERS.items()
+    }
 
 
 def lid_rim(eye: Eyeball, points: Array, loops: Sequence[IntArray]) -> IntArray | None:

@@ -299,10 +299,8 @@ class Face:
     @cached_property
     def shut_lids(self) -> npt.NDArray[np.float64]:
         """Share (n,) of the skin that is a lid without an opening: 1 before such an eye, 0 where no lid reaches."""
-        share = np.zeros(len(self.points))
-        for eye in self.eyes_without_lids.values():
-            share = np.maximum(share, lid_share(eye, self.points))
-        return share
+        shares = [lid_share(eye, self.points) for eye in self.eyes_without_lids.values()]
+        return np.asarray(np.max([np.zeros(len(self.points)), *shares], axis=0))
 
     @cached_property
     def fold_depth(self) -> float:

@@ -135,9 +135,8 @@ def _stored(key: str, seen: Face | Part) -> dict[str, Any]:
         key + "triangles": np.asarray(mesh.regular_faces),
         key + "texture_coordinates": np.array(mesh.point_data.active_texture_coordinates_name or "", dtype=str),
     }
-    for name, values in mesh.point_data.items():
-        if np.asarray(values).dtype.kind in "fiub" and "/" not in name:
-            arrays[key + _DATA + name] = np.asarray(values)
+    numbers = {name: np.asarray(values) for name, values in mesh.point_data.items() if "/" not in name}
+    arrays |= {key + _DATA + name: values for name, values in numbers.items() if values.dtype.kind in "fiub"}
     optional = {"texture": seen.texture, "source_points": seen.source_points, CORNERS: mesh.cell_data.get(CORNERS)}
     optional["part"] = seen.sheet if isinstance(seen, Part) else None
     return arrays | {key + name: values for name, values in optional.items() if values is not None}

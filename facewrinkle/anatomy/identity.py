@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..array_types import Array
 from ..errors import ParameterError, check_name, check_range, check_whole
-from ..geometry.interpolation import closest_point, smoothstep
+from ..geometry import BoxTree, smoothstep
 from .eyeball import eye_distance
 from .head import DATA, HAIR_COLOR, Head, cage_data, load_head, pair_of_eyes
 from .landmarks import FaceFrame
@@ -324,7 +324,9 @@ def head_of(identity: Identity) -> Head:
     points = mean.mold(cage + shift, centre, left.radius)
     if identity.age > 0.0:
         points += identity.age * aged_flesh(mean.points, eye_distance(mean.points, mean.eyes))
-    landmarks = {name: _moved_with(mean, place, points) for name, place in mean.landmarks.items()}
+    cells, shares, _ = BoxTree(mean.points, mean.triangles).closest(np.array(list(mean.landmarks.values())))
+    places = np.einsum("nc,nci->ni", shares, points[mean.triangles[cells]])
+    landmarks = dict(zip(mean.landmarks, places, strict=True))
     eyes = pair_of_eyes(centre, left.radius)
     landmarks |= {f"eye_{eye.side}_centre": eye.centre for eye in eyes}
     thin = 0.45 * max(-identity.sex, identity.child, 0.0)  # share of the hairs that brows of women and children lack
@@ -417,12 +419,6 @@ def _handled(handles: Sequence[tuple[str, float, Array]], cage: Mapping[str, Arr
             near = np.exp(-((np.linalg.norm(places - cage[handle] * mirror, axis=1) / reach) ** 2))
             shift += near[:, None] * (offset * mirror)
     return shift
-
-
-def _moved_with(head: Head, place: Array, points: Array) -> Array:
-    """A place (3,) on the skin of a head, moved with its triangle when the vertices move to `points`."""
-    on = closest_point(head.points, head.triangles, place)
-    return np.asarray(on.barycentric @ points[head.triangles[on.triangle]])
 
 
 def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) -> Array:

@@ -214,8 +214,8 @@ def named_parts(
     bite = _bite(teeth, mouth_middle(marks)[1])
     chosen: dict[str, list[IntArray]] = {}
     for (piece, used), kind in zip(pieces, kinds, strict=True):
-        name = f"{_jaw_of(local[used], bite)}_teeth" if kind == "teeth" else kind
-        chosen.setdefault(name, []).append(piece)
+        jaw = "lower" if local[used, 1].min() + local[used, 1].max() <= 2.0 * bite else "upper"
+        chosen.setdefault(f"{jaw}_teeth" if kind == "teeth" else kind, []).append(piece)
     specks = len(chosen.pop("speck", []))
     return {name: part_of(name, others.only(np.sort(np.concatenate(chosen[name])))) for name in sorted(chosen)}, specks
 
@@ -229,11 +229,8 @@ def kind_said(name: str) -> str:
     >>> kind_said("mesh_3/LeftEyelashes"), kind_said("Eye_L/brown hair"), kind_said("Head with eyes and teeth")
     ('lashes', 'eye', '')
     """
-    for one in name.lower().split("/"):
-        kinds = [kind for kind, words in WORDS.items() if re.search(words, one)]
-        if len(kinds) == 1:
-            return kinds[0]
-    return ""
+    said = ([kind for kind, words in WORDS.items() if re.search(words, one)] for one in name.lower().split("/"))
+    return next((kinds[0] for kinds in said if len(kinds) == 1), "")
 
 
 def _sided(kind: str, points: Array, eyes: Mapping[str, tuple[Array, float]]) -> str:
@@ -343,11 +340,6 @@ def _bite(teeth: list[Array], lips: float) -> float:
     """
     rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > 0.4]
     return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > 0.04 else lips
-
-
-def _jaw_of(points: Array, bite: float) -> str:
-    """The jaw of teeth, by the height of their middle."""
-    return "lower" if points[:, 1].min() + points[:, 1].max() <= 2.0 * bite else "upper"
 
 
 # --- balls ------------------------------------------------------------------------------------------------

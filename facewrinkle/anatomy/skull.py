@@ -111,9 +111,10 @@ def tissue_of(
     weights /= weights.sum(axis=1, keepdims=True)
     depth, bulge = weights @ values[:, 0], weights @ values[:, 3]
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
-    # At the outer border of an open mesh tethers are 12 times stiffer, as the skin beyond would hold it.
-    near_border = np.exp(-((_distance_to_border(points, loops) / (0.15 * size)) ** 2))
-    stiffness = stiffness * (1.0 + 12.0 * near_border)
+    if loops:  # at the outer border of an open mesh tethers are 12 times stiffer, as the skin beyond would hold it
+        longest = max(loops, key=lambda loop: np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum())
+        away = cKDTree(points[longest]).query(points)[0]
+        stiffness = stiffness * (1.0 + 12.0 * np.exp(-((away / (0.15 * size)) ** 2)))
     smooth = _smoother(points, triangles, 0.12 * size)  # the skull does not follow lips, nostrils and lids
     normals = unit(smooth(vertex_normals(points, triangles)))
     anchors = smooth(points - depth[:, None] * normals)
@@ -121,14 +122,6 @@ def tissue_of(
     # Smoothing cuts corners where a face is concave: a third of the tissue is left over the bone.
     anchors -= np.maximum(1.0 / 3.0 * depth - above, 0.0)[:, None] * normals
     return Tissue(depth, stiffness, normals, anchors, across, bulge)
-
-
-def _distance_to_border(points: Array, loops: Sequence[IntArray]) -> Array:
-    """Distance of each vertex from the longest boundary loop; infinite where there is none."""
-    lengths = [np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum() for loop in loops]
-    if not loops:
-        return np.full(len(points), np.inf)
-    return np.asarray(cKDTree(points[loops[int(np.argmax(lengths))]]).query(points)[0])
 
 
 def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  # type: ignore[no-untyped-def]

@@ -18,9 +18,6 @@ from .base import Displacement, Layer, SurfacePoints, SurfaceState, over
 from .compression import Activation, StrainField, per_length, tangents_of
 from .entries import BLUNT, LEAST, TAUT, Entries, Relief, scattered, sorted_by_vertex
 
-SMALLEST = 0.4
-"""A wrinkle that measures less than this from bulge to furrow, mm, asks for no triangles, unless it stays at rest."""
-
 
 class MuscleWrinkles(Layer):
     """The layer of the paper's wrinkles, mended where they fail as printed (:class:`facewrinkle.PrintedWrinkles`).
@@ -454,7 +451,8 @@ def amplitudes(folds, epsilon, k0, kept, relief):
                 if deep > 0.0:
                     total += deep * unit[p]
                     mild += deep * blunt[p]
-                    if cycle[p] < finest and (deep * swing[p] > SMALLEST or old * swing[p] > LEAST):
+                    # Below 0.4 mm from bulge to furrow it asks for no triangles, unless it stays at rest.
+                    if cycle[p] < finest and (deep * swing[p] > 0.4 or old * swing[p] > LEAST):
                         finest, lead = cycle[p], p
         share[i] = 1.0 / max(asked, 1.0)
         height[i], shown[i], spacing[i], active[i] = total * share[i], mild * share[i], finest, on

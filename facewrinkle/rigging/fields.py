@@ -99,17 +99,12 @@ CUT = 0.1
 Skin that moves by more counts for the error of a pair of shapes; smaller errors on average are not corrected.
 """
 
-TURN = 0.03
-"""Normals that turn by less, in radians, are left as they are."""
-
 
 def movement_poses(shapes: Mapping[str, Shape], posing: Posing) -> dict[Movement, Pose]:
     """Return the poses that shapes are made of, by their movements: both sides of a pair are one, moved together."""
-    found: dict[Movement, Pose] = {}
-    for shape in [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]:
-        if shape.movement not in found:
-            found[shape.movement] = posing.at({"both": (replace(shape, side=None), 1.0)})
-    return found
+    every = [*shapes.values(), *(ARKIT[shape.beyond] for shape in shapes.values() if shape.beyond)]
+    both = {shape.movement: replace(shape, side=None) for shape in every}
+    return {movement: posing.at({"both": (shape, 1.0)}) for movement, shape in both.items()}
 
 
 Fields = dict[str, Single]
@@ -262,10 +257,10 @@ def morphs_of(
 def _shown(part: str, both: Single) -> tuple[Single, Single]:
     """Return changes (k, n, 3) of points, and those of normals that can be seen; the others are 0.
 
-    The normals of hairs stay: how a hair shines does not tell how it lies.
+    Normals that turn by less than 0.03 radians stay, and those of hairs: how a hair shines does not tell how it lies.
     """
     moved, turned = np.ascontiguousarray(both[..., :3]), np.ascontiguousarray(both[..., 3:])
-    seen = (turned**2).sum(axis=2, keepdims=True) > TURN**2
+    seen = (turned**2).sum(axis=2, keepdims=True) > 0.03**2
     return moved, np.where(seen & (not is_hair(part)), turned, np.float32(0.0))
 
 

@@ -31,12 +31,6 @@ OVERLAP = 0.02
 FOLDED = 0.03
 """Wrinkles of a shape that are nowhere deeper than this, mm, are left out; below half of it, normals are flat."""
 
-AROUND = 1.2
-"""Standard deviation of the averages of depths and of masks, mm."""
-
-MARGIN = 16
-"""Texels around each island that are filled with the nearest value, for filters and small versions of a map."""
-
 CHART_CENTRE = np.array([0.0, -0.5, -1.0])
 """Middle of the head, [left, up, forward] from between the eyes, around which the chart of the face is laid, in
 distances between the pupils.
@@ -284,7 +278,8 @@ class FoldMaps:
             )
         self._triangles, self._base = (np.asarray(mesh.regular_faces, np.int64) for mesh in (fine, smooth))
         self.covered = self._texels.covered & self._below.covered
-        self._nearest = nearest_covered(self.covered)
+        distance, nearest = distance_transform_edt(~self.covered, return_indices=True)
+        self._nearest = tuple(np.where(distance > 16.0, np.indices(self.covered.shape), nearest))
         area = vertex_areas(np.asarray(face.points, np.float64), self._base).sum() * face.unit**2
         self._per_texel = float(np.sqrt(area / max(self._below.covered.sum(), 1)))
 
@@ -312,11 +307,14 @@ class FoldMaps:
         return self._below.of(self._base, values)
 
     def blurred(self, values: Array) -> Array:
-        """Return values (h, w) averaged over the skin around each place, with a standard deviation in mm."""
-        return np.asarray(gaussian_filter(values, AROUND / self._per_texel))
+        """Return values (h, w) averaged over the skin around each place, with a standard deviation of 1.2 mm."""
+        return np.asarray(gaussian_filter(values, 1.2 / self._per_texel))
 
     def filled(self, pixels: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Return pixels (h, w, ...) with a margin around each island."""
+        """Return pixels (h, w, ...) with 16 texels around each island that have the nearest value.
+
+        Filters and small versions of a map need them.
+        """
         return pixels[self._nearest]
 
 
@@ -373,13 +371,6 @@ def tangents_of(model: Model) -> tuple[Array, Array]:
 def heights_as_integers(height: Array, most: float) -> npt.NDArray[np.uint16]:
     """Return heights from -`most` to `most` as 16 bits; 32768 is none."""
     return np.rint(32768.0 + 32767.0 * np.clip(height / most, -1.0, 1.0)).astype(np.uint16)
-
-
-def nearest_covered(covered: npt.NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
-    """Return the row and column of the covered texel that each texel near an island takes its value from."""
-    distance, nearest = distance_transform_edt(~covered, return_indices=True)
-    rows, columns = np.where(distance > MARGIN, np.indices(covered.shape), nearest)
-    return rows, columns
 
 
 def write_maps(maps: Maps, path: str | Path) -> list[Path]:

@@ -21,9 +21,6 @@ from .linear_rig import Rig
 from .maps import around_head
 from .poses import Pose
 
-OFF_MESH = 0.01
-"""Half the vertices of a face lie closer than this to their places in its mesh, in distances between the pupils."""
-
 REACHED = 0.1
 """A vertex farther than this from all that the rig moves, in distances between the pupils, counts as not reached."""
 
@@ -115,7 +112,8 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     size, skin = face.frame.pupil_distance, rig.deltas[:, : len(face.points)]
     deltas, known = np.zeros((len(rig.names), len(points), 3), np.float32), np.zeros(len(points), bool)
     for rows, rest, moved in _pieces(rig, skin):
-        if rows.max() >= len(points) or np.median(np.linalg.norm(points[rows] - rest, axis=1)) > OFF_MESH * size:
+        # Half the vertices of a face lie closer than this to their places in its mesh.
+        if rows.max() >= len(points) or np.median(np.linalg.norm(points[rows] - rest, axis=1)) > 0.01 * size:
             raise ParameterError(
                 f"the rig was made of another mesh than the one that was given, which has {len(points)} vertices: fit "
                 "the face to this mesh."

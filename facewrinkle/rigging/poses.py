@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from ..anatomy.face import Face
@@ -22,19 +21,11 @@ from .takes import Take
 STEP, STEPS, STILL = 1.0, 30, 0.005
 """Skin comes to rest within so many steps of so many seconds; it is at rest when no vertex moves further, mm."""
 
-BAND = 0.15
-"""Half the width of the band in the middle of the face over which a movement of both sides is divided into shapes of
-the left and the right, in distances between the pupils.
-"""
-
 CLEARING = 0.0005
 """Time of the step that takes skin out of eyes, teeth and the other lip where modeled movements have brought it, s."""
 
 INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Barycentric coordinates of the points of a triangle that must clear the balls."""
-
-REACH = 0.4
-"""Skin that is pushed out of a ball takes along what lies within so many radii of the ball, of either lid."""
 
 GRAZING = 0.05
 """Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""
@@ -177,8 +168,11 @@ class Posing:
                 continue
             lifts = np.zeros(low.shape)
             lifts[low] = _lifts(start[low], end[low], floor[low])
-            lift = _at_corners(lifts, near, len(base))
-            out += _spread(lift, base, REACH * radius)[:, None] * (base - centre)
+            lift = np.zeros(len(base))  # of each vertex, the largest in the triangles around it
+            for corner in range(3):
+                np.maximum.at(lift, near[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
+            # Skin that is pushed out takes along what lies around it, of either lid.
+            out += _spread(lift, base, 0.4 * radius)[:, None] * (base - centre)
         return out
 
 
@@ -204,7 +198,7 @@ def contractions_of(skin: Skin, face: Face, shape: Shape, weight: float) -> Arra
 def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
     """Return the share (n, 1) of a movement of both sides that the shape of one side has, at points (n, 3) at rest.
 
-    Those of the left and of the right add up to 1.
+    Those of the left and of the right add up to 1, and blend over the middle, 0.3 distances between the pupils wide.
 
     Examples
     --------
@@ -215,16 +209,8 @@ def share_of_side(face: Face, points: Array, side: Side | None) -> Array:
     """
     if side is None:
         return np.ones((len(points), 1))
-    left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / BAND)
+    left = smoothstep(0.5 + 0.5 * face.frame.local(points)[:, :1] / 0.15)
     return np.asarray(left if side == "l" else 1.0 - left)
-
-
-def _at_corners(lifts: Array, triangles: npt.NDArray[np.integer], n: int) -> Array:
-    """Largest lifts (n,) of the points INSIDE the triangles around each vertex, given those (m, 7) of the points."""
-    out = np.zeros(n)
-    for corner in range(3):
-        np.maximum.at(out, triangles[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
-    return out
 
 
 def _closest(start: Array, end: Array) -> Array:

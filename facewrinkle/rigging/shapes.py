@@ -178,10 +178,8 @@ def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]
     >>> len(shapes), left_out
     (52, {})
     """
-    wanted: dict[str, Shape] = {}
-    for word in split_names(asked):
-        wanted |= _named(word, face)
-    return _possible(wanted, face, {})
+    wanted = [_named(word, face) for word in split_names(asked)]
+    return _possible({name: shape for shapes in wanted for name, shape in shapes.items()}, face, {})
 
 
 def shapes_named(names: Iterable[str], face: Face) -> tuple[dict[str, Shape], dict[str, str]]:

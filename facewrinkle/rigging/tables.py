@@ -79,9 +79,6 @@ CUES: Mapping[str, str] = {
 }  # fmt: skip
 """Visemes by the mouth shapes of Rhubarb Lip Sync."""
 
-BLEND = 0.06
-"""Time in which the mouth goes from one cue to the next, s."""
-
 MATRICES = "facialtransformationmatrixes"
 """Plain name under which MediaPipe keeps the turns of heads."""
 
@@ -277,11 +274,11 @@ def _of_face_cap(file: str, lines: list[str]) -> Table:
 
 
 def _of_cues(starts: Sequence[float], cues: Sequence[str]) -> Table:
-    """Return the table of mouth cues, each of which lasts until the next."""
+    """Return the table of mouth cues, each of which lasts until 0.06 s before the next."""
     names = sorted({CUES.get(cue, "") for cue in cues} - {""}) or ["viseme_sil"]
     held = np.array([[float(CUES.get(cue, "") == name) for name in names] for cue in cues])
     start = np.array(starts)
-    end = np.append(np.maximum(start[1:] - BLEND, start[:-1] + 1e-3), np.nan)
+    end = np.append(np.maximum(start[1:] - 0.06, start[:-1] + 1e-3), np.nan)
     times = np.stack([start, end], axis=1).ravel()[:-1]
     return Table(
         ["time", *names], np.column_stack([times, np.repeat(held, 2, axis=0)[:-1]]), times.astype(str).tolist(), "time"

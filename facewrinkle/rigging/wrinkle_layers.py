@@ -228,7 +228,7 @@ def write_layers(layers: WrinkleLayers, path: str | Path) -> list[Path]:
     contents |= {
         "wrinklemasks.png": png_of(tiled(list(layers.masks.values()))),
         "wrinkles.json": json.dumps(facts_of(layers, stem), indent=1) + "\n",
-        "wrinkles.js": player(),
+        "wrinkles.js": (files_of(__package__) / "data" / "wrinkles.js").read_text(encoding="utf-8"),
     }
     return [write_whole(path.with_name(f"{stem}_{name}"), content) for name, content in contents.items()]
 
@@ -272,8 +272,3 @@ def tiled(masks: Sequence[npt.NDArray[np.uint8]]) -> npt.NDArray[np.uint8]:
     small += [np.zeros_like(small[0])] * (-len(small) % (3 * COLUMNS))
     grid = np.rint(small).astype(np.uint8).reshape(-1, COLUMNS, 3, *small[0].shape)
     return grid.transpose(0, 3, 1, 4, 2).reshape(-1, COLUMNS * small[0].shape[1], 3)
-
-
-def player() -> str:
-    """Return the module of JavaScript that plays maps."""
-    return (files_of(__package__) / "data" / "wrinkles.js").read_text(encoding="utf-8")

@@ -171,7 +171,10 @@ def placed_landmarks(
         If the landmarks are out of order.
     """
     match, variants = matches[0], [template(k).landmarks for k in range(len(matches))]
-    around = [_correlation_around(m, landmarks) for m, landmarks in zip(matches, variants, strict=True)]
+    around = [
+        map_coordinates(m.correlation, FINE.index(_flat(landmarks, NAMES)), order=1, mode="nearest")
+        for m, landmarks in zip(matches, variants, strict=True)
+    ]
     correlations = dict(zip(NAMES, np.transpose(around), strict=True))
     mouth = int(np.argmax(np.mean([correlations[name] for name in MOUTH_LANDMARKS], axis=0)))
     places, certainty = _consensus(matches, variants, correlations, mouth)
@@ -189,7 +192,10 @@ def placed_landmarks(
     estimated = tuple(name for name in UNMEASURED if name not in measured)
     for name in estimated:
         certainty[name] = min(certainty[name], 0.3)
-    landmarks = _on_surface(points, triangles, complete(places, variants[0])[0])
+    landmarks = complete(places, variants[0])[0]
+    names = [name for name in NAMES if not name.endswith("centre")]
+    _, skin = closest_places(to_polydata(points, triangles), np.array([landmarks[name] for name in names]))
+    landmarks |= dict(zip(names, skin, strict=True))
     return landmarks, {name: float(np.clip(value, 0.0, 1.0)) for name, value in certainty.items()}, estimated
 
 
@@ -268,18 +274,5 @@ def _raised(match: Match, flat: Array, depth: Array) -> Array:
     return match.pose.world(np.column_stack([flat, height]))
 
 
-def _correlation_around(match: Match, landmarks: Mapping[str, Array]) -> Array:
-    """Correlation of curvature around a variant's landmarks, in the order of NAMES."""
-    return np.asarray(map_coordinates(match.correlation, FINE.index(_flat(landmarks, NAMES)), order=1, mode="nearest"))
-
-
 def _flat(landmarks: Mapping[str, Array], names: Iterable[str]) -> Array:
     return np.array([landmarks[name][:2] for name in names])
-
-
-def _on_surface(points: Array, triangles: IntArray, landmarks: dict[str, Array]) -> dict[str, Array]:
-    """The landmarks, with all but the centres of the eyes moved to the closest points of the surface."""
-    names = [name for name in NAMES if not name.endswith("centre")]
-    skin = to_polydata(points, triangles)
-    _, places = closest_places(skin, np.array([landmarks[name] for name in names]))
-    return landmarks | dict(zip(names, places, strict=True))

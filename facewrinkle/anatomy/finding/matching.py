@@ -376,15 +376,11 @@ def matched(points: Array, triangles: IntArray, pose: Pose, variant: int = 0) ->
     weight = base.weight * resampled(shown, FINE, field)
     alike = _correlation(np.array([resampled(channel, FINE, field) for channel in face[:-1]]), model[:-1], weight)
     sigma = AROUND / FINE.step
-    share = gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3)
-    return Match(
-        pose,
-        surface,
-        warp,
-        alike * np.clip(share, 0.0, 1.0),
-        _confidence(alike, weight, surface, base, variant),
-        template(variant).mouth_open,
-    )
+    seen = np.clip(gaussian_filter(weight, sigma) / np.maximum(gaussian_filter(base.weight, sigma), 1e-3), 0.0, 1.0)
+    likeness = share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
+    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant)
+    confidence = float(np.clip(likeness, 0.0, 1.0))
+    return Match(pose, surface, warp, alike * seen, confidence, template(variant).mouth_open)
 
 
 def certain(shift: Array) -> Array:
@@ -393,13 +389,6 @@ def certain(shift: Array) -> Array:
     """
     square = (shift**2).sum(axis=-1, keepdims=True)
     return np.asarray(shift * square / (square + 0.04**2))
-
-
-def _confidence(alike: Array, weight: Array, surface: SurfaceMap, base: SurfaceMap, variant: int) -> float:
-    """Confidence that a surface is a face, from its correlation with the template around every place."""
-    likeness = share(_mean(alike, weight), CORRELATION) - DEPTH_PENALTY * depth_difference(surface, base)
-    likeness *= share(coverage(surface, base), SHOWN) * _nose(alike, weight, variant)
-    return float(np.clip(likeness, 0.0, 1.0))
 
 
 def share(value: float, limits: tuple[float, float]) -> float:

@@ -30,10 +30,8 @@ def proportion(pattern: object) -> float:
     >>> round(proportion("dimple"), 2), proportion(abs)
     (0.08, 0.025)
     """
-    for entry in table().values():
-        if entry["pattern"] == pattern:
-            return float(entry["depth"]) / (MEAN_PUPIL_DISTANCE * min(entry["size"]))
-    return 0.025
+    entry = next((entry for entry in table().values() if entry["pattern"] == pattern), None)
+    return 0.025 if entry is None else float(entry["depth"]) / (MEAN_PUPIL_DISTANCE * min(entry["size"]))
 
 
 def names() -> tuple[str, ...]:
@@ -44,10 +42,8 @@ def names() -> tuple[str, ...]:
     >>> names()[:3]
     ('forehead', 'eye_corner_l', 'eye_corner_r')
     """
-    out: list[str] = []
-    for name, entry in table().items():
-        out += [name] if entry["landmark"] in MIDLINE else [f"{name}_l", f"{name}_r"]
-    return tuple(out)
+    ends = {name: ("",) if entry["landmark"] in MIDLINE else ("_l", "_r") for name, entry in table().items()}
+    return tuple(name + end for name, sides in ends.items() for end in sides)
 
 
 def placed(name: str, face: Face, /, **changes: Any) -> dict[str, Any]:

@@ -120,9 +120,6 @@ Outline = Literal["ellipse", "box"]
 OUTLINES: dict[str, float] = {"ellipse": 2.0, "box": 6.0}
 """Exponents p of the p-norm of (u, v), which is 1 at the border."""
 
-SMOOTH = 0.15
-"""Coordinates are smoothed over this share of the size of a region, to even out uneven triangles."""
-
 
 @dataclass(frozen=True, eq=False)
 class Region:
@@ -257,7 +254,8 @@ class Region:
         near[center.triangle] = True
         edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
         laid = geodesic_chart(points, triangles, center, self.up, size + float(edges.max()))
-        length = SMOOTH * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
+        # Coordinates are smoothed over a share of the size of the region, to even out uneven triangles.
+        length = 0.15 * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))
         # No path along a surface is shorter than the straight line: coordinates far below it lie beyond a fold.
         straight = 0.8 * np.linalg.norm(points - center.point, axis=1)
         laid[np.hypot(*laid.T) < straight] = np.nan

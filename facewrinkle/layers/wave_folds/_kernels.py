@@ -13,11 +13,6 @@ fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="alwa
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
 
-ALONG, SHEARED = 0.5, 1.0
-"""Shares of the stretch along the lines (which thins skin across them by itself) and of the shear along them (skin that
-is compressed askew to a line folds less there) that are taken from the compression across them.
-"""
-
 SPENT, STEEPEST = 0.75, 0.22
 """Depth of folds relative to the deepest that skin of fixed length allows (the rest shortens or thickens), and the
 greatest in wavelengths: from there on its walls touch.
@@ -28,9 +23,6 @@ CROSSING = 0.3
 
 BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 """Shape exponents of the faintest and of deep folds, and the depth, in wavelengths, from which folds are sharp."""
-
-LONGER = 1.4
-"""Arc length, beyond the chord, of the sharpest profile relative to that of a sine of the same depth: 1.39."""
 
 FINE = 0.11
 """Half width of the lines of old skin, in wavelengths (a standard deviation)."""
@@ -47,7 +39,8 @@ def compressions(strain, i, tangents, p):
     """The compression across the lines of entry p at vertex i, ``1 - |F m|``, and how far it is beyond the onset,
     smoothly from 0.
 
-    What stretches skin along the lines, and what shears it along them, folds it less.
+    Half of the stretch along the lines, which thins skin across them by itself, and the shear along them are taken from
+    it: skin that is compressed askew to a line folds less there.
     """
     xx, yy, zz, yz, xz, xy = strain[i, 0], strain[i, 1], strain[i, 2], strain[i, 3], strain[i, 4], strain[i, 5]
     x, y, z = tangents[p, 0], tangents[p, 1], tangents[p, 2]
@@ -59,7 +52,7 @@ def compressions(strain, i, tangents, p):
     shear = x * sx + y * sy + z * sz
     change = xx * x * x + yy * y * y + zz * z * z + 2.0 * (yz * y * z + xz * x * z + xy * x * y)
     pull = min(1.0 - np.sqrt(max(1.0 + change, 0.0)), 0.0)
-    e = epsilon + ALONG * pull - SHEARED * 0.5 * abs(shear) - ONSET
+    e = epsilon + 0.5 * pull - 0.5 * abs(shear) - ONSET
     if e > SOFT:
         return epsilon, e
     return epsilon, max(e + SOFT, 0.0) ** 2 / (4.0 * SOFT)
@@ -110,8 +103,10 @@ def heights(waves, strain, depth, now, relief, leading):
                 continue
             left[p] = e = share_of(p, first, last, excess, wave)
             deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
-            if deep[p] > 0.0:
-                asked += LONGER * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
+            if (
+                deep[p] > 0.0
+            ):  # the arc of the sharpest profile is 1.4 times as long, beyond its chord, as that of a sine
+                asked += 1.4 * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
             if deep[p] > deep[deepest]:
                 deepest = p
         leading[i] = deepest

@@ -30,16 +30,8 @@ GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 30 degrees where both are strong, between AU1 and AU4 by 65.
 """
 
-FIRST = 0.02
-"""Compression that leaves no line, whatever the skin."""
-
 FAINT, FULL = 0.03, 0.10
 """Compression at full motion below which a family has no lines, and from which it has all."""
-
-ASKEW = 0.35
-"""Motions that come without names share a family if the mean sin^2 of the angle between their compressions, where both
-are strong, is less than this (36 degrees).
-"""
 
 MOST = 6
 """Most families that are made of motions without names."""
@@ -76,7 +68,11 @@ class FoldShapes:
 
     @classmethod
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:
-        """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first."""
+        """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first.
+
+        They share a family if the mean sin^2 of the angle between their compressions, where both are strong, is less
+        than 0.35 (36 degrees).
+        """
         strain = StrainField.of(face)
         area = vertex_areas(face.points, face.triangles)
         basis = orthonormal_tangents(strain.metric, face.normals)
@@ -87,7 +83,7 @@ class FoldShapes:
             if power[k] <= 1e-6 * area.sum():
                 continue
             asked = [max(_askew(area, found[k], found[other]) for other in family) for family in families]
-            if asked and (min(asked) < ASKEW or len(families) == MOST):
+            if asked and (min(asked) < 0.35 or len(families) == MOST):
                 families[int(np.argmin(asked))].append(k)
             else:
                 families.append([k])
@@ -95,9 +91,11 @@ class FoldShapes:
 
 
 def _compressions(strain: StrainField, basis: tuple[Array, Array], positions: Array) -> tuple[Array, Array]:
-    """Return the squared compression beyond the `FIRST` (n0,) and its direction (n0, 3), by an orthonormal basis."""
+    """Return the squared compression beyond 0.02 (n0,), which leaves no line, whatever the skin, and its direction
+    (n0, 3), by an orthonormal basis.
+    """
     values, where, _ = principal(strain.strain(np.ascontiguousarray(positions)), *basis)
-    return np.maximum(shortening(values[:, 0]) - FIRST, 0.0) ** 2, unit(where)
+    return np.maximum(shortening(values[:, 0]) - 0.02, 0.0) ** 2, unit(where)
 
 
 def _askew(area: Array, one: tuple[Array, Array], other: tuple[Array, Array]) -> float:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from ...anatomy import Face
 from ...array_types import Array
 from ...checks import finite
-from ...errors import ParameterError, check_flag, check_range, check_whole, unknown_name
+from ...errors import ParameterError, check_flag, check_name, check_range, check_whole
 from ...geometry import Change, smoothstep
 from ..base import Displacement, Layer, SurfacePoints, SurfaceState
 from ..entries import Relief, scattered
@@ -21,9 +21,6 @@ from .field import Now, WaveField, Waves
 from .stripes import Stripes, Style
 
 Motions = Mapping[str, Sequence[str | Mapping[str, float] | npt.ArrayLike]]
-
-GOLDEN = 0.6180339887
-"""Multiples of it, less whole numbers, fill the interval from 0 to 1 evenly."""
 
 
 def strength_of(seed: int, age: float = 0.0) -> float:
@@ -37,7 +34,8 @@ def strength_of(seed: int, age: float = 0.0) -> float:
     >>> [[round(strength_of(seed, age), 2) for seed in range(5)] for age in (0.0, 1.0)]
     [[0.3, 0.2, 0.39, 0.26, 0.17], [0.81, 0.75, 0.85, 0.78, 0.73]]
     """
-    return float((0.47 * 3.0 ** ((0.6 + seed * GOLDEN) % 1.0 - 1.0)) ** (1.0 - 0.82 * age))
+    even = (0.6 + seed * 0.6180339887) % 1.0  # multiples of the golden ratio, less whole numbers, lie evenly
+    return float((0.47 * 3.0 ** (even - 1.0)) ** (1.0 - 0.82 * age))
 
 
 class WaveFolds(Layer):
@@ -288,7 +286,9 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
         return None
     if isinstance(asked, Mapping):
         given = {at: check_range(f"the amount of folds at {at}", factor, 0.0, MOST) for at, factor in asked.items()}
-        factors = _by_sides(given.pop("left", 1.0), given.pop("right", 1.0), face)
+        left, right = given.pop("left", 1.0), given.pop("right", 1.0)
+        aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
+        factors = right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE)
         for where, factor in given.items():
             factors *= 1.0 + (factor - 1.0) * _near(where, face)
         return factors
@@ -303,12 +303,6 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
     return factors
 
 
-def _by_sides(left: float, right: float, face: Face) -> Array:
-    """Return the factors (n0,) of two sides, which blend in the middle."""
-    aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
-    return np.asarray(right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE))
-
-
 def _near(where: str | Region, face: Face) -> Array:
     """Return a weight (n0,) in [0, 1]: 1 at a landmark or in a region, fading around."""
     if isinstance(where, Region):
@@ -316,7 +310,6 @@ def _near(where: str | Region, face: Face) -> Array:
     if where in REGIONS:  # of which a face may lack some landmarks
         away = [1.0 - _near(place, face) for place in REGIONS[where] if place in face.landmarks]
         return 1.0 - np.prod(away, axis=0) * np.ones(len(face.points))
-    if where not in face.landmarks:
-        raise unknown_name("landmark or region of folds", where, [*face.landmarks, *REGIONS, *SIDES])
+    check_name("landmark or region of folds", where, [*face.landmarks, *REGIONS, *SIDES])
     away_from = np.linalg.norm(face.points - face.landmarks[where], axis=1) / face.frame.pupil_distance
     return 1.0 - smoothstep((away_from - AROUND[0]) / (AROUND[1] - AROUND[0]))

@@ -56,20 +56,11 @@ SWIRLING, ORDERED = 0.45, 0.75
 no lines, and from which there are all.
 """
 
-FAINTEST = 0.3
-"""Strength of the weakest lines, relative to the strongest."""
-
 KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "share": np.float32}
 """Arrays that stripes are stored as. Where compression begins decides which triangles have lines: it is kept whole."""
 
 FINE, MOST = 0.45, 4
 """Length of edges on which a wave is known well enough, in wavelengths, and the highest level."""
-
-TANGENT = 0.5
-"""Distance over which the map from face to face is taken to be linear, mm."""
-
-THIN = 1e-3
-"""Least height of a triangle that counts, over its longest side."""
 
 Smoother = Callable[[Array], Array]
 
@@ -151,7 +142,7 @@ class Smoothing:
         normals = np.cross(sides[:, 0], sides[:, 1])
         double = np.linalg.norm(normals, axis=1)
         normals /= np.maximum(double, 1e-300)[:, None]
-        double = np.maximum(double, THIN * (sides**2).sum(axis=2).max(axis=1))
+        double = np.maximum(double, 1e-3 * (sides**2).sum(axis=2).max(axis=1))  # the least height over the longest side
         self._area, self._slopes = 0.5 * double, np.cross(normals[:, None], sides) / double[:, None, None]
         self.mass = np.bincount(t.ravel(), np.repeat(self._area / 3.0, 3))
 
@@ -288,7 +279,7 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
         n = len(places)
         phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
         phase[inside], share[inside], waves = own.at(there, inside)
-        wave[inside] = (home.unit / face.unit) * _carried_back(waves, onto, places[inside], TANGENT / face.unit)
+        wave[inside] = (home.unit / face.unit) * _carried_back(waves, onto, places[inside], 0.5 / face.unit)
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 
@@ -305,7 +296,7 @@ def _closest(home: Face, tree: BoxTree, places: Array) -> SurfacePoints:
 def _carried_back(waves: Array, onto: Callable[[Array], Array], points: Array, step: float) -> Array:
     """Return wave vectors (n, 3) at points that a map takes to where they are `waves` (n, 3).
 
-    They are products with the slopes of the map, over a `step` along each axis.
+    They are products with the slopes of the map, which is taken to be linear over a `step` along each axis.
     """
     start = onto(points)
     slopes = [((onto(points + step * axis) - start) * waves).sum(axis=1) / step for axis in np.eye(3)]
@@ -405,7 +396,8 @@ def _left(grain: Array, anatomical: Array, d: Array) -> Array:
 def _strengths(lines: Array, style: Style) -> Array:
     """Return the strength (n,) of each line, by random numbers (n,)."""
     rank = np.argsort(np.argsort(lines, kind="stable")) / max(len(lines) - 1, 1)
-    lowest, length = 1.0 + (FAINTEST - 1.0) * min(style.irregularity, 1.0), style.length
+    # The weakest lines are 0.3 times as strong as the strongest.
+    lowest, length = 1.0 - 0.7 * min(style.irregularity, 1.0), style.length
     lowest = lowest * (2.0 * length - 1.0) if length < 1.0 else 1.0 - (1.0 - lowest) / length
     return np.asarray(lowest + (1.0 - lowest) * rank**0.8)
 
@@ -426,15 +418,13 @@ def _aligned(smooth: Smoother, start: Array) -> Array:
 
 
 def _turns(ground: Ground, wave: Array) -> Array:
-    """Return what brings waves from the corners of triangles to their middles, (m, 3, 2, 2)."""
+    """Return what brings waves from the corners of triangles to their middles: matrices (m, 3, 2, 2) that turn them,
+    conjugated before where they run against that of the first corner.
+    """
     own = wave[ground.triangles]
-    sign = np.where((own * own[:, :1]).sum(axis=2) >= 0.0, 1.0, -1.0)  # waves against the first are conjugated
+    sign = np.where((own * own[:, :1]).sum(axis=2) >= 0.0, 1.0, -1.0)
     corners = ground.points[ground.triangles]
     mean = (sign[:, :, None] * own).mean(axis=1)
-    return _turned(np.einsum("mk,mck->mc", mean, corners.mean(axis=1)[:, None] - corners), sign)
-
-
-def _turned(angle: Array, sign: Array) -> Array:
-    """Return matrices (..., 2, 2) that turn waves by angles, conjugated before where the sign is -1."""
+    angle = np.einsum("mk,mck->mc", mean, corners.mean(axis=1)[:, None] - corners)
     c, s = np.cos(angle), np.sin(angle)
     return np.stack([np.stack([c, -sign * s], axis=-1), np.stack([s, sign * c], axis=-1)], axis=-2)

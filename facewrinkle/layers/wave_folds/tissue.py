@@ -35,16 +35,10 @@ MEAN_THICKNESS, WAVELENGTH = 1.15, 5.3
 forehead, as on captured ones, and 4.4 mm beside the eye.
 """
 
-AGED = 1.2
-"""Depth of lines at rest at age 1 in skin 1 mm thick, over the root of its compression in full motion, mm."""
-
 RELAXED, AROUND_GLABELLA = 0.6, 0.3
 """Share of their depth at rest that lines at the glabella lack, and the distance over which this fades, in distances
 between the pupils: old people are not cross.
 """
-
-NEAR = 0.02
-"""Squared distance, in distances between the pupils, within which a landmark's own thickness rules."""
 
 DEEP, SUDDEN = 7.2, 6
 """Depth h of soft tissue, mm on a face of average size, over which folds are half as deep as over bone, and the
@@ -57,11 +51,6 @@ OWN, OTHERS = 1.0, 0.5
 EDGE = (1.0, 4.0)
 """Distances, mm on a face of average size, from the edge of an opening, or through a flap of skin, up to which there
 are no folds, and from which they are whole.
-"""
-
-HALVED, ENDING = 2.0, 0.7
-"""Distance before the hairline, mm on a face of average size, at which lines have half their depth, and the distance
-over which the rest falls by a factor e.
 """
 
 PROBES, NEAREST, OPPOSED = (1.5, 3.5), 6, -0.2
@@ -95,7 +84,9 @@ def thickness(face: Face) -> Array:
     if not known:
         return np.full(len(face.points), MEAN_THICKNESS)
     squares = cdist(face.points, np.array([face.landmarks[name] for name in known]), "sqeuclidean")
-    weights = 1.0 / (squares / face.frame.pupil_distance**2 + NEAR) ** 2
+    weights = (
+        1.0 / (squares / face.frame.pupil_distance**2 + 0.02) ** 2
+    )  # within which a landmark's own thickness rules
     return np.asarray(weights @ np.array(list(known.values())) / weights.sum(axis=1))
 
 
@@ -129,7 +120,7 @@ def old_depths(face: Face, age: float) -> Array:
     [[0.31, 0.93], [0.88, 1.47]]
     """
     thick = thickness(face)
-    return np.asarray(AGED * age ** (thick**2) / thick * kept_at_rest(face, face.points))
+    return np.asarray(1.2 * age ** (thick**2) / thick * kept_at_rest(face, face.points))
 
 
 def kept_at_rest(face: Face, places: Array) -> Array:
@@ -178,8 +169,8 @@ def firmness(face: Face) -> Array:
         if isinstance(muscle, LidMuscle) and (lid := face.joint_weights.get(name)) is not None:
             rolls = np.clip(np.abs(lid.angles) / max(np.abs(lid.angles).max(initial=0.0), 1e-9), 0.0, 1.0)
             firm[lid.vertices] *= 1.0 - ROLLING * np.sqrt(rolls)
-    if face.landmarks:
-        firm *= expit(-(hair_cover(face.points, face.landmarks, face.frame) + HALVED) / ENDING)
+    if face.landmarks:  # 2 mm before the hairline lines have half their depth; over 0.7 mm the rest falls by a factor e
+        firm *= expit(-(hair_cover(face.points, face.landmarks, face.frame) + 2.0) / 0.7)
     firm *= (1.0 - HANGING * below_brows(face)) * (1.0 - GAP * between_bellies(face))
     return np.asarray(firm * (1.0 - ROLLING * np.sqrt(face.shut_lids)))
 
