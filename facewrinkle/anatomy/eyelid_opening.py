@@ -423,9 +423,8 @@ def place_eyeballs(
         if opening is None:
             eyes.append(_behind(eye, points))
             continue
-        margin = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
-        if opening.thick:
-            margin = opening.back_edges(points, triangles)
+        front = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
+        margin = opening.back_edges(points, triangles) if opening.thick else front
         if name in estimated or not SMALLEST_EYE * radius < _room(eye.centre, margin) < LARGEST_EYE * radius:
             eye = replace(eye, centre=_fitted_centre(margin, eye))
         room = _room(eye.centre, margin)

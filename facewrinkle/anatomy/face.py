@@ -358,10 +358,9 @@ class Face:
     def joint_weights(self) -> dict[str, JointWeights]:
         """Turns of the skin with lids and jaw, by muscle; without an opening there are no lids, and no jaw."""
         found: dict[str, JointWeights] = {}
-        for eye in self.eyes:
-            opening = self.eyelid_openings.get(eye.side)
-            lids = None if opening is None else lid_weights(opening, self.points, self.triangles)
-            found |= {} if lids is None else self._weights_of_lids(eye.side, lids)
+        for side, opening in self.eyelid_openings.items():
+            lids = lid_weights(opening, self.points, self.triangles)
+            found |= {} if lids is None else self._weights_of_lids(side, lids)
         for name, muscle in self.muscles.items():
             if isinstance(muscle, JawMuscle) and self.mouth_opens:
                 found[name] = jaw_weights(muscle, self.points, self.edges, self.landmarks, self.frame)

@@ -278,8 +278,7 @@ def load_head() -> Head:
 
 def cage_data() -> dict[str, Any]:
     """The cage as it was typed: names, points, quads, landmarks, eyeball, brows, colors."""
-    data: dict[str, Any] = json.loads((DATA / "head_cage.json").read_text(encoding="utf-8"))
-    return data
+    return dict(json.loads((DATA / "head_cage.json").read_text(encoding="utf-8")))
 
 
 def unpacked(data: dict[str, NDArray[Any]]) -> Head:

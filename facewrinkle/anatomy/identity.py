@@ -406,8 +406,7 @@ def aged_flesh(places: Array, away: Array) -> Array:
 
 def _typed() -> dict[str, Any]:
     """How the parameters move the cage, as it was typed."""
-    typed: dict[str, Any] = json.loads((DATA / "identity.json").read_text(encoding="utf-8"))
-    return typed
+    return dict(json.loads((DATA / "identity.json").read_text(encoding="utf-8")))
 
 
 def _handled(handles: Sequence[tuple[str, float, Array]], cage: Mapping[str, Array], places: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
-from ...checks import vector
+from ...checks import finite, vector, vectors
 from ...errors import ParameterError, check_positive, check_range
 from ...geometry import compiled, smoothstep, unit
 from .base import Muscle, checked_points, checked_size
@@ -93,7 +93,7 @@ class Crease(Muscle):
 
     def __post_init__(self) -> None:
         self._check_common()
-        path = np.array([vector("path", point) for point in np.atleast_1d(np.asarray(self.path, dtype=object))])
+        path = vectors("path", self.path)
         if path.shape != (3, 3):
             raise ParameterError(f"path must be three points, received an array of shape {path.shape}.")
         path.setflags(write=False)
@@ -107,16 +107,10 @@ class Crease(Muscle):
         for name in ("variety", "worn"):
             check_range(name, getattr(self, name), 0.0, 1.0)
         thickness = checked_size("thickness", self.thickness) or 0.3 * length
-        self._set(path=path, crest=crest, span=self._checked_span(), width=width, thickness=thickness)
-
-    def _checked_span(self) -> tuple[float, float]:
-        try:
-            first, last = self.span
-            if 0.0 <= first < last <= 1.0:
-                return float(first), float(last)
-        except (TypeError, ValueError):
-            pass
-        raise ParameterError(f"span must be two numbers that rise between 0 and 1, received {self.span!r}.")
+        span = finite("span", self.span)
+        if span.shape != (2,) or not 0.0 <= span[0] < span[1] <= 1.0:
+            raise ParameterError(f"span must be two numbers that rise between 0 and 1, received {self.span!r}.")
+        self._set(path=path, crest=crest, span=tuple(span.tolist()), width=width, thickness=thickness)
 
     @cached_property
     def _axes(self) -> tuple[float, Array, Array, Array]:

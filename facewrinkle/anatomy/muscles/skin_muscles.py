@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
-from ...checks import vector
+from ...checks import vector, vectors
 from ...errors import ParameterError, check_positive, check_range
 from ...geometry import equations, unit
 from .base import Muscle, checked_points, checked_size
@@ -213,7 +213,7 @@ class SheetMuscle(Muscle):
         self._check_common()
         check_range("recoil", self.recoil, 0.0, 10.0)
         for name in ("attachment", "insertion"):
-            pair = np.array([vector(name, p) for p in np.atleast_1d(np.asarray(getattr(self, name), dtype=object))])
+            pair = vectors(name, getattr(self, name))
             if pair.shape != (2, 3):
                 raise ParameterError(f"{name} must be a pair of points, received an array of shape {pair.shape}.")
             pair.setflags(write=False)
@@ -350,8 +350,8 @@ class TriangularMuscle(SheetMuscle):
         self._set(insertion_width=checked_size("insertion_width", self.insertion_width) or own)
         if self.width + self._widening * self.length < 0.0:
             raise ParameterError(
-                f"the fibers meet {self._focus:g} from the attachment line; length must be at most that, received "
-                f"{self.length!r}. A wider insertion moves their focus away."
+                f"the fibers meet {-self.width / self._widening:g} from the attachment line; length must be at most "
+                f"that, received {self.length!r}. A wider insertion moves their focus away."
             )
 
     @property
@@ -359,11 +359,6 @@ class TriangularMuscle(SheetMuscle):
         """dW / dl."""
         middle = np.asarray(self.insertion).mean(axis=0) - np.asarray(self.attachment).mean(axis=0)
         return (self.insertion_width - self.width) / float(np.linalg.norm(middle))
-
-    @property
-    def _focus(self) -> float:
-        """l at which all fibers meet; negative behind the attachment, infinite for parallel ones."""
-        return -self.width / self._widening if self._widening else np.inf
 
     def _half_width(self, along: Array) -> Array:
         # Never 0: at the focus gamma would be 0 / 0. Behind it there are no fibers.
