@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import numpy.typing as npt
 from scipy.ndimage import gaussian_filter1d
 
 from ..array_types import Array, IntArray
@@ -18,13 +19,19 @@ from .identity import hair_cover
 from .landmarks import frame_of
 from .parts import Part
 
+STRAND_AT = "strand_at"
+"""Array of its mesh: the number of the strand at each point, counted across locks, and how far along its length."""
+
+WIDTH, IN_SHEET = 0.3, 10.0
+"""Width of a strand in locks, and strands from a hair of the sheet to the next."""
+
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
 COLUMNS, LOCKS, STRANDS = 220, 240, 300
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
-KNOTS, LOCK_HAIRS = 14, 5
+KNOTS, LOCK_HAIRS = 14, 3
 """Points along each of them, and hairs side by side in a lock."""
 
 ROOTS_DENSER = 1.4
@@ -97,8 +104,10 @@ single hairs from that; and the share of the width that tips lack.
 CLEAR, FRAYED = 1.2, 0.015
 """Height of locks over the sheet, and deviation of the lengths of their hairs, as a share."""
 
-STRAND, LOOSE, ASTRAY = 0.15, 6.0, 4.0
-"""Half the width of loose hairs, how far the farthest of them stand off, and the deviation of their tips aside."""
+STRAND, LOOSE, ASTRAY = 0.15, 6.0, 0.8
+"""Half the width of loose hairs, how far the farthest of them stand off, and relative to that the deviation of their
+tips aside.
+"""
 
 OFF = 0.33
 """How far the farthest locks stand off, relative to loose hairs."""
@@ -118,7 +127,7 @@ MIDDLE, TIE = np.array([0.0, 41.0, -12.0]), (-20.0, 60.0)
 between these from there, degrees above straight back.
 """
 
-STARTS, BORDER = (10.0, 5.0), 32.0
+STARTS, BORDER = (10.0, 4.0), 32.0
 """How far inside the hairline the sheet begins at the sides, and how much farther at the front than there; width of the
 border of the scalp on which single hairs grow before it.
 """
@@ -207,19 +216,21 @@ def long_hair(head: Head, length: float, combed: float = 0.0) -> Part:
         hull, least = RoundedHull(points[behind | (points[:, 1] > marks["glabella"][1])]), LEAST
         lines, ends = _fallen(random, head, hull, length, combed)
         parts = _bundle(random, hull, lines, ends, LOOSE, DARKER, LAYERS * length)
-    places = np.concatenate([points.swapaxes(1, 2).reshape(-1, 3) for points, _ in parts])
+    places, tints, strands = (
+        np.concatenate([part[k].swapaxes(1, 2).reshape(-1, *part[k].shape[3:]) for part in parts]) for k in range(3)
+    )
     height, normals = hull(places)
     places += np.maximum(least - height, 0.0)[:, None] * normals
-    mesh = to_polydata(places, _triangles([points.shape[:2] for points, _ in parts]))
-    tints = np.concatenate([tints.swapaxes(1, 2).ravel() for _, tints in parts])
+    mesh = to_polydata(places, _triangles([points.shape[:2] for points, *_ in parts]))
     colors = np.asarray(head.paint[0].hair) * tints[:, None]
+    mesh.point_data[STRAND_AT] = strands.astype(np.float32)
     mesh.point_data[COLORS] = np.rint(np.clip(colors, 0.0, 255.0)).astype(np.uint8)
     return Part(mesh, follows="skull")
 
 
 def _tied(
     random: np.random.Generator, head: Head, hull: RoundedHull, length: float, high: float
-) -> list[tuple[Array, Array]]:
+) -> list[tuple[Array, Array, Array]]:
     """Return the :func:`_bundle` of hairs that are combed from the hairline to a tie, and of the knot or tail there."""
     marks, dense, aside = head.landmarks, 0.5 + 0.5 * head.paint[0].density, np.array([1.0, 0.0, 0.0])
     middle, rise = marks["zygion_l"] * (1.0 - aside) + MIDDLE, np.radians(TIE[0] + (TIE[1] - TIE[0]) * high)
@@ -229,7 +240,9 @@ def _tied(
     ways = np.cos(angle) * back + np.sin(angle) * (np.sin(turn) * aside - np.cos(turn) * up)
     scalp = hull.reached(middle, ways)
     inside = hair_cover(scalp.reshape(-1, 3), marks, frame_of(marks)).reshape(COLUMNS, STEPS)
-    first = (inside < STARTS[0] + STARTS[1] * ways[..., 2]).argmax(axis=1) - random.uniform(1.0, 2.0, COLUMNS)
+    deep, hairs = inside - STARTS[0] - STARTS[1] * ways[..., 2], np.arange(COLUMNS)
+    past = (deep < 0.0).argmax(axis=1)
+    first = past - deep[hairs, past] / (deep[hairs, past] - deep[hairs, past - 1]) - random.uniform(0.0, 1.0, COLUMNS)
     along = np.linspace(1.0, 0.0, KNOTS)
     lines = _between(scalp, first[:, None] * along)
     lift = (FLAT + FULL * dense) * smoothstep(2.0 - 2.0 * along) * (1.0 + 0.2 * random.normal(size=(COLUMNS, 1)))
@@ -262,8 +275,8 @@ def _bundle(
     loose: float = NEAT,
     darker: float = 0.0,
     layers: float = 0.0,
-) -> list[tuple[Array, Array]]:
-    """Return points (k, hairs, KNOTS, 3) and tints (k, hairs, KNOTS) of hairs that are side by side.
+) -> list[tuple[Array, Array, Array]]:
+    """Return points (k, hairs, KNOTS, 3), tints (k, hairs, KNOTS) and strands (..., 2) of hairs side by side.
 
     They are those of a sheet of lines (n, s, 3), of locks over it, and of loose hairs over these.
     """
@@ -278,10 +291,19 @@ def _bundle(
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
+    of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / WIDTH
     return [
-        (sheet[None], (1.0 - darker) * dark * _tints(random, 1, columns)),
-        (locks, shades * dark * _tints(random, count, LOCK_HAIRS)),
-        (astray, dark * np.repeat(_tints(random, strands, 1), 2, axis=1)),
+        (
+            sheet[None],
+            (1.0 - darker) * dark * _tints(random, 1, columns),
+            _strands(IN_SHEET * np.arange(columns)[None]),
+        ),
+        (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
+        (
+            astray,
+            dark * np.repeat(_tints(random, strands, 1), 2, axis=1),
+            _strands(np.repeat(np.arange(strands)[:, None], 2, axis=1)),
+        ),
     ]
 
 
@@ -368,7 +390,7 @@ def _locks(
     up = hull(points)[1]
     aside = unit(np.cross(np.gradient(points, axis=1), up))
     off = CLEAR + loose * random.uniform(0.0, 1.0, shape) ** 2 * np.sqrt(t)
-    stray = random.normal(0.0, ASTRAY, shape) * t**2 + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
+    stray = random.normal(0.0, ASTRAY * loose, shape) * t + 0.6 * np.sin(9.0 * t + random.uniform(0.0, 6.0, shape)) * t
     points += off[..., None] * up + stray[..., None] * aside
     half = wide[:, None] * (0.35 + 0.65 * np.minimum(4.0 * t, 1.0)) * (1.0 - POINTED * t**3)
     half, u = half[:, None, :, None], np.linspace(1.0, -1.0, hairs)[:, None, None]
@@ -376,6 +398,11 @@ def _locks(
     roof = (points[:, None] + half * (u * aside[:, None] + height * up[:, None])).reshape(-1, KNOTS, 3)
     frayed = (KNOTS - 1.0) * (1.0 - np.abs(random.normal(0.0, FRAYED, (len(roof), 1))))
     return _between(roof, frayed * t).reshape(len(lines), hairs, KNOTS, 3)
+
+
+def _strands(numbers: npt.ArrayLike) -> Array:
+    """Return strands (k, hairs, KNOTS, 2) of hairs at which strands have numbers (k, hairs)."""
+    return np.stack(np.broadcast_arrays(np.expand_dims(numbers, -1), np.linspace(0.0, 1.0, KNOTS)), axis=-1)
 
 
 def _tints(random: np.random.Generator, locks: int, hairs: int) -> Array:

@@ -12,6 +12,7 @@ import numpy.typing as npt
 import pyvista as pv
 
 from ..anatomy import Face
+from ..anatomy.long_hair import STRAND_AT
 from ..appearance.fibers import OPACITY, Fibers
 from ..appearance.seen import Appearance, Seen
 from ..appearance.visible_skin import VisibleSkin
@@ -431,9 +432,11 @@ class Scene:
             known = part.copy(deep=False)
             colors: dict[str, Any] = {"scalars": "paint", "rgb": True} if texture is None else {"texture": texture}
             self._add(known, name, **colors, **options)
-            self._actors[name].mapper.SetInputData(known)  # PyVista puts a filter before it, in Python
+            if STRAND_AT in known.point_data:
+                send(self._actors[name], STRAND_AT)
+            self._actors[name].GetMapper().SetInputData(known)  # PyVista puts a filter before it, in Python
         else:
-            known = self._actors[name].mapper.dataset
+            known = self._actors[name].GetMapper().GetInput()
             known.ShallowCopy(part)  # by VTK's own functions, as PyVista's take longer than the drawing
         data = known.GetPointData()
         data.SetActiveNormals("Normals" if data.HasArray("Normals") else None)
@@ -456,7 +459,7 @@ class Scene:
         self._actors[name] = actor
         textured = "texture" in options
         if material == "hair":
-            hair(actor, 0 if quick else len(LIGHTS))
+            hair(actor, 0 if quick else len(LIGHTS), STRAND_AT in mesh.point_data)
         elif material is not None and not quick:
             relief = self._relief.shading if name == "skin" and self._relief is not None else None
             reached = name == "skin" and self._key is not None

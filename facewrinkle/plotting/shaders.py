@@ -25,6 +25,7 @@ import pyvista as pv
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper, vtkRenderer
 
 from ..anatomy import Face, per_face
+from ..anatomy.long_hair import STRAND_AT
 from ..appearance.skin_paint import DEPTH, FIELD, OLD_DEPTH, OLD_FIELD, relief_strength
 from ..array_types import Array, IntArray
 from ..geometry import smoothstep, vertex_normals
@@ -172,6 +173,17 @@ HAIR_OF_LIGHT = """
   else sharpBehind += mirrored * lightColor%(number)d;
 """
 
+STRANDED = """
+  float whole = floor(strand.x), streaked = clamp(1.5 - fwidth(strand.x), 0.0, 1.0);
+  vec2 drawn = fract(vec2(whole, whole + 1.0) * 0.1031);
+  drawn *= drawn + 33.33;
+  drawn = fract(2.0 * drawn * drawn);
+  float streak = mix(drawn.x, drawn.y, strand.x - whole), end = 0.07 * drawn.x * drawn.x * drawn.x;
+  fragOutput0.rgb *= 1.0 + streaked * (0.9 * streak - 0.45);
+  if (strand.y < end || strand.y > 1.0 - end) fragOutput0.a = 0.0;
+"""
+"""Strands of a lock differ in brightness, as far as pixels show them, and begin and end unevenly."""
+
 TEXTURED = "texture(actortexture, tcoordVCVSOutput).rgb"
 
 
@@ -304,16 +316,18 @@ class Material:
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
 
 
-def hair(actor: pv.Actor, lights: int) -> None:
+def hair(actor: pv.Actor, lights: int, strands: bool = False) -> None:
     """Draw an actor that has paint with VTK's own shading worked out at its points.
 
-    A hair is a pixel wide, or little more: there is nothing to be seen between its points.
+    A hair is a pixel wide, or little more: there is nothing to be seen between its points. Locks are of many strands.
 
     Parameters
     ----------
     actor : pyvista.Actor
     lights : int
         Number of directional lights; 0 for one light at the camera.
+    strands : bool
+        True for a mesh with the array :data:`STRAND_AT`.
     """
     numbers = range(max(lights, 1))
     uniforms = "".join(f"uniform vec3 lightColor{k};\n" for k in numbers)
@@ -330,11 +344,15 @@ def hair(actor: pv.Actor, lights: int) -> None:
             slope, mirrored = "N.z", "abs(N.z)"
         shading += HAIR_OF_LIGHT % {"number": k, "slope": slope, "mirrored": mirrored, **shares}
     outputs = f"//VTK::Normal::Dec\n{uniforms}out {inputs.format('out')}"
+    code, vertex, color = "", HAIR_VERTEX, "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
+    if strands:
+        code, vertex = STRANDED, f"{HAIR_VERTEX}  strand = {STRAND_AT}MC;\n"
+        inputs += "{0} vec2 strand;\n"
+        outputs += f"in vec2 {STRAND_AT}MC;\nout vec2 strand;\n"
     actor.add_shader_replacement("vertex", "//VTK::Normal::Dec", outputs)
-    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", HAIR_VERTEX % {**shares, "lights": shading})
+    actor.add_shader_replacement("vertex", "//VTK::Light::Impl", vertex % {**shares, "lights": shading})
     actor.add_shader_replacement("fragment", "//VTK::Normal::Dec", f"//VTK::Normal::Dec\nin {inputs.format('in')}")
-    color = "vec4(gl_FrontFacing ? inFront : behind, opacityUniform * opaque)"
-    _shade(actor, f"//VTK::Light::Impl\n  fragOutput0 = {color};\n", textured=False)
+    _shade(actor, f"//VTK::Light::Impl\n  fragOutput0 = {color};\n{code}", textured=False, cut=strands)
 
 
 def _albedo(textured: bool) -> str:
@@ -342,10 +360,11 @@ def _albedo(textured: bool) -> str:
     return f"diffuseColor * {TEXTURED}" if textured else "diffuseColor"
 
 
-def _shade(actor: pv.Actor, code: str, textured: bool) -> None:
-    """Replace the light of a fragment shader, and how a texture colors it; nothing is cut out by its opacity."""
+def _shade(actor: pv.Actor, code: str, textured: bool, cut: bool = False) -> None:
+    """Replace the light of a fragment shader, and how a texture colors it; what is clear is left out if it is `cut`."""
     actor.add_shader_replacement("fragment", "//VTK::Light::Impl", code)
-    actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
+    if not cut:
+        actor.add_shader_replacement("fragment", "discard;", "")  # with it, depths are written late
     if textured:
         actor.add_shader_replacement("fragment", "//VTK::TCoord::Impl", "")
 
@@ -445,6 +464,8 @@ def _on_skin(points: Array, triangles: IntArray, age: float, face: Face) -> npt.
 def send(actor: vtkActor, *arrays: str) -> None:
     """Give an actor a mapper that sends arrays of its mesh to the shader; PyVista's cannot."""
     mapper = vtkPolyDataMapper()
+    if (before := actor.GetMapper()) is not None:
+        mapper.ShallowCopy(before)
     for array in arrays:
         mapper.MapDataArrayToVertexAttribute(f"{array}MC", array, 0, -1)
     vtkActor.SetMapper(actor, mapper)
