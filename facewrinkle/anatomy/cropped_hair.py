@@ -18,7 +18,7 @@ from .landmarks import FaceFrame, frame_of
 SEED = 3
 """All people have the same hairs, in their own colors."""
 
-HAIRS, KNOTS = 45000, 3
+HAIRS, KNOTS = 65000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
@@ -101,7 +101,8 @@ def cropped_hair(
     )
     comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
     comb += COMBED * styled * (aside if combed < 0.0 else back)
-    return grown_hairs(head, triangle, weights, comb, longest * (THIN + (1.0 - THIN) * smoothstep(cover)), random)
+    longest *= THIN + (1.0 - THIN) * smoothstep(cover)
+    return grown_hairs(head, triangle, weights, comb, longest, random, loose=1.0 - 0.4 * styled)
 
 
 def grown_hairs(
@@ -111,10 +112,12 @@ def grown_hairs(
     comb: Array,
     longest: Array,
     random: np.random.Generator,
+    loose: float = 1.0,
 ) -> BoundHairs:
     """Return hairs in the color of a head's that are rooted in triangles (k,) with weights (k, 3).
 
-    They grow along the skin as it lets them of the ways `comb` (k, 3), of random lengths around `longest` (k,).
+    They grow along the skin as it lets them of the ways `comb` (k, 3), of random lengths around `longest` (k,), and the
+    more slope and stray, the more `loose` they are.
     """
     points, triangles = head.points, head.triangles
     corners = triangles[triangle]
@@ -124,10 +127,10 @@ def grown_hairs(
     way = unit(np.cross(np.cross(up, comb), up))
     way[:, 1] -= np.abs(up[:, 0])  # the hair of the sides is also combed down
     way = unit(np.cross(np.cross(up, way), up))
-    turn = random.normal(0.0, 0.35, (count, 1))  # radians: single hairs go astray
+    turn = random.normal(0.0, 0.35 * loose, (count, 1))  # radians: single hairs go astray
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
     reach = longest[:, None] * random.uniform(0.6, 1.1, (count, 1))
-    slope = random.uniform(*SLOPE, (count, 1))
+    slope = loose * random.uniform(*SLOPE, (count, 1))
     flat = np.sqrt(1.0 - slope**2) * reach * along
     # They bend around a scalp of a radius of 90 mm.
     heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * 90.0)

@@ -178,6 +178,8 @@ class Paint:
         -1 for a shaved head, below 0 for hair that is thinner all over, and 1 for hair that is denser at its borders.
     border : float
         Share of hair from which on it grows, below 1: the larger, the farther the hairline has receded.
+    bare : float
+        Share of the skin that is seen between the hairs where they are dense.
     """
 
     skin: NDArray[np.uint8]
@@ -187,6 +189,7 @@ class Paint:
     hair: npt.ArrayLike = HAIR_COLOR
     density: float = 0.0
     border: float = 0.0
+    bare: float = 0.0
 
     def cover(self) -> Array:
         """Return how much of the skin (...) the hair covers, 0 to 1."""
@@ -198,7 +201,7 @@ class Paint:
     def colors(self) -> NDArray[np.uint8]:
         """Return the colors (..., 3), read-only."""
         out = np.rint(np.minimum(np.asarray(self.tint) * self.skin, 255.0))
-        cover = self.cover() ** 2  # skin is seen through thin hair
+        cover = (1.0 - self.bare) * self.cover() ** 2  # skin is seen through thin hair
         where = cover > 0.0
         out[where] += cover[where, None] * (np.asarray(self.hair) * self.light[where, None] / HAIR_LIGHT - out[where])
         shown = np.asarray(np.rint(np.clip(out, 0.0, 255.0)), dtype=np.uint8)

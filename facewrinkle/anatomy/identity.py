@@ -332,7 +332,9 @@ def head_of(identity: Identity) -> Head:
     thin = 0.45 * max(-identity.sex, identity.child, 0.0)  # share of the hairs that brows of women and children lack
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
     falls = identity.hair_length > 0.0 >= identity.hair_combed
-    if identity.skin == identity.hair == identity.hair_density == 0.0 and identity.age <= GRAYING and not falls:
+    # Scalp is seen between the hairs of short cuts, and where hair is parted or tied back.
+    bare = 0.33 * (1.0 if identity.hair_length > 0.0 else -identity.hair_length)
+    if identity.skin == identity.hair == identity.hair_density == bare == 0.0 and identity.age <= GRAYING:
         return head
     at, *channels = TONES.T
     skin = np.array([np.interp(identity.skin, at, channel) / np.interp(0.0, at, channel) for channel in channels])
@@ -349,7 +351,7 @@ def head_of(identity: Identity) -> Head:
         for color, share in ((tint * HAIR_COLOR, 1.0), (own, BROWS_SHARE))
     )
     color, texture = (
-        dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border)
+        dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border, bare=bare)
         for paint in mean.paint
     )
     return dataclasses.replace(head, paint=(color, texture), brows=dataclasses.replace(head.brows, color=brows))

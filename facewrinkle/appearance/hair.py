@@ -205,7 +205,7 @@ class CroppedHair(Hairs):
     True
     """
 
-    HALF = 0.003
+    HALF = 0.0028
     """Half the width of the longest at their roots, in distances between the pupils: each stands for some thin ones."""
 
     BRIGHTER = 1.25
@@ -231,7 +231,10 @@ class CroppedHair(Hairs):
         """
         lines, up = self.hairs.on_skin(points, triangles, normals)
         side = _across(lines, up)
-        return HairLines(lines, self._turned[0] * side + self._turned[1] * up, up)
+        away = unit(np.cross(side, np.gradient(lines, axis=-2)))
+        return HairLines(
+            lines, self._turned[0] * side + self._turned[1] * away, self._turned[0] * away - self._turned[1] * side
+        )
 
 
 class Beard(CroppedHair):

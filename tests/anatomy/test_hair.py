@@ -100,6 +100,14 @@ def test_longer_hair_hangs_lower(grown):
     assert lowest[0] > lowest[1] + 15.0 > lowest[2] + 30.0
 
 
+def test_strands_run_from_roots_to_tips_of_locks_that_are_their_own(grown):
+    strand, along = hair_of(grown[0.5]).point_data["strand_at"].T
+    assert along.min() == 0.0
+    assert along.max() == 1.0
+    hair = hair_of(grown[0.5])
+    assert np.ptp(strand[hair.regular_faces], axis=1).max() < 40.0
+
+
 def test_the_same_person_has_the_same_hair():
     first, second = (hair_of(fw.default_face({"hair_length": 0.7, "hair": 0.4})) for _ in range(2))
     assert np.asarray(first.points).tobytes() == np.asarray(second.points).tobytes()
@@ -111,10 +119,19 @@ def test_cropped_hair_is_no_part(face, length):
     cropped = fw.default_face({"hair_length": length})
     assert not cropped.parts
     assert (cropped.points == face.points).all()
-    assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"]).all()
+    skin = hair_cover(face.points, face.landmarks, face.frame) < -15.0
+    assert (cropped.mesh.point_data["Colors"] == face.mesh.point_data["Colors"])[skin].all()
 
 
 @pytest.mark.slow
+def test_the_shorter_the_hair_the_more_of_the_scalp_is_seen(face):
+    crown = hair_cover(face.points, face.landmarks, face.frame) > 30.0
+    bright = [
+        fw.default_face({"hair_length": length}).mesh.point_data["Colors"][crown].mean() for length in (0.0, -0.5, -1.0)
+    ]
+    assert bright[0] * 1.2 < bright[1] < bright[2] / 1.2
+
+
 def test_the_rounder_a_face_the_farther_aside_is_the_parting():
     partings = [parting_of(fw.default_face({"hair_length": 0.7, "width": w, "length": -w})) for w in (-0.5, 0.0, 0.5)]
     assert partings[0] < partings[1] - 10.0 < partings[2] - 20.0
