@@ -22,9 +22,6 @@ from .parts import Part
 STRAND_AT = "strand_at"
 """Array of its mesh: the number of the strand at each point, counted across locks, and how far along its length."""
 
-WIDTH, IN_SHEET = 0.3, 10.0
-"""Width of a strand in locks, and strands from a hair of the sheet to the next."""
-
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
@@ -291,12 +288,12 @@ def _bundle(
     some = (columns * random.beta(0.5, 0.5, strands)).astype(int)
     astray = _locks(random, hull, lines[some], ends[some], np.full(strands, STRAND), 2, layers, loose)
     shades = np.exp(0.08 * random.normal(size=(count, 1, 1))) * (1.0 - SIDES_DARKER * across**2)[:, None]
-    of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / WIDTH
+    of_locks = 100.0 * np.arange(count)[:, None] + wide[:, None] * across / 0.3  # mm: the width of a strand
     return [
         (
             sheet[None],
             (1.0 - darker) * dark * _tints(random, 1, columns),
-            _strands(IN_SHEET * np.arange(columns)[None]),
+            _strands(10.0 * np.arange(columns)[None]),
         ),
         (locks, shades * dark * _tints(random, count, LOCK_HAIRS), _strands(of_locks)),
         (
