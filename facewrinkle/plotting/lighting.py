@@ -19,7 +19,7 @@ from ..mesh.arrays import in_bytes
 STEP, SOFT, RAYS = 1.0, 10.0, 24
 """Width of the rays of the key light and half the border of its shadows, mm on a face of average size; their number."""
 
-WET = 2.4
+WET = 3.2
 """Gloss of lips relative to that of skin."""
 
 IN_SHADE = 0.4

@@ -41,7 +41,7 @@ SLOW = """
   float glance = 1.0 - max(facing, 0.0);
   float fresnel = 1.0 + 4.0 * glance * glance * glance;
   vec3 open = vec3(%(open)s);
-  open /= open + (1.0 - open) * vec3(0.66, 0.70, 0.72); // skin throws light at skin, a little more of it red
+  open /= open + (1.0 - open) * vec3(0.56, 0.67, 0.72); // skin throws light at skin, a little more of it red
   vec3 reach;
   scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y) * open;
   vec3 bleed = vec3(%(bleed)s);
@@ -66,8 +66,9 @@ SLOW_OF_LIGHT = """
 
 SHARP = """gleam%(number)d = seen;
     vec3 aside = normalize(cross(vec3(0.0, 1.0, 0.0), halfway));
-    mirror%(number)d = vec3(dot(N, aside), dot(N, cross(halfway, aside)), dot(N, halfway));"""
-"""The normal, in axes of which the last is half-way between light and camera."""
+    mirror%(number)d = vec3(sqrt(%(bare)s) * vec2(dot(N, aside), dot(N, cross(halfway, aside))), dot(N, halfway));"""
+"""The normal, in axes of which the last is half-way between light and camera; what is glossier has a smaller highlight.
+"""
 
 BLURRED = """vec3 C = lightColor%(number)d;
     float near = max(dot(N, halfway), 0.0);
@@ -371,9 +372,9 @@ def _shade(actor: pv.Actor, code: str, textured: bool, cut: bool = False) -> Non
 
 # Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
-    "0.080, 0.072, 0.070",  # off skin below: cheeks light the sockets above them
-    "0.110, 0.112, 0.120",
-    "0.19, 0.13, 0.11",
+    "0.100, 0.076, 0.063",  # off skin below: cheeks light the sockets above them
+    "0.116, 0.112, 0.112",
+    "0.24, 0.15, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
