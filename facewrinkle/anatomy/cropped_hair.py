@@ -41,10 +41,11 @@ THIN = 0.2
 SLOPE, BENT = (0.2, 0.6), 0.5
 """Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
 
-BEARD_HAIRS, CLEAR, DENSER = 30000, [1.0, 0.0], 1.6
-"""Hairs of a beard, of which those grow that stand where it is dense; how far beside and above lips none grow; density
-relative to the shadow of a shaved beard.
-"""
+BEARD_HAIRS, CLEAR = 36000, [1.0, 0.0]
+"""Hairs of a beard, of which those grow that stand where it is dense; and how far beside and above lips none grow."""
+
+THINNEST, WHIRLS = 0.7, 0.4
+"""Share of hairs that the barest places within a beard have, and strength of its whirls relative to how it grows."""
 
 STUBBLE, FULL_BEARD = 0.7, 11.0
 """Mean length of stubble, and of a full beard where it is dense."""
@@ -186,8 +187,12 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     where = np.einsum("kc,kci->ki", weights, corners[triangle])
     mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + CLEAR
     off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, 4, axis=1) - 1.0
-    dense = np.minimum(DENSER * beard(where, head.landmarks, frame), 1.0) * smoothstep(6.0 * off_lips)
+    # Nobody's grows evenly: it varies from vertex to vertex, and thins out over the border.
+    uneven = random.uniform(-1.0, 1.0, (len(head.points), 4))
+    thin, *whirl = np.einsum("kc,kci->ik", weights, uneven[head.triangles[triangle]])
+    dense = beard(where, head.landmarks, frame) ** 1.5 * smoothstep(6.0 * off_lips)
+    dense *= THINNEST + (1.0 - THINNEST) * smoothstep(0.6 + thin)
     grown = random.uniform(0.0, 1.0, BEARD_HAIRS) < dense
     longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * dense[grown]
-    comb = where[grown] - frame.local_mm(head.landmarks["sellion"])
+    comb = unit(where[grown] - frame.local_mm(head.landmarks["sellion"])) + WHIRLS * np.transpose(whirl)[grown]
     return grown_hairs(head, triangle[grown], weights[grown], comb, longest, random)
