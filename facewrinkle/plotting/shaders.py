@@ -311,7 +311,9 @@ class Material:
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
             # In the shadow of the key light, a little more is left of the red, which comes through the skin.
-            reach = "open" if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.90, 0.93, 0.94)"
+            # What comes from behind grazes all that is seen: hardly any of it gets into hollows.
+            grazing = f"pow(open, vec3(lightDirectionVC{k}.z > 0.0 ? 6.0 : 1.0))"
+            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.90, 0.93, 0.94)"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         mirrored = "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
