@@ -14,6 +14,7 @@ from analysis.surfaces import plate, settled, squeezed, uniform, wrinkled_surfac
 from analysis.swept import swept_areas, swept_volumes
 from analysis.volume import displaced_exactly, in_the_plane, ladder, quadrature, regions, share, volumes
 from facewrinkle.layers.muscle_wrinkles import MuscleWrinkles
+from facewrinkle.simulation.fold_layers import fold_layers
 
 
 def test_the_integral_of_a_cycle_vanishes_for_all_parameters():
@@ -76,13 +77,22 @@ def ball():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["head-0", "makehuman", "mediapipe"])
 def test_puckers_keep_their_volume_on_coarse_faces(name):
-    """Their rays are folds of the paper beside waves; triangles around the mouth are up to 5 mm long."""
+    """Their rays are folds of the paper beside waves; triangles around the mouth are up to 5 mm long.
+
+    Waves of less than a tenth of a millimeter are met by triangles of up to 15 mm as it happens: they keep the volume
+    on average over people.
+    """
     if name not in names():
         pytest.skip(f"{name} is not beside the repository")
+    face = subject(name)
     for expression in ("AU18", "kiss"):
-        parts = volumes(wrinkled_surface(settled(subject(name), expression, folds="wave")))
-        assert np.abs(parts).sum() > 50.0
-        assert abs(share(parts)) < 2.0
+        shares = []
+        for seed in range(5):
+            sim = settled(face, expression, folds="wave", layers=fold_layers(face, "wave", seed=seed))
+            parts = volumes(wrinkled_surface(sim))
+            assert np.abs(parts).sum() > 50.0
+            shares.append(share(parts))
+        assert abs(np.mean(shares)) < 1.0
 
 
 def test_between_two_closed_surfaces_lies_the_difference_of_their_volumes(ball):
