@@ -352,9 +352,7 @@ def _completed(changes: Mapping[str, Any]) -> dict[str, Any]:
     """
     content = tomllib.loads(DEFAULT_ATLAS.read_text(encoding="utf-8"))
     check_name("base of an atlas", changes["base"], ["facewrinkle"])
-    for table, entries in changes.items():
-        if table == "base":
-            continue
+    for table, entries in {name: entries for name, entries in changes.items() if name != "base"}.items():
         check_name("table", table, content)
         if type(entries) is not type(content[table]):
             form = "[[{}]], once for each sample" if table == "tissue" else "[{}], with entries by name"
@@ -593,9 +591,8 @@ def atlas_text(atlas: Atlas) -> str:
     for name, title in atlas.action_unit_names.items():
         units = _value(_joined(atlas.action_units[name], atlas.muscles))
         lines += [f"[action_units.{_key(name)}]", f"name = {_value(title)}", f"muscles = {units}", ""]
-    lines.append("[expressions]")
-    for name in atlas.expressions:
-        lines.append(f"{_key(name)} = {_value(_joined(atlas.written(name), atlas.muscles))}")
+    written = {name: _joined(atlas.written(name), atlas.muscles) for name in atlas.expressions}
+    lines += ["[expressions]", *(f"{_key(name)} = {_value(mixture)}" for name, mixture in written.items())]
     for sample in atlas.tissue:
         lines += ["", "[[tissue]]", *(f"{_key(key)} = {_value(value)}" for key, value in sample.items())]
     return "\n".join(lines) + "\n"

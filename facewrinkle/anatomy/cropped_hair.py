@@ -32,9 +32,6 @@ COMBED, PARTED, NARROW = 3.0, 22.0, 8.0
 the parting.
 """
 
-FEWEST = 0.12
-"""Share of hair in the color of the skin up to which none grows."""
-
 THIN = 0.2
 """Share of that length that hairs have where hardly any grow."""
 
@@ -87,7 +84,7 @@ def cropped_hair(
     image = head.paint[1].cover()
     u, v = np.einsum("kc,kci->ik", weights, head.uv[corners])
     columns, rows = (np.minimum((share * len(image)).astype(int), len(image) - 1) for share in (u, 1.0 - v))
-    grown = random.uniform(FEWEST, 1.0, HAIRS) < image[rows, columns]
+    grown = random.uniform(0.12, 1.0, HAIRS) < image[rows, columns]  # the share of hair in the color of the skin
     if border < np.inf:
         grown &= hair_cover(roots, head.landmarks, frame_of(head.landmarks)) < border
     if not grown.any():

@@ -40,14 +40,6 @@ HIGHEST = 0.45
 HEIGHTS = np.linspace(-HIGHEST, HIGHEST, 81)
 """The heights at which a meridian is searched for skin."""
 
-NARROWEST = 2
-"""Gaps in the skin of no more than this many heights do not count. Lids are closed if fewer than half of the meridians
-have gaps.
-"""
-
-SURROUNDINGS = np.array([0.8, 2.0 * HIGHEST, 2.0])
-"""Triangles count if their vertices lie within these [outwards, up, forward] of the middle between the canthi."""
-
 # --- The mesh ends at the margins, or goes on behind them: then the lids have a thickness -------------------
 
 
@@ -205,7 +197,7 @@ def eyelid_opening(
     triangles = _near(local, triangles)
     lids = _lid_sections(local[triangles], _ball(eye, inner, axes, width))
     in_middle = any(RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1] for at, *_ in lids)
-    if len(lids) < len(MERIDIANS) // 2 or not in_middle:
+    if len(lids) < len(MERIDIANS) // 2 or not in_middle:  # closed
         return None
     hole = _hole(lid_rim(eye, points, loops), *polar[:2])
     thick = hole is None or not _is_seen(hole, local, lids)
@@ -286,8 +278,8 @@ def _margins(lids: LidSections, local: Array, triangles: IntArray) -> tuple[IntA
 
 
 def _near(local: Array, triangles: IntArray) -> IntArray:
-    """The triangles around an eye."""
-    inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < SURROUNDINGS).all(axis=1))
+    """The triangles around an eye, near the middle between the canthi."""
+    inside = np.asarray((np.abs(local - [0.5, 0.0, 0.0]) < [0.8, 2.0 * HIGHEST, 2.0]).all(axis=1))
     return triangles[inside[triangles[:, 0]] & inside[triangles[:, 1]] & inside[triangles[:, 2]]]
 
 
@@ -339,7 +331,7 @@ def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
     gap = front[first[widest] : last[widest]]
     # Skin in a gap reaches far back, behind the middle of the ball (-0.84 to -0.62; that is at -0.2). Otherwise the eye
     # is one piece with the skin, as those of statues are, and nothing opens or closes.
-    if len(gap) <= NARROWEST or gap.min() > -0.3:
+    if len(gap) <= 2 or gap.min() > -0.3:
         return None
     return float(HEIGHTS[first[widest] - 1]), float(HEIGHTS[last[widest]])
 

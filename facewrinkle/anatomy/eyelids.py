@@ -29,16 +29,6 @@ MARGIN_FADE = np.deg2rad(20.0)
 blinks).
 """
 
-BELOW_BROW, LEAST_FADE = 0.6, 0.25
-"""It fades within the first share of the angle to the brow, but not within less than the second of `MARGIN_FADE`:
-above the large eyes of drawn figures the brow is near, and stays.
-"""
-
-LOWER_FADE, INNER_FADE = 0.6, 2.5
-"""The same below the lower margin, and on the insides of lids: relative to `MARGIN_FADE`. The inside goes with the
-margin; only skin far back in the socket stays.
-"""
-
 
 CORNER = 0.08
 """Beyond the canthi, the motion fades to nothing over this length, in distances between the canthi."""
@@ -60,12 +50,6 @@ LARGEST_TURN = np.deg2rad(40.0)
 KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
 """Skin may turn down more than a neighbor by the first share of its height above it, plus this factor (closing,
 following) of their distance along the lids.
-"""
-
-
-JOINED, LEAST_AREA = 0.2, 0.1
-"""Up to this far from the inner canthus, in distances between the canthi, the lids are one narrow skin. A triangle
-there keeps at least this share of its area, projected on the plane that it would have if it turned in one piece.
 """
 
 
@@ -141,7 +125,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
     # A positive turn about up x gaze turns the gaze down.
     axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
-    corner = (along < JOINED)[triangles].all(axis=1)
+    corner = (along < 0.2)[triangles].all(axis=1)  # there the lids are one narrow skin
     angles = _none_turned_over(angles, offset, triangles[corner], axis)
     vertices = np.flatnonzero(near & ((np.abs(angles) > 1e-4) | (hold > 0.5)))
     if not len(vertices):
@@ -165,13 +149,17 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
 
 
 def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, is_upper: BoolArray) -> Array:
-    """Share (n,) of the margin's motion that skin takes, by its angle `beyond` the margin."""
+    """Share (n,) of the margin's motion that skin takes, by its angle `beyond` the margin.
+
+    Above, it fades well before the brow, which is near above the large eyes of drawn figures, and stays. The inside of
+    a lid goes with the margin; only skin far back in the socket stays.
+    """
     # Over a tenth of a radius, skin beyond the margin passes from the outside of a lid to its inside.
     outside = smoothstep((distance - opening.rim(along, is_upper)) / (0.1 * opening.eye.radius) + 0.5)
     to_brow = np.interp(along, *opening.brow[:2]) - opening.lines(along)[0]
-    upper = np.clip(BELOW_BROW * to_brow, LEAST_FADE * MARGIN_FADE, MARGIN_FADE)
-    reach = np.where(is_upper, upper, LOWER_FADE * MARGIN_FADE)
-    return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * INNER_FADE * MARGIN_FADE)))
+    upper = np.clip(0.6 * to_brow, 0.25 * MARGIN_FADE, MARGIN_FADE)
+    reach = np.where(is_upper, upper, 0.6 * MARGIN_FADE)
+    return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE)))
 
 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
@@ -200,7 +188,10 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
 
 
 def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: Array) -> Array:
-    """Turns of vertices about an axis through the origin, smaller where triangles would turn over."""
+    """Turns of vertices about an axis through the origin, smaller where triangles would turn over.
+
+    Each keeps a tenth of its area at least, projected on the plane that it would have if it turned in one piece.
+    """
     triangles = triangles[(angles[triangles] != 0.0).any(axis=1)]
     if not len(triangles):
         return angles
@@ -215,7 +206,7 @@ def _none_turned_over(angles: Array, offset: Array, triangles: IntArray, axis: A
         turns = angles[triangles]
         together = areas(np.repeat(turns.mean(axis=1, keepdims=True), 3, axis=1))
         share = (areas(turns) * together).sum(axis=1) / np.maximum((together**2).sum(axis=1), 1e-300)
-        over = np.unique(triangles[share < LEAST_AREA])
+        over = np.unique(triangles[share < 0.1])
         if not len(over):
             break
         angles[over] *= 0.9

@@ -67,17 +67,6 @@ unit is off by a factor of ten or more.
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
 
-ASIDE, ONE_SIDED = 0.3, 0.02
-"""A side of the face begins this far from its middle; it is missing if it has less than this share of the other's
-vertices.
-"""
-
-# --- Found landmarks that are to be checked ------------------------------------------------------------------
-
-
-UNSURE = 0.5
-"""Any that is not always estimated is, if it has a lower confidence."""
-
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
@@ -314,7 +303,7 @@ def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | 
     unsure = [
         f"{name} ({value:.2f})"
         for name, value in found.confidences.items()
-        if value < UNSURE and name not in given and (name in CHIN or name not in UNMEASURED)
+        if value < 0.5 and name not in given and (name in CHIN or name not in UNMEASURED)
     ]
     if unsure and found.confidence >= DOUBTED:
         warn(
@@ -463,7 +452,7 @@ def _check_both_sides(local: Array) -> None:
     """Raise a LandmarkError where the points of a mesh, in the frame of the face, leave out one of its sides."""
     face = local[(np.abs(local) < [1.2, 2.0, 1.2]).all(axis=1), 0]  # those around the middle between the eyes
     for side, other, across in (("left", "right", face), ("right", "left", -face)):
-        if (across < -ASIDE).sum() < ONE_SIDED * (across > ASIDE).sum():
+        if (across < -0.3).sum() < 0.02 * (across > 0.3).sum():  # beside its middle
             raise LandmarkError(
                 f"by the landmarks, the mesh has only the subject's {side} side of the face; muscles need both. Mirror "
                 f"it in a modeling program, join the halves, and give the landmarks of both; or check the {other} ones."

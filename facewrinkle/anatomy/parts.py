@@ -35,68 +35,14 @@ WORDS = {
 }
 """Regular expressions for what files call each kind of piece, in small letters."""
 
-# Other pieces get their name from the first section below that they fit, in this order. Lengths are in distances
-# between the pupils. Numbers in brackets are those of the built-in head, whose eyes have a radius of 0.19.
-
-# --- A piece belongs to an eye ----------------------------------------------------------------------------
-
-EYE_RADII, EYE_MARGIN = 1.6, 0.1
-"""All of it lies within this many radii of the centre of the eye, plus this length for lashes."""
-
-OFF_AXIS = 0.5
-"""Balls, corneas and irises lie less than this many radii aside of the eye's middle, as seen from the front."""
-
-EYE_HEIGHT, EYE_SMALL = 0.6, 0.8
-"""They are also at least this high relative to their width, which lashes are not, or smaller than this many radii of an
-adult's eye either way, as a pupil is.
-"""
-
-STRAND = 0.2
-"""They are no hairs: their second largest extent is at least this share of the largest. Lashes that are no hairs are
-cards, which show a picture of some.
-"""
-
-# --- It is the ball of an eye, and gives it its place and size ---------------------------------------------
+# Other pieces are named by their places and sizes. Lengths are in distances between the pupils. Numbers in brackets are
+# those of the built-in head, whose eyes have a radius of 0.19.
 
 
 BALL_RADII = (0.7, 2.6)
-"""Range of its radius relative to an adult's; the largest are of children and cartoons, whose two balls touch."""
-
-# --- It belongs to the mouth: teeth, gums, tongue (teeth, unless it is a tongue) ---------------------------
-
-MOUTH_BOX = np.array([[-0.55, -0.5, -1.2], [0.55, 0.5, 0.05]])
-"""Its middle lies between these [left, up, forward] of the middle of the mouth (0.37, 0.23, -0.67 to -0.12)."""
-
-MOUTH_FOREMOST = 0.25
-"""No point of it lies farther in front of the mouth, as glasses and a fringe do (-0.05)."""
-
-
-INSIDE, MOUTH_ASIDE = 0.6, 0.2
-"""So does a piece of any size of which more than this share lies inside the head, its middle between menton and nasion
-and no farther aside than half of the second: gums and tongues may reach far back, a pedestal fills the neck.
+"""Range of the radius of an eyeball relative to an adult's; the largest are of children and cartoons, whose two balls
+touch.
 """
-
-TONGUE_WIDTH, TONGUE_LENGTH, TONGUE_ASIDE = 0.2, 1.2, 0.1
-"""A tongue is wider than this (0.6; a molar is 0.17 wide), at least this long relative to its width (1.4; gums are
-0.7), and its middle is no farther aside.
-"""
-
-# --- Something else ----------------------------------------------------------------------------------------
-
-
-ON_SKIN = 0.12
-"""Pieces that are nowhere farther from the skin than this are fuzz, such as brows or stubble, and follow it."""
-
-GLASSES_WIDTH, GLASSES_ABOVE, GLASSES_BELOW = 0.4, 0.7, 0.9
-"""Glasses are wider than this, reach in front of the nasion, and end within these above and below it."""
-
-# Hair is what has its middle above the nasion, hangs, or is a fringe; the rest is "other".
-
-HAIR_BEHIND = 1.2
-"""Hair that hangs reaches this far behind the tip of the nose, and above the mouth. A neck or a pedestal does not."""
-
-FRINGE = 1.0
-"""A fringe begins this far above the nasion, at the hairline (0.94), however far it hangs down."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,59 +222,57 @@ def _socket(pieces: list[Array], centre: Array) -> tuple[Array, float]:
 
 
 def _kind(points: Array, away: Array, marks: Mapping[str, Array], eyes: Mapping[str, tuple[Array, float]]) -> str:
-    """Name of a piece by the sections above, from its points [left, up, forward] (n, 3) and their distances (n,) from
-    the skin, negative inside the head; "teeth" for those of either jaw.
+    """Name of a piece from its points [left, up, forward] (n, 3) and their distances (n,) from the skin, negative
+    inside the head; "teeth" for those of either jaw.
     """
-    for side, (centre, radius) in eyes.items():
-        if np.linalg.norm(points - centre, axis=1).max() <= EYE_RADII * radius + EYE_MARGIN:
+    for side, (centre, radius) in eyes.items():  # about which all of it lies, with some room for lashes
+        if np.linalg.norm(points - centre, axis=1).max() <= 1.6 * radius + 0.1:
             return f"eye_{side}" if _is_of_eyeball(points, centre, radius) else f"lashes_{side}"
     low, high = points.min(axis=0), points.max(axis=0)
-    mouth, bridge = mouth_middle(marks), marks["nasion"]
-    in_height = marks["menton"][1] < 0.5 * (low + high)[1] < bridge[1]
-    within = np.mean(away < 0.0) > INSIDE and in_height and abs(low[0] + high[0]) < MOUTH_ASIDE
-    if _is_in_mouth(low, high, mouth) or (within and high[2] < mouth[2] + MOUTH_FOREMOST):
-        return "tongue" if _is_tongue(low, high, mouth) else "teeth"
+    middle, mouth, bridge = 0.5 * (low + high), mouth_middle(marks), marks["nasion"]
+    width, _, length = high - low
+    # To the mouth belongs what has its middle about it (0.37, 0.23, -0.67 to -0.12; gums are 0.96 wide), and what lies
+    # mostly inside the head, at this height and in the middle: gums and tongues may reach far back, a pedestal fills
+    # the neck. But nothing that stands out, as glasses and a fringe do (-0.05).
+    off = middle - mouth
+    about = (off > [-0.55, -0.5, -1.2]).all() and (off < [0.55, 0.5, 0.05]).all() and (high - low).max() < 1.4
+    within = np.mean(away < 0.0) > 0.6 and marks["menton"][1] < middle[1] < bridge[1] and abs(middle[0]) < 0.1
+    if (about or within) and high[2] < mouth[2] + 0.25:
+        # A tongue is wide (0.6; a molar is 0.17 wide), long for its width (1.4; gums are 0.7), and in the middle.
+        return "tongue" if width > 0.2 and length > 1.2 * width and abs(off[0]) < 0.1 else "teeth"
     if (high - low).max() < 0.02:
         return "speck"  # which is dropped
-    if np.abs(away).max() < ON_SKIN:
-        return "fuzz"
-    if _is_glasses(low, high, bridge):
+    if np.abs(away).max() < 0.12:
+        return "fuzz"  # such as brows or stubble, nowhere farther from the skin
+    level = bridge[1] - 0.9 < low[1] and high[1] < bridge[1] + 0.7
+    if level and high[2] > bridge[2] and width > 0.4:
         return "glasses"
-    hangs = low[2] < marks["nose_tip"][2] - HAIR_BEHIND and high[1] > mouth[1]
-    is_fringe = high[1] > bridge[1] + FRINGE
-    return "hair" if 0.5 * (low + high)[1] > bridge[1] or hangs or is_fringe else "other"
+    # Hair has its middle above the nasion; or hangs behind the face, and above the mouth, which a neck or a pedestal
+    # does not; or is a fringe, which begins at the hairline (0.94), however far it hangs down.
+    hangs = low[2] < marks["nose_tip"][2] - 1.2 and high[1] > mouth[1]
+    return "hair" if middle[1] > bridge[1] or hangs or high[1] > bridge[1] + 1.0 else "other"
 
 
 def _is_of_eyeball(points: Array, centre: Array, radius: float) -> bool:
-    """True for balls, corneas and irises; False for lashes, which stand off the rim of the eye."""
+    """True for balls, corneas and irises; False for lashes, which stand off the rim of the eye.
+
+    As seen from the front, the former lie about the middle of the eye, and are about as high as wide, or small as a
+    pupil is.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     aside, extent = np.linalg.norm((0.5 * (low + high) - centre)[:2]), high - low
-    if aside >= OFF_AXIS * radius or _is_strand(points):
+    if aside >= 0.5 * radius or _is_strand(points):
         return False
-    return bool(extent[1] > EYE_HEIGHT * extent[0] or extent[:2].max() < EYE_SMALL * RADIUS)
+    return bool(extent[1] > 0.6 * extent[0] or extent[:2].max() < 0.8 * RADIUS)
 
 
 def _is_strand(points: Array) -> bool:
-    """True for hairs."""
+    """True for hairs, whose largest extent is more than five times the second.
+
+    Lashes that are no hairs are cards, which show a picture of some.
+    """
     lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    return bool(lengths[1] < STRAND * lengths[0])
-
-
-def _is_in_mouth(low: Array, high: Array, mouth: Array) -> bool:
-    """True for pieces within the box; gums, the largest, are 0.96 wide."""
-    middle = 0.5 * (low + high) - mouth
-    inside = (MOUTH_BOX[0] < middle).all() and (middle < MOUTH_BOX[1]).all()
-    return bool(inside and high[2] < mouth[2] + MOUTH_FOREMOST and (high - low).max() < 1.4)
-
-
-def _is_tongue(low: Array, high: Array, mouth: Array) -> bool:
-    (width, _, length), aside = high - low, abs(0.5 * (low + high) - mouth)[0]
-    return bool(width > TONGUE_WIDTH and length > TONGUE_LENGTH * width and aside < TONGUE_ASIDE)
-
-
-def _is_glasses(low: Array, high: Array, bridge: Array) -> bool:
-    level = high[1] < bridge[1] + GLASSES_ABOVE and low[1] > bridge[1] - GLASSES_BELOW
-    return bool(level and high[2] > bridge[2] and high[0] - low[0] > GLASSES_WIDTH)
+    return bool(lengths[1] < 0.2 * lengths[0])
 
 
 def _bite(teeth: list[Array], lips: float) -> float:

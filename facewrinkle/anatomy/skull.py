@@ -151,13 +151,6 @@ FIXED_ABOVE = 0.16
 TURNING_BELOW = 0.24
 """Skin lower than this goes with the mandible."""
 
-LIPS_WIDTH, LIPS_LEAST = 0.4, 0.2
-"""Near the middle of the mouth both bounds shrink: to the second share there, which grows by 1 over the first distance.
-"""
-
-NECK = 0.55
-"""Skin farther than this below the lower border of the mandible stays; in between, the neck follows less and less."""
-
 
 def jaw_weights(
     jaw: JawMuscle, points: Array, edges: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
@@ -189,12 +182,14 @@ def jaw_weights(
     up = _normal_of_plane(axis, mouth - hinge, frame.axes[1])
     over = (points - hinge) @ up / size
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
-    aside = np.minimum(LIPS_LEAST + np.abs((points - mouth) @ frame.axes[0]) / (LIPS_WIDTH * size), 1.0)
+    # Near the middle of the mouth both bounds shrink to a fifth.
+    aside = np.minimum(0.2 + np.abs((points - mouth) @ frame.axes[0]) / (0.4 * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
     # The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth.
     near = (np.linalg.norm(points - mouth, axis=1) < 1.2 * size) & ~behind
     upper, lower = _lips(points, edges, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
-    fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > NECK)
+    # Far below the lower border of the mandible skin stays; in between, the neck follows less and less.
+    fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > 0.55)
     fixed_down = (over < -TURNING_BELOW * aside) & ~upper & (under < 0.0) & ~fixed_up
     share = _harmonic(points, edges, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)

@@ -49,9 +49,6 @@ RAISED_AT = 0.4
 ROUNDED = 0.7
 """Share of the length from which the tip is rounded."""
 
-GROOVE, GROOVE_WIDTH, PAPILLAE = 1.4, 3.0, 0.18
-"""Depth and half width of the furrow along the middle, and height of the papillae."""
-
 RINGS, ABOVE, BELOW = 44, 28, 12
 """Rings of points from the root to the tip, and points of each on the back of the tongue and on its lower side."""
 
@@ -111,8 +108,8 @@ def tongue_points(out: float, crest: Array) -> Array:
     up, forward, half, high = np.moveaxis(spline(ALONG), -1, 0)
     rise, way = np.moveaxis(spline(ALONG, 1), -1, 0)[:2]
     across = half * CAP * np.cos(TURN)
-    furrow = GROOVE * CAP**2 * np.exp(-((across / GROOVE_WIDTH) ** 2)) * UPPER
-    above = BLUNT * (high * np.sin(TURN) - furrow + PAPILLAE * GRAIN) / np.hypot(rise, way)
+    furrow = 1.4 * CAP**2 * np.exp(-((across / 3.0) ** 2)) * UPPER  # along the middle
+    above = BLUNT * (high * np.sin(TURN) - furrow + 0.18 * GRAIN) / np.hypot(rise, way)  # with papillae
     return _points(np.stack([across, up + above * way, forward - above * rise], axis=-1))
 
 

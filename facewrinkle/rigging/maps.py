@@ -25,9 +25,6 @@ from ..layers.base import Layer
 from ..mesh.arrays import corner_texture, in_bytes, rest_of
 from ..simulation import Refinement, Simulation
 
-OVERLAP = 0.02
-"""Share of the texels on which several triangles may lie before a word is said."""
-
 FOLDED = 0.03
 """Wrinkles of a shape that are nowhere deeper than this, mm, are left out; below half of it, normals are flat."""
 
@@ -271,7 +268,7 @@ class FoldMaps:
         self.face = face
         fine, smooth = charted(fine, face), charted(smooth, face)
         self._texels, self._below = (Texels(_corners(mesh), size) for mesh in (fine, smooth))
-        if self._below.shared > OVERLAP and corner_texture(face.mesh) is not None:
+        if self._below.shared > 0.02 and corner_texture(face.mesh) is not None:
             warn(
                 f"on {100.0 * self._below.shared:.0f} % of the texture several triangles lie on each other, such as "
                 "halves that share a place: the maps hold one of them. Lay the islands side by side for both."

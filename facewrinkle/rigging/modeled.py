@@ -157,12 +157,8 @@ class Movements:
     def _aside(self, sign: float) -> Array:
         local = self._local
         away = np.linalg.norm(local * [1.0, 1.25, 0.8], axis=1) / MOUTH_REACH
-        weight = smoothstep((1.0 - away) / 0.8)
-        angle, centre = sign * MOUTH_ASIDE / ARCH * weight, np.array([0.0, 0.0, -ARCH])
-        x, z = local[:, 0] - centre[0], local[:, 2] - centre[2]
-        cos, sin = np.cos(angle), np.sin(angle)
-        moved = np.stack([cos * x + sin * z - x, np.zeros(len(x)), cos * z - sin * x - z], axis=1)
-        return self._world(moved)
+        angle = sign * MOUTH_ASIDE / ARCH * smoothstep((1.0 - away) / 0.8)
+        return self._world(turned(local - np.array([0.0, 0.0, -ARCH]), np.array([0.0, 1.0, 0.0]), angle))
 
     def _puffed(self) -> Array:
         """Displacement (n, 3) of cheeks and lips that air pushes away from the teeth.

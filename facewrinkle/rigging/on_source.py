@@ -21,9 +21,6 @@ from .linear_rig import Rig
 from .maps import around_head
 from .poses import Pose
 
-REACHED = 0.1
-"""A vertex farther than this from all that the rig moves, in distances between the pupils, counts as not reached."""
-
 
 @dataclass(frozen=True, eq=False)
 class SourceShapes:
@@ -38,7 +35,8 @@ class SourceShapes:
     deltas : ndarray of float32, shape (k, n, 3)
         Displacements in each shape, in the same.
     reached : ndarray of bool, shape (n,)
-        False where there is nothing near that the rig moves: loose points, say. These move with what is nearest.
+        False where nothing that the rig moves is near, within a tenth of the distance between the pupils: for loose
+        points, say. These move with what is nearest.
     unit : float
         Millimeters per unit of the mesh.
     chart : ndarray, shape (n, 2), optional
@@ -128,7 +126,7 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
     if len(left):
         cells, weights, distance = BoxTree(face.points, face.triangles).closest(points[left])
         deltas[:, left] = np.einsum("nc,kncx->knx", weights, skin[:, face.triangles[cells]])
-        known[left] = distance < REACHED * size
+        known[left] = distance < 0.1 * size
     charted = rig.wrinkles == "maps" and corner_texture(face.mesh) is None
     chart = around_head(face, points) if charted else None
     return SourceShapes(rig.names, points, deltas, known, face.unit, chart)

@@ -27,9 +27,6 @@ CLEARING = 0.0005
 INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
 """Barycentric coordinates of the points of a triangle that must clear the balls."""
 
-GRAZING = 0.05
-"""Lids may come closer to a ball than at rest by this, in mm, on their straight way from rest to a shape."""
-
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -162,7 +159,7 @@ class Posing:
             near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
             start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, base))
             allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
-            floor = np.minimum(allowed, radius) - GRAZING
+            floor = np.minimum(allowed, radius) - 0.05  # so much closer than at rest lids may come, mm
             low = _closest(start, end) < floor
             if not low.any():
                 continue

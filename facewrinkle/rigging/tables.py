@@ -62,16 +62,12 @@ VISEMES: Mapping[str, str] = {
     "vwide": "viseme_E",
     "vaffricate": "viseme_CH",
     "vlipopen": "viseme_DD",
-}
-"""Other names of visemes, by plain name."""
-
-MOODS: Mapping[str, str] = {
     "happy": "happiness",
     "angry": "anger",
     "sad": "sadness",
-    "surprised": "surprise",
+    "surprised": "surprise",  # VRM's presets; names such as `anger` are probabilities in the tables of trackers
 }
-"""Expressions by the names of VRM's presets; names such as `anger` are probabilities in the tables of trackers."""
+"""Other names of visemes and expressions, by plain name."""
 
 CUES: Mapping[str, str] = {
     "A": "viseme_PP", "B": "viseme_SS", "C": "viseme_E", "D": "viseme_aa", "E": "viseme_O", "F": "viseme_U",
@@ -107,8 +103,8 @@ def shapes_of_column(column: str) -> tuple[str, ...]:
     for other in spellings(column):
         if other in _SHAPES:
             return (_SHAPES[other],)
-    if plain in VISEMES or plain in MOODS:
-        return (VISEMES.get(plain) or MOODS[plain],)
+    if plain in VISEMES:
+        return (VISEMES[plain],)
     stem, side = sided(column)
     if side is None and stem in _SHAPES.values():
         return (stem,)

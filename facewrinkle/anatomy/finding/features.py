@@ -49,9 +49,6 @@ PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 SAME = 0.15
 """Depths beside each other that differ by more are of two surfaces: the nearer has a rim or a hole there."""
 
-BENT = 1.8
-"""Curvature of the bend, at least (2.4 to 5.0 on thirty-one labeled faces)."""
-
 NEAR_MENTON = 0.3
 """The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
 
@@ -211,8 +208,9 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
     near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
-    # The skin goes on beyond the bend: at the rim of a mask nothing tells that the chin turns under.
-    if bend[at] < BENT or along[at] < 0.2:
+    # The bend has a curvature of 2.4 to 5.0 on thirty-one labeled faces. The skin goes on beyond it: at the rim of a
+    # mask nothing tells that the chin turns under.
+    if bend[at] < 1.8 or along[at] < 0.2:
         if up[0] > y:
             return expected, None
         # The profile leans back by at least 50 degrees at the lowest place of the chin (42 to 71 on labeled faces).

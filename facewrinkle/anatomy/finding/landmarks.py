@@ -27,10 +27,6 @@ OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
 
-LANDMARK_CORRELATION = (0.70, 0.95)
-"""Correlation of curvature around a landmark: the confidence in it is 0 at the first and 1 at the second, which is that
-of faces that are like the template there.
-"""
 UNSEEN, SEEN = 0.5, 0.7
 """Factor of the confidence in a lower lip that is not seen, and in a chin that is not seen to turn under; confidence in
 one that is, at least.
@@ -182,7 +178,8 @@ def placed_landmarks(
     if not matches[mouth].mouth_open:
         measured = (*_close_mouth(points, triangles, match, places), *_place_chin(points, triangles, match, places))
     for name in places:
-        certainty[name] = share(certainty[name], LANDMARK_CORRELATION)
+        # The second is the correlation of faces that are like the template there.
+        certainty[name] = share(certainty[name], (0.70, 0.95))
     if not (matches[mouth].mouth_open or "lower_lip_mid" in measured):
         certainty["lower_lip_mid"] *= UNSEEN
     for name in CHIN:

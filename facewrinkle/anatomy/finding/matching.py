@@ -24,9 +24,6 @@ from .template import Grid, Pose, curvature, depth_map, openings_closed, templat
 SPACING = 0.24
 """Spacing of the control points, in distances between the pupils."""
 
-STIFFNESS, SYMMETRY = 0.02, 0.02
-"""Resistance to bending, and to differences of left and right."""
-
 
 @dataclass(frozen=True, eq=False)
 class Basis:
@@ -91,7 +88,7 @@ def _stiffness(m: int, n: int) -> Array:
     flip = sparse.kron(one_y, one_x.tocsr()[::-1])
     odd_x, odd_y = sparse.identity(m * n) + flip, sparse.identity(m * n) - flip
     asymmetry = sparse.kron(odd_x.T @ odd_x, np.diag([1.0, 0.0])) + sparse.kron(odd_y.T @ odd_y, np.diag([0.0, 1.0]))
-    resistance = STIFFNESS * sparse.kron(bending, np.eye(2)) + SYMMETRY * asymmetry
+    resistance = 0.02 * sparse.kron(bending, np.eye(2)) + 0.02 * asymmetry
     return np.asarray((resistance + 1e-4 * sparse.identity(2 * m * n)).toarray())
 
 

@@ -36,9 +36,6 @@ MAP_RADIUS = 1.2
 
 RINGS, SECTORS = 9, 36
 
-LARGEST_DIFFERENCE, MISSING = 0.15, 0.12
-"""Largest difference of height that counts, and the difference that a place without surface has, over the radius."""
-
 
 @cache
 def _template_map() -> tuple[Array, Array]:
@@ -103,7 +100,7 @@ def _at_size(points: Array, size: float) -> list[tuple[float, Pose]]:
     axes = np.array([_directions(nose, _within(points, nose, 0.8 * size)) for nose in noses])
     cost, roll = _best_rolls(
         points, noses, axes, 1.6 * MAP_RADIUS * size, MAP_RADIUS * size, *_template_map(),
-        LARGEST_DIFFERENCE, MISSING,
+        0.15, 0.12,
     )  # fmt: skip
     tip = template().landmarks["nose_tip"]
     found = []
@@ -210,7 +207,8 @@ def _polar_map(points: Array, nose: Array, axes: Array, radius: float, rings: in
 def _mismatch(heights: Array, template: Array, weights: Array, cap: float, missing: float) -> Array:
     """Mean difference (sectors / 2,) of two polar maps, with the first turned by every even number of sectors.
 
-    A common difference of their heights does not count.
+    A common difference of their heights does not count, larger ones count as `cap`, and places without surface as
+    `missing`, over the radius.
     """
     sectors = heights.shape[1]
     twice = np.concatenate((heights, heights), axis=1)
@@ -231,17 +229,11 @@ NO_FACE = (
     "one side at least, eye_l_inner, eye_l_outer, mouth_l, brow_l_mid; nose_tip, upper_lip_mid, lower_lip_mid."
 )
 
-# The effort of the search. The confidence of a match tells faces from other things, see `matching`.
-TRIED, REFINED = 40, 3
-"""Candidates that are aligned, and the best of these that are matched."""
-
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
 """Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
 MOST_LAYERS = 50.0
 """Largest area of a mesh over the squared diagonal of its box: that of heads is about 1, that of noise 100 and more."""
-PARTS = 3
-"""Parts of a mesh that are searched by themselves where the whole shows no face, at most."""
 
 
 def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> tuple[list[Match], IntArray]:
@@ -277,17 +269,16 @@ def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Pr
 
 
 def _promising_poses(points: Array, triangles: IntArray, progress: Progress) -> list[Pose]:
-    """Poses at which a surface is most like the template, the best first."""
+    """Three poses at which a surface is most like the template, the best first, of forty that are aligned."""
     samples = surface_samples(points, triangles, SAMPLES)
-    starts: list[tuple[float, Pose]] = []
-    for found in progress(candidates(samples), "Looking for noses", len(SIZES)):
-        starts += found
-    tried = distinct(sorted(starts, key=lambda pair: pair[0]), TRIED)
+    sizes = progress(candidates(samples), "Looking for noses", len(SIZES))
+    starts = [start for found in sizes for start in found]
+    tried = distinct(sorted(starts, key=lambda pair: pair[0]), 40)
     scored = []
     for _, start in progress(tried, "Finding the face", len(tried)):
         pose = aligned(points, triangles, start)
         scored.append((pose_score(surface_map(points, triangles, pose, COARSE), template_map(COARSE)), pose))
-    return [pose for _, pose in distinct(sorted(scored, key=lambda pair: -pair[0]), REFINED)]
+    return [pose for _, pose in distinct(sorted(scored, key=lambda pair: -pair[0]), 3)]
 
 
 def _best_match(points: Array, triangles: IntArray, poses: list[Pose]) -> tuple[Match, IntArray]:
@@ -343,10 +334,10 @@ def _labeled_parts(points: Array, triangles: IntArray, decimals: int) -> tuple[I
 
 
 def _parts(points: Array, triangles: IntArray) -> Iterator[IntArray]:
-    """The parts of a mesh that could be a face by themselves, those with the most triangles first."""
+    """The parts of a mesh, three at most, that could be a face by themselves, those with the most triangles first."""
     proper, label = _labeled_parts(points, triangles, 7)
     count = np.bincount(label)
-    for part in np.argsort(-count, kind="stable")[:PARTS]:
+    for part in np.argsort(-count, kind="stable")[:3]:
         if FEWEST_TRIANGLES <= count[part] < len(proper):
             yield triangles[proper[label == part]]
 

@@ -180,7 +180,7 @@ class Muscle:
     across its fibers. None, as in the paper: over the muscle and across its fibers.
     """
 
-    def _check_common(self) -> None:
+    def __post_init__(self) -> None:
         for name in ("strength", "swell", "modiolus", "closing"):
             check_range(name, getattr(self, name), 0.0, 1e6)
         check_range("normal_share", self.normal_share, 0.0, 1.0)

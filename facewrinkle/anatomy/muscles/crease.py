@@ -92,7 +92,7 @@ class Crease(Muscle):
     worn: float = 0.0
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         path = vectors("path", self.path)
         if path.shape != (3, 3):
             raise ParameterError(f"path must be three points, received an array of shape {path.shape}.")

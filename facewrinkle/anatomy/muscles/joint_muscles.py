@@ -22,9 +22,6 @@ class _Joint(Muscle):
     ignored = WRINKLES
     folding = "it does not fold the skin"
 
-    def __post_init__(self) -> None:
-        self._check_common()
-
 
 @dataclass(frozen=True, eq=False)
 class JawMuscle(_Joint):

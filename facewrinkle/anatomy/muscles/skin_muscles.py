@@ -83,7 +83,7 @@ class LinearMuscle(Muscle):
     sliding: float = 0.0
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         check_range("sliding", self.sliding, 0.0, 1.0)
         self._set(**{name: vector(name, getattr(self, name)) for name in ("attachment", "insertion")})
         if not 0.0 < self.max_angle < 0.5 * np.pi:
@@ -210,7 +210,7 @@ class SheetMuscle(Muscle):
     recoil: float = 0.0
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         check_range("recoil", self.recoil, 0.0, 10.0)
         for name in ("attachment", "insertion"):
             pair = vectors(name, getattr(self, name))
@@ -436,7 +436,7 @@ class SphincterMuscle(Muscle):
     thickness: float = 0.0
 
     def __post_init__(self) -> None:
-        self._check_common()
+        super().__post_init__()
         centre, normal, lateral = (vector(n, getattr(self, n)) for n in ("centre", "normal", "lateral"))
         normal = unit(normal)
         across = lateral - (lateral @ normal) * normal

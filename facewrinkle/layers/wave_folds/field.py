@@ -22,11 +22,6 @@ from .tissue import anatomical, firmness, grain, old_depths, scale_of, wavelengt
 ENOUGH, MOST = 0.2, 4
 """Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
 
-LONGEST = 1.7
-"""Greatest wavelength of an entry, relative to that of the skin: where directions turn, the sum of waves has too small
-a wave vector.
-"""
-
 GONE, WHOLE = 0.12, 0.67
 """Strength of the sum of waves below which there is no line, and from which it is whole."""
 
@@ -236,7 +231,8 @@ class WaveField:
             window, firm, length, old = values[some].T
             near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
             strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
-            longest = np.minimum(2.0 * np.pi / size, LONGEST * length)
+            # Where directions turn, the sum of waves has too small a wave vector.
+            longest = np.minimum(2.0 * np.pi / size, 1.7 * length)
             family = np.full(len(near), number, np.int32)
             tangents = directed(wave, vertices, near, StrainField.of(self._face).metric)
             window, old = np.ascontiguousarray(window), old * strength**2

@@ -35,27 +35,12 @@ MEAN_THICKNESS, WAVELENGTH = 1.15, 5.3
 forehead, as on captured ones, and 4.4 mm beside the eye.
 """
 
-RELAXED, AROUND_GLABELLA = 0.6, 0.3
-"""Share of their depth at rest that lines at the glabella lack, and the distance over which this fades, in distances
-between the pupils: old people are not cross.
-"""
-
-DEEP, SUDDEN = 7.2, 6
-"""Depth h of soft tissue, mm on a face of average size, over which folds are half as deep as over bone, and the
-exponent with which they fade: over the cheek bone they are whole, over the fat of the cheeks there are none.
-"""
-
 OWN, OTHERS = 1.0, 0.5
 """Share of their depth that lines along an anatomical fold, and lines across it, lose where that fold is deepest."""
 
 EDGE = (1.0, 4.0)
 """Distances, mm on a face of average size, from the edge of an opening, or through a flap of skin, up to which there
 are no folds, and from which they are whole.
-"""
-
-PROBES, NEAREST, OPPOSED = (1.5, 3.5), 6, -0.2
-"""Depths, mm, at which the other side of a flap is looked for; how many of the nearest vertices are looked at; and the
-cosine of normals below which two points lie on different sides.
 """
 
 ROLLING, HANGING = 0.9, 0.75
@@ -124,7 +109,8 @@ def old_depths(face: Face, age: float) -> Array:
 
 
 def kept_at_rest(face: Face, places: Array) -> Array:
-    """Return the share (n,) of the depth of their lines at rest that places (n, 3) keep: less between the brows.
+    """Return the share (n,) of the depth of their lines at rest that places (n, 3) keep: less between the brows, as old
+    people are not cross.
 
     Examples
     --------
@@ -136,7 +122,7 @@ def kept_at_rest(face: Face, places: Array) -> Array:
     if "glabella" not in face.landmarks:
         return np.ones(len(places))
     away = np.linalg.norm(places - face.landmarks["glabella"], axis=1) / face.frame.pupil_distance
-    return np.asarray(1.0 - RELAXED * np.exp(-((away / AROUND_GLABELLA) ** 2)))
+    return np.asarray(1.0 - 0.6 * np.exp(-((away / 0.3) ** 2)))
 
 
 def scale_of(face: Face) -> float:
@@ -147,7 +133,8 @@ def scale_of(face: Face) -> float:
 def firmness(face: Face) -> Array:
     """Return the share (n0,) of its depth that a fold keeps over soft tissue, at edges, on upper lids and under hair.
 
-    ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm: thick cheeks bulge as a whole and stay smooth.
+    ``1 / (1 + (h / 7.2)^6)``, with h the depth of the tissue, mm on a face of average size: over the cheek bone folds
+    are whole, and thick cheeks bulge as a whole and stay smooth.
     Along the edges of lids, lips and nostrils skin is bound, and what is thin has no room for folds: lids that touch
     would run into each other, and outer sides of lids into their inner sides.
 
@@ -160,7 +147,7 @@ def firmness(face: Face) -> Array:
     [0.6, 0.0]
     """
     depth = face.tissue.depth * face.unit / scale_of(face)
-    firm = np.asarray(1.0 / (1.0 + (depth / DEEP) ** SUDDEN))
+    firm = np.asarray(1.0 / (1.0 + (depth / 7.2) ** 6))
     for pattern in {id(muscle.folds): muscle.folds for muscle in face.muscles.values() if muscle.folds}.values():
         if pattern.wrinkles.waves:
             firm = np.maximum(firm, pattern.envelope(face.points))
@@ -241,9 +228,9 @@ def edge_distance(face: Face) -> Array:
     points = face.points_mm / scale_of(face)
     normals, tree = face.normals, cKDTree(points)
     out = np.full(len(points), np.inf)
-    for depth in PROBES:
-        for found in tree.query(points - depth * normals, k=min(NEAREST, len(points)))[1].T:
-            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, normals[found]) < OPPOSED)
+    for depth in (1.5, 3.5):  # at which the other side of a flap is looked for, among the six nearest vertices
+        for found in tree.query(points - depth * normals, k=min(6, len(points)))[1].T:
+            opposed = np.flatnonzero(np.einsum("nk,nk->n", normals, normals[found]) < -0.2)
             other = found[opposed]
             way, facing = points[other] - points[opposed], normals[opposed]
             behind = ((way * facing).sum(axis=1) < 0.0) & ((way * normals[other]).sum(axis=1) > 0.0)
