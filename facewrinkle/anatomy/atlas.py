@@ -7,7 +7,7 @@ import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Self
@@ -45,7 +45,6 @@ from .muscles import (
 
 DEFAULT_ATLAS = Path(__file__).parent / "data" / "atlas.toml"
 
-COMMON = {"kind", "side", "paired", "strength", "normal_share", "swell", "modiolus", "closing", "wrinkles", "folds"}
 KEYS = {
     "linear": {"attachment", "insertion", "radius", "max_angle", "sliding"},
     "sheet": {"attachment", "insertion", "length", "width", "recoil"},
@@ -57,7 +56,7 @@ KEYS = {
     "eye": {"turn", "angle"},
     "tongue": set(),
 }
-"""Keys of a muscle's entry, by its kind, besides the `COMMON` ones."""
+"""Keys of a muscle's entry, by its kind, besides those that all muscles have."""
 
 TISSUE = {"depth": 0.0, "stiffness": 0.0, "across": 1.0, "bulge": 0.45}
 """Keys of a sample of tissue, and what is usual; 0 where they must be given."""
@@ -440,15 +439,10 @@ def _direction(local: npt.ArrayLike, side: str, frame: FaceFrame) -> Array:
 def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: FaceFrame) -> Muscle:
     side, size = entry["side"], frame.pupil_distance
     check_name("kind", entry["kind"], KEYS)
+    shared = {each.name for each in fields(Muscle)}
     for key in entry:
-        check_name("key", key, sorted(COMMON | KEYS[entry["kind"]]))
-    common: dict[str, Any] = {
-        "strength": entry.get("strength", 1.0),
-        "normal_share": entry.get("normal_share", 1.0),
-        "swell": entry.get("swell", 0.0),
-        "modiolus": entry.get("modiolus", 0.0),
-        "closing": entry.get("closing", 0.0),
-    }
+        check_name("key", key, sorted({"kind", "side", "paired"} | shared | KEYS[entry["kind"]]))
+    common = {key: value for key, value in entry.items() if key in shared - {"wrinkles", "folds"}}
     if "folds" in entry:
         common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)
     else:

@@ -342,18 +342,15 @@ def _front_edge(lids: LidSections, away: float) -> Array:
     On a rounded edge many places qualify, by the slope between that of the lid's front and that of its thickness; those
     on the smoothest line are taken.
     """
-    lines = []
-    for slope in np.linspace(0.4, 1.5, 12):
-        line = []
-        for at, section, gap in lids:
-            places = section.reshape(-1, 2)
-            beyond = away * (places[:, 0] - gap[int(away > 0.0)])
-            lid = (beyond > -1.5 * (HEIGHTS[1] - HEIGHTS[0])) & (beyond < LID_THICKNESS)
-            # Beyond the gap there may also be the lining of the socket, but it lies far behind.
-            best = np.argmax(np.where(lid, places[:, 1] - slope * beyond, -np.inf))
-            line.append([at, *places[best]])
-        lines.append(np.array(line))
-    return min(lines, key=lambda line: float((np.diff(line, 2, axis=0) ** 2).sum()))
+    slopes, edges = np.linspace(0.4, 1.5, 12), []
+    for at, section, gap in lids:
+        places = section.reshape(-1, 2)
+        beyond = away * (places[:, 0] - gap[int(away > 0.0)])
+        lid = (beyond > -1.5 * (HEIGHTS[1] - HEIGHTS[0])) & (beyond < LID_THICKNESS)
+        # Beyond the gap there may also be the lining of the socket, but it lies far behind.
+        best = np.argmax(np.where(lid, places[:, 1] - slopes[:, None] * beyond, -np.inf), axis=1)
+        edges.append(np.column_stack([np.full(len(best), at), places[best]]))
+    return min(np.stack(edges, axis=1), key=lambda line: float((np.diff(line, 2, axis=0) ** 2).sum()))
 
 
 def _along(places: Array, local: Array, edges: IntArray) -> IntArray:

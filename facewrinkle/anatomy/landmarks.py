@@ -271,8 +271,7 @@ def mirrored(landmarks: Mapping[str, Array]) -> dict[str, Array]:
     array([-15.,  20.,  -5.])
     """
     found = dict(landmarks)
-    pairs = _pairs(found)
-    pairs = [(a, b) for a, b in pairs if np.linalg.norm(found[a] - found[b]) > 0.0]
+    pairs = [(a, b) for a, b in _pairs(found) if np.linalg.norm(found[a] - found[b]) > 0.0]
     if not pairs:
         return found
     normal = unit(np.sum([unit(found[a] - found[b]) for a, b in pairs], axis=0))

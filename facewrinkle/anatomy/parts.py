@@ -157,7 +157,11 @@ def named_parts(
         for (_, used), kind in zip(pieces, said, strict=True)
     ]
     teeth = [local[used] for (_, used), kind in zip(pieces, kinds, strict=True) if kind == "teeth"]
-    bite = _bite(teeth, mouth_middle(marks)[1])
+    # Rows of teeth, and their gums, are wide; those of both jaws differ in height (0.39), and meet in between.
+    # Lips may lie lower or higher than the teeth behind them, and tell only where there is one row.
+    rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > 0.4]
+    two = rows and max(rows) - min(rows) > 0.04
+    bite = 0.5 * (min(rows) + max(rows)) if two else mouth_middle(marks)[1]
     chosen: dict[str, list[IntArray]] = {}
     for (piece, used), kind in zip(pieces, kinds, strict=True):
         jaw = "lower" if local[used, 1].min() + local[used, 1].max() <= 2.0 * bite else "upper"
@@ -273,17 +277,6 @@ def _is_strand(points: Array) -> bool:
     """
     lengths = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
     return bool(lengths[1] < 0.2 * lengths[0])
-
-
-def _bite(teeth: list[Array], lips: float) -> float:
-    """The height at which two rows of teeth meet: between the highest and the lowest; with one row, that of the lips.
-
-    Lips may lie lower or higher than the teeth behind them, so two rows, where there are two, tell more. Pieces wider
-    than 0.4 are whole rows, or their gums; two of them are those of both jaws if their heights differ by more than 0.04
-    (0.39).
-    """
-    rows = [0.5 * (points[:, 1].min() + points[:, 1].max()) for points in teeth if np.ptp(points[:, 0]) > 0.4]
-    return 0.5 * (min(rows) + max(rows)) if rows and max(rows) - min(rows) > 0.04 else lips
 
 
 # --- balls ------------------------------------------------------------------------------------------------

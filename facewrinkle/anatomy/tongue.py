@@ -46,16 +46,13 @@ OUT = (
 RAISED_AT = 0.4
 """Share by which a tongue is put out whose tip is over the incisors."""
 
-ROUNDED = 0.7
-"""Share of the length from which the tip is rounded."""
-
 RINGS, ABOVE, BELOW = 44, 28, 12
 """Rings of points from the root to the tip, and points of each on the back of the tongue and on its lower side."""
 
 ALONG = 1.0 - (1.0 - np.linspace(0.0, 1.0, RINGS)[:, None]) ** 1.5
 TURN = np.pi * np.concatenate([np.arange(ABOVE) / ABOVE, 1.0 + np.arange(BELOW) / BELOW])
 UPPER = np.maximum(np.sin(TURN), 0.0)
-TIP = np.clip((ALONG - ROUNDED) / (1.0 - ROUNDED), 0.0, 1.0)
+TIP = np.clip((ALONG - 0.7) / (1.0 - 0.7), 0.0, 1.0)  # the share of the length that is rounded
 CAP, BLUNT = np.sqrt(1.0 - TIP**3), np.sqrt(1.0 - TIP**5)
 GRAIN = CAP * np.random.default_rng(0).normal(size=(RINGS, ABOVE + BELOW)) * UPPER
 

@@ -83,8 +83,9 @@ class MuscleWrinkles(Layer):
         fine = np.array([face.fold_depth if m.wrinkles.waves else 1.0 for m in self._muscles])
         self._k0 = self.depth * fine * np.array([m.wrinkles.depth for m in self._muscles])
         # Of these this layer only tells where the region is: their lines are waves of no muscle.
-        waves = [m.wrinkles.waves and not self.waves and not isinstance(m, Crease) for m in self._muscles]
-        self._located = np.array(waves, bool)
+        self._located = np.array(
+            [m.wrinkles.waves and not self.waves and not isinstance(m, Crease) for m in self._muscles], bool
+        )
         self._kept = np.zeros(len(self._muscles))
         self._outer = outer_skin(face)
         outside = self._outer[face.triangles].any(axis=1)
@@ -364,12 +365,11 @@ class Folds(Entries):
 
         They are 0, and the index -1, where none contracts.
         """
-        columns = {
-            "lambda": (self.coordinates[lead, 0], 0.0),
-            "gamma": (self.coordinates[lead, 1], 0.0),
-            "muscle": (self.muscle[lead], -1),
+        return {
+            "lambda": scattered(where, self.coordinates[lead, 0], 0.0),
+            "gamma": scattered(where, self.coordinates[lead, 1], 0.0),
+            "muscle": scattered(where, self.muscle[lead], -1),
         }
-        return {name: scattered(where, *column) for name, column in columns.items()}
 
     def lead(self, rates: Array) -> tuple[BoolArray, IntArray]:
         """Return where a muscle contracts (n,), by the rates (k,), and the last entry of such a muscle there."""
@@ -384,13 +384,13 @@ class Folds(Entries):
         """
         entries = np.flatnonzero(self.muscle == muscle)
         region = np.isin(np.arange(len(self.starts) - 1), self.vertices[entries])
-        columns = {
-            "lambda": self.coordinates[:, 0],
-            "gamma": self.coordinates[:, 1],
-            "epsilon": epsilon,
-            "W": height,
+        return {
+            "lambda": scattered(region, self.coordinates[entries, 0], 0.0),
+            "gamma": scattered(region, self.coordinates[entries, 1], 0.0),
+            "epsilon": scattered(region, epsilon[entries], 0.0),
+            "W": scattered(region, height[entries], 0.0),
+            "region": region,
         }
-        return {**{name: scattered(region, each[entries], 0.0) for name, each in columns.items()}, "region": region}
 
 
 def _of_muscle(k: int, muscle: Muscle, near: npt.NDArray[np.int64], points: Array) -> tuple[npt.NDArray[Any], ...]:

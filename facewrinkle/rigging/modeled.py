@@ -136,7 +136,9 @@ class Movements:
             case "puff":
                 return self._puffed()
             case "jaw_forward" | "jaw_left" | "jaw_right":
-                return self._with_jaw(name)
+                matrix, points = self.mandible(name), self.face.points
+                thrust = points @ matrix[:3, :3].T + matrix[:3, 3] - points
+                return np.asarray(self.face.mandible_share[:, None] * thrust)
             case "mouth_left" | "mouth_right":
                 return self._aside(1.0 if name == "mouth_left" else -1.0)
             case "roll_upper":
@@ -149,10 +151,6 @@ class Movements:
                 return self._lids_aside(1.0 if name == "lids_out" else -1.0)
             case _:  # seal
                 return self.seal(np.zeros_like(self.face.points) if moved is None else moved)
-
-    def _with_jaw(self, name: str) -> Array:
-        matrix, points = self.mandible(name), self.face.points
-        return np.asarray(self.face.mandible_share[:, None] * (points @ matrix[:3, :3].T + matrix[:3, 3] - points))
 
     def _aside(self, sign: float) -> Array:
         local = self._local

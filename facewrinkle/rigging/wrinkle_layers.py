@@ -79,8 +79,9 @@ class WrinkleLayers:
 
 def check_layer_size(size: int) -> int:
     """Return the width of layers of maps, a power of two from 64 to 2048; raise a ParameterError for another."""
-    remedy = "Layers hold the maps of all shapes at once; those of one expression, of bake_maps, may be larger."
-    return check_map_size(size, 2048, remedy)
+    return check_map_size(
+        size, 2048, "Layers hold the maps of all shapes at once; those of one expression, of bake_maps, may be larger."
+    )
 
 
 def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None) -> WrinkleLayers:

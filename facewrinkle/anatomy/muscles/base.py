@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from ...array_types import Array, BoolArray
 from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
-from ...geometry import equations, smoothstep
+from ...geometry import equations, side_lengths, smoothstep
 
 Fronts = Literal["straight", "round"]
 
@@ -355,8 +355,7 @@ def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.in
     corners = csr_array((np.ones(triangles.size, bool), triangles.ravel(), begins), shape=shape)
     inside = np.zeros((len(points), len(muscles)), bool)
     between = np.zeros((len(triangles), len(muscles)), bool)
-    edges = points[triangles] - points[np.roll(triangles, 1, axis=1)]
-    longest = np.linalg.norm(edges, axis=2).max(axis=1)
+    longest = side_lengths(points[triangles]).max(axis=1)
     for k, muscle in enumerate(muscles):
         near = within(points, *muscle.reach)
         inside[near, k] = muscle.wrinkling_region(points[near])

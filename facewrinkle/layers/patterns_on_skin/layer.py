@@ -180,8 +180,7 @@ class PatternLayer(Layer):
         usual = 2.0 * self._proportion * float(self._laid.half.min()) * face.unit
         self._depth = usual if self.depth is None else self.depth
         self._sized = tuple(pattern.sized(2.0 * self._laid.half * face.unit) for pattern in self.patterns)
-        sides = face.points[self._laid.corners] - np.roll(face.points[self._laid.corners], 1, axis=0)
-        self._tiny = float(np.linalg.norm(sides, axis=1).max()) > self._laid.half.min()
+        self._tiny = side_lengths(face.points[self._laid.corners][None]).max() > self._laid.half.min()
         if isinstance(self.strength, Compression):
             self._compression = RegionCompression(face, self._laid, self.strength.along)
         self._places = Places(np.zeros(1, np.int32), np.empty((0, 2)), np.empty((0, 3, 2)), np.empty(0))

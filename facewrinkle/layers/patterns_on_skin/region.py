@@ -21,6 +21,7 @@ from ...geometry import (
     band,
     closest_point,
     interpolated,
+    side_lengths,
     smoothstep,
     vertex_areas,
     vertex_rings,
@@ -252,7 +253,7 @@ class Region:
         size = np.inf if half is None else float(np.hypot(*half))
         near = np.linalg.norm(points[triangles].mean(axis=1) - center.point, axis=1) <= 1.2 * size
         near[center.triangle] = True
-        edges = np.linalg.norm(np.diff(points[triangles[near]][:, [0, 1, 2, 0]], axis=1), axis=2)
+        edges = side_lengths(points[triangles[near]])
         laid = geodesic_chart(points, triangles, center, self.up, size + float(edges.max()))
         # Coordinates are smoothed over a share of the size of the region, to even out uneven triangles.
         length = 0.15 * (float(np.sqrt(half.prod())) if half is not None else float(np.median(edges)))

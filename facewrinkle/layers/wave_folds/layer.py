@@ -224,12 +224,11 @@ class WaveFolds(Layer):
         """Return "theta", "epsilon" and number ("family", -1 for none) of the family that is deepest at each vertex."""
         some = np.diff(self._waves.starts) > 0
         lead = self._leading[some]
-        columns = {
-            "theta": (self._waves.theta[lead], 0.0),
-            "epsilon": (self._now.epsilon[lead], 0.0),
-            "family": (self._waves.family[lead], -1),
+        return {
+            "theta": scattered(some, self._waves.theta[lead], 0.0),
+            "epsilon": scattered(some, self._now.epsilon[lead], 0.0),
+            "family": scattered(some, self._waves.family[lead], -1),
         }
-        return {name: scattered(some, *column) for name, column in columns.items()}
 
 
 # --- how much of the folds a user asks for, by places --------------------------------------------------------------
