@@ -641,11 +641,9 @@ class Face:
             return self
         usual = usual_corners(marks, self.frame)
         usual = dict(zip(usual, closest_places(self.mesh, np.array(list(usual.values())))[1], strict=True))
-        usual = {name: place for name, place in usual.items() if name[4] in shut}
         mesh = self.points, self.triangles, self.boundary_loops
         eyes = place_eyeballs(marks | usual, self.frame, *mesh, self.estimated, self.parts)
-        found = [eyelid_opening(eye, *mesh, marks | usual) for eye in eyes if eye.side in shut]
-        opened = {opening.eye.side for opening in found if opening is not None}
+        opened = {eye.side for eye in eyes if eye.side in shut and eyelid_opening(eye, *mesh, marks | usual)}
         moved = {name: place for name, place in usual.items() if name[4] in opened}
         if not moved:
             return self

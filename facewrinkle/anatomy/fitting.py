@@ -67,6 +67,11 @@ unit is off by a factor of ten or more.
 ELSEWHERE = 0.5
 """A given landmark may lie this far from where it was found."""
 
+# --- Found landmarks that are to be checked ------------------------------------------------------------------
+
+UNSURE = 0.5
+"""Any that is not always estimated is, if it has a lower confidence."""
+
 
 def default_face(identity: Identity | Mapping[str, float] | None = None, *, atlas: Atlas | None = None) -> Face:
     """The built-in head: 4,517 triangles, in mm, +y up, looking along +z, the subject's left at +x.
@@ -197,8 +202,7 @@ def fit_face(
     found, _ = complete(known, load_head().landmarks)
     estimated = tuple(name for name in (NAMES if search is None else search.estimated) if name not in given)
     frame = frame_of(found)
-    used = source.points[np.unique(source.triangles)]
-    _check_both_sides(frame.local(used))
+    _check_both_sides(frame.local(source.points[np.unique(source.triangles)]))
     near = np.array([p for n, p in known.items() if n not in NOT_ON_SKIN])
     clean = prepare(source, near=near, forward=frame.axes[2])
     check_on_surface(given, clean.mesh, frame.pupil_distance, clean.others)
@@ -211,7 +215,6 @@ def fit_face(
     for name in set(estimated) - set(NOT_ON_SKIN):
         _, (found[name],) = closest_places(clean.mesh, found[name])
     parts, told = _parts(clean, found)
-    outside = outside_images(source, mesh) if texture is None else ()
     face = Face.from_landmarks(
         clean.mesh,
         found,
@@ -222,10 +225,9 @@ def fit_face(
         source_points=clean.source_points,
         confidences={} if search is None else search.confidences,
         likeness=None if search is None else search.confidence,
-        report=clean.report + outside + told,
+        report=clean.report + (outside_images(source, mesh) if texture is None else ()) + told,
         texture=image,
-    )
-    face = face.with_lids()
+    ).with_lids()
     for sentence in _left_out(face):
         warn(sentence)
         face = dataclasses.replace(face, report=(*face.report, sentence))
@@ -303,7 +305,7 @@ def _searched(source: Surface, given: Mapping[str, Array], progress: Progress | 
     unsure = [
         f"{name} ({value:.2f})"
         for name, value in found.confidences.items()
-        if value < 0.5 and name not in given and (name in CHIN or name not in UNMEASURED)
+        if value < UNSURE and name not in given and (name in CHIN or name not in UNMEASURED)
     ]
     if unsure and found.confidence >= DOUBTED:
         warn(

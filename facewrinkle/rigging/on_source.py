@@ -127,8 +127,7 @@ def on_source(rig: Rig, mesh: MeshLike) -> SourceShapes:
         cells, weights, distance = BoxTree(face.points, face.triangles).closest(points[left])
         deltas[:, left] = np.einsum("nc,kncx->knx", weights, skin[:, face.triangles[cells]])
         known[left] = distance < 0.1 * size
-    charted = rig.wrinkles == "maps" and corner_texture(face.mesh) is None
-    chart = around_head(face, points) if charted else None
+    chart = around_head(face, points) if rig.wrinkles == "maps" and corner_texture(face.mesh) is None else None
     return SourceShapes(rig.names, points, deltas, known, face.unit, chart)
 
 
@@ -147,9 +146,8 @@ def _pieces(rig: Rig, skin: Single) -> Iterator[tuple[IntArray, Array, Single]]:
     moved = shape_fields(rig.shapes, rig.poses, rig.posing.neutral(), plain, bar)
     for name, part in parts.items():
         assert part.source_points is not None
-        triangles = np.asarray(part.mesh.regular_faces, np.int64)
         both = moved[name]
-        shown, _ = faded(both[..., :3], both[..., 3:], triangles, CUT / face.unit)
+        shown, _ = faded(both[..., :3], both[..., 3:], np.asarray(part.mesh.regular_faces), CUT / face.unit)
         yield part.source_points, np.asarray(part.mesh.points), shown
 
 

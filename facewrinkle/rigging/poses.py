@@ -366,9 +366,8 @@ class Performer(Undriven):
         moved = self._skin.step()
         self.rates = self._skin.rates
         moved = self._added(moved, weights)
-        self.mandible = None
-        if self._thrusts:
-            self.mandible = np.eye(4) + sum(weights[name] * thrust for name, thrust in self._thrusts.items())
+        thrust = sum(weights[name] * own for name, own in self._thrusts.items())
+        self.mandible = np.eye(4) + thrust if self._thrusts else None
         self.pose = self._pose(time)
         if self.pose is None:
             return moved

@@ -155,8 +155,8 @@ def bake_layers(rig: Rig, size: int = 1024, *, progress: Progress | None = None)
         heights.append(folds.filled(heights_as_integers(height, most)))
         shown = (share * strength).sum(axis=0)
         for i, (users, *_) in enumerate(own):
-            part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0) * smoothstep(strength[i] / FOLDED - 0.5)
-            part = folds.blurred(part)
+            part = np.clip(strength[i] / np.maximum(shown, 1e-9), 0.0, 1.0)
+            part = folds.blurred(part * smoothstep(strength[i] / FOLDED - 0.5))
             for name in users:
                 masks[name], layer[name] = folds.filled(in_bytes(part * sides[shapes[name].side])), k
     masks = {name: masks[name] for name in rig.names if name in masks}

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from ...array_types import Array, BoolArray
-from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, type_of, unknown_name
+from ...errors import LARGEST, ParameterError, UnknownNameError, check_range, check_ranges, type_of, unknown_name
 from ...geometry import equations, side_lengths, smoothstep
 
 Fronts = Literal["straight", "round"]
@@ -118,8 +118,7 @@ class Wrinkles:
         equations.half_cycle(1.0, self.start, self.count)
         equations.phase(0.0, 0.0, 1.0, self.alpha, self.ends)
         equations.attenuation(0.0, self.falloff)
-        check_range("depth", self.depth, 0.0, 1e6)
-        check_range("core", self.core, 0.0, 1.0)
+        check_ranges(self, depth=(0.0, 1e6), core=(0.0, 1.0))
         for taper in self.tapers:
             check_range("taper", taper, 0.0, 2.0)
         if self.fronts not in FRONTS:
@@ -181,9 +180,8 @@ class Muscle:
     """
 
     def __post_init__(self) -> None:
-        for name in ("strength", "swell", "modiolus", "closing"):
-            check_range(name, getattr(self, name), 0.0, 1e6)
-        check_range("normal_share", self.normal_share, 0.0, 1.0)
+        most = (0.0, 1e6)
+        check_ranges(self, strength=most, swell=most, modiolus=most, closing=most, normal_share=(0.0, 1.0))
         if self.folds is None:
             given = (name for name in self.ignored if repr(getattr(self.wrinkles, name)) != repr(getattr(USUAL, name)))
             self._check_folds(given)

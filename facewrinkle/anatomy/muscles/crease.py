@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...checks import finite, vector, vectors
-from ...errors import ParameterError, check_positive, check_range
+from ...errors import ParameterError, check_positive, check_range, check_ranges
 from ...geometry import compiled, smoothstep, unit
 from .base import Muscle, checked_points, checked_size
 
@@ -104,8 +104,7 @@ class Crease(Muscle):
         if not 0.0 < (path[1] - path[0]) @ chord < length**2:
             raise ParameterError("the second point of the path must lie between the first and the third.")
         width = check_positive("width", self.width)
-        for name in ("variety", "worn"):
-            check_range(name, getattr(self, name), 0.0, 1.0)
+        check_ranges(self, variety=(0.0, 1.0), worn=(0.0, 1.0))
         thickness = checked_size("thickness", self.thickness) or 0.3 * length
         span = finite("span", self.span)
         if span.shape != (2,) or not 0.0 <= span[0] < span[1] <= 1.0:

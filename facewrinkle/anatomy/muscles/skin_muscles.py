@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ...array_types import Array, BoolArray
 from ...checks import vector, vectors
-from ...errors import ParameterError, check_positive, check_range
+from ...errors import ParameterError, check_positive, check_range, check_ranges
 from ...geometry import equations, unit
 from .base import Muscle, checked_points, checked_size
 from .crease import Crease
@@ -450,9 +450,8 @@ class SphincterMuscle(Muscle):
             check_positive(name, getattr(self, name))
         thickness = checked_size("thickness", self.thickness) or float(self.semi_major)
         self._set(centre=centre, normal=normal, lateral=lateral, vertical=vertical, thickness=thickness)
-        check_range("protrusion", self.protrusion, -1e6, 1e6)
-        for name, most in (("inner", 1.0 - 1e-9), ("dead_zone", 1.0 - 1e-9), ("beta1", np.pi), ("beta2", np.pi)):
-            check_range(name, getattr(self, name), 0.0, most)
+        share, angle = (0.0, 1.0 - 1e-9), (0.0, np.pi)
+        check_ranges(self, protrusion=(-1e6, 1e6), inner=share, dead_zone=share, beta1=angle, beta2=angle)
         if self.beta1 + self.beta2 == 0.0:
             raise ParameterError("beta1 + beta2 must be positive: the wrinkling region has no angle.")
 
