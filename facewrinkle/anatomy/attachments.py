@@ -61,8 +61,9 @@ class Attachments:
     ) -> None:
         self._parts, self._eyes, self._mandible, self._size = parts, eyes, mandible, size
         self._still = points
-        skin = points, triangles, size
-        self._on_skin = {name: _OnSkin(part, *skin) for name, part in parts.items() if part.follows == "skin"}
+        self._on_skin = {
+            name: _OnSkin(part, points, triangles, size) for name, part in parts.items() if part.follows == "skin"
+        }
         self._normals = {name: _normals(part.mesh) for name, part in parts.items()}
 
     def at(

@@ -27,11 +27,6 @@ SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
 TOP, SIDES = 42.0, (0.25, 0.75)
 """What combed hair has beyond on top of the head; upward parts of the normals at the ends of its sides and its top."""
 
-COMBED, PARTED, NARROW = 3.0, 22.0, 8.0
-"""Strength of a comb relative to how hair grows; how far to the left of the middle it parts hair, and half the width of
-the parting.
-"""
-
 THIN = 0.2
 """Share of that length that hairs have where hardly any grow."""
 
@@ -95,10 +90,11 @@ def cropped_hair(
     longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) + TOP * styled * top - SHORTEST) * (1.0 + length)
     back, aside = (
         np.array([0.0, 0.3, -1.0]),
-        top[:, None] * np.tanh((roots[:, :1] - PARTED) / NARROW) * [1.0, 0.0, 0.25],
+        top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25],
     )
     comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
-    comb += COMBED * styled * (aside if combed < 0.0 else back)
+    # A comb is three times as strong. It goes back, or to both sides of a parting on the left.
+    comb += 3.0 * styled * (aside if combed < 0.0 else back)
     longest *= THIN + (1.0 - THIN) * smoothstep(cover)
     return grown_hairs(head, triangle, weights, comb, longest, random, loose=1.0 - 0.4 * styled)
 

@@ -29,9 +29,6 @@ LidSections = list[tuple[float, Array, tuple[float, float]]]
 MERIDIANS = np.linspace(0.04, 0.96, 24)
 """Places between the inner (0) and the outer canthus (1) at which the margins are measured."""
 
-USUAL_CORNERS = {"inner": np.array([-1.1, -0.3, 0.65]), "outer": np.array([1.1, -0.2, 0.2])}
-"""Where the lids of an eye meet: [outwards, up, forward] of its centre, in radii of an adult's."""
-
 # --- Lids are open at a meridian --------------------------------------------------------------------------
 
 HIGHEST = 0.45
@@ -197,7 +194,7 @@ def eyelid_opening(
     triangles = _near(local, triangles)
     lids = _lid_sections(local[triangles], _ball(eye, inner, axes, width))
     in_middle = any(RIM_MIDDLE[0] <= at <= RIM_MIDDLE[1] for at, *_ in lids)
-    if len(lids) < len(MERIDIANS) // 2 or not in_middle:  # closed
+    if len(lids) < len(MERIDIANS) // 2 or not in_middle:  # they are closed
         return None
     hole = _hole(lid_rim(eye, points, loops), *polar[:2])
     thick = hole is None or not _is_seen(hole, local, lids)
@@ -226,9 +223,9 @@ def usual_corners(landmarks: Mapping[str, Array], frame: FaceFrame) -> dict[str,
     """
     radius = RADIUS * frame.pupil_distance
     return {
-        f"eye_{side}_{end}": landmarks[f"eye_{side}_centre"] + radius * place * [sign, 1.0, 1.0] @ frame.axes
+        f"eye_{side}_{end}": landmarks[f"eye_{side}_centre"] + radius * np.array([sign * out, up, ahead]) @ frame.axes
         for side, sign in (("l", 1.0), ("r", -1.0))
-        for end, place in USUAL_CORNERS.items()
+        for end, out, up, ahead in (("inner", -1.1, -0.3, 0.65), ("outer", 1.1, -0.2, 0.2))  # in these radii
     }
 
 
@@ -330,7 +327,7 @@ def _gap(section: Array, ball: Array) -> tuple[float, float] | None:
     widest = np.argmax(np.where(inside, last - first, 0))
     gap = front[first[widest] : last[widest]]
     # Skin in a gap reaches far back, behind the middle of the ball (-0.84 to -0.62; that is at -0.2). Otherwise the eye
-    # is one piece with the skin, as those of statues are, and nothing opens or closes.
+    # is one piece with the skin, as those of statues are, and nothing opens or closes. Two heights are no gap.
     if len(gap) <= 2 or gap.min() > -0.3:
         return None
     return float(HEIGHTS[first[widest] - 1]), float(HEIGHTS[last[widest]])

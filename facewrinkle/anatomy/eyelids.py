@@ -36,21 +36,14 @@ CORNER = 0.08
 # --- Closing ------------------------------------------------------------------------------------------------
 
 OVERLAP, MOST_OVERLAP = np.deg2rad(2.0), 0.2
-"""Turn of the upper lid beyond that line, so that coarse margins leave no chink, and its limit relative to the height
-of the opening. Lids with a thickness have no overlap: they would come through each other.
+"""Turn of the upper lid beyond the line where both meet, so that coarse margins leave no chink, and its limit relative
+to the height of the opening. Lids with a thickness have no overlap: they would come through each other.
 """
 
 # --- Following the eye --------------------------------------------------------------------------------------
 
 LARGEST_TURN = np.deg2rad(40.0)
 """Largest turn of an eye from straight ahead; people turn their heads well before."""
-
-# --- Skin is not folded over where the lids join ------------------------------------------------------------
-
-KEPT, CLOSING_SHEAR, FOLLOWING_SHEAR = 0.9, 3.0, 1.5
-"""Skin may turn down more than a neighbor by the first share of its height above it, plus this factor (closing,
-following) of their distance along the lids.
-"""
 
 
 def lid_share(eye: Eyeball, points: Array) -> Array:
@@ -122,7 +115,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between
     hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
     across = along * opening.width / eye.radius
-    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, CLOSING_SHEAR)
+    angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, shear=3.0)
     # A positive turn about up x gaze turns the gaze down.
     axis = opening.axes[0] * np.sign(np.cross(eye.up, eye.gaze) @ opening.axes[0])
     corner = (along < 0.2)[triangles].all(axis=1)  # there the lids are one narrow skin
@@ -137,7 +130,7 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     # Turns of the upper and the lower lid relative to that of the eye (captured: 15 and 8 degrees up, 34 and 11 down).
     for share, sign in (((0.45, 0.2), -1.0), ((0.9, 0.3), 1.0)):
         most = np.where(is_upper, *share) * follow * LARGEST_TURN
-        bounded = sign * _without_folds(most, sign * elevation, across, triangles, FOLLOWING_SHEAR) / LARGEST_TURN
+        bounded = sign * _without_folds(most, sign * elevation, across, triangles, shear=1.5) / LARGEST_TURN
         following.append(replace(close, angles=bounded[vertices]))
     # A lower lid that is tightened goes in one piece, up by about a quarter of the opening (0.21 in a captured squint),
     # and towards the inner canthus, where the muscle rises, by about half as much (0.4 to 0.5 there).
@@ -165,7 +158,7 @@ def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:
     """The largest angles, not above these, that keep the skin from folding over where the two lids join.
 
-    Skin that turns down (by a positive angle) must stay above its neighbors below, and keep a share of its height over
+    Skin that turns down (by a positive angle) must stay above its neighbors below, and keep a tenth of its height over
     them; `shear` times their distance `across` is allowed besides. Thus every angle bounds the others along paths of
     edges, and the least bound is a shortest path.
     """
@@ -173,7 +166,7 @@ def _without_folds(angles: Array, elevation: Array, across: Array, triangles: In
     i, j = np.concatenate([edges, edges[:, ::-1]]).T
     rise, aside = elevation[j] - elevation[i], np.abs(across[j] - across[i])
     up = rise > -0.2 * aside  # or about level with it
-    length = KEPT * np.maximum(rise, 0.0) + shear * aside
+    length = 0.9 * np.maximum(rise, 0.0) + shear * aside
     n, base = len(angles), float(-angles.min()) + 1.0
     # The paths begin at one more node; its distance from each vertex is that vertex's angle, made positive.
     source = np.full(n, n)

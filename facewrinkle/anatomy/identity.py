@@ -56,9 +56,6 @@ CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 STOUTEST = 1.0
 """Heads and noses of plausible people are at most by this much wider than long."""
 
-LONGEST = 0.5
-"""Greatest length of the hair of somebody neither feminine nor masculine."""
-
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
 
@@ -298,7 +295,7 @@ class Identity:
             hair=max(self.hair, self.skin),
             iris=max(self.iris, self.skin),
             age=age,
-            hair_length=min(self.hair_length, LONGEST - sex),
+            hair_length=min(self.hair_length, 0.5 - sex),
             beard=min(self.beard, -child if child > 0.0 else sex),
         )
 
@@ -436,9 +433,8 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     """
     where = frame.local_mm(points)
     ear, top = frame.local_mm(landmarks["zygion_l"]), frame.local_mm(landmarks["trichion"])
-    azimuth = np.degrees(
-        np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + 12.0)
-    )  # about an axis behind the zygion
+    # The upright axis of the head lies 12 mm behind the zygion.
+    azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + 12.0))
     line = HAIRLINE.copy()
     share = smoothstep((line[:, 0] - FOREHEAD) / (TEMPLE - FOREHEAD))
     line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (

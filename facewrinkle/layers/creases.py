@@ -16,11 +16,6 @@ from .compression import per_length, shortening, tangents_of
 from .muscle_wrinkles import MuscleWrinkles
 from .wave_folds.tissue import kept_at_rest
 
-KEPT, EARLY = 0.16, 0.75
-"""Depth of creases at rest at age 1, relative to skin that is pushed together altogether, and the power of the age that
-it grows with, as steps are worn to lines: skin that always folds at the same place keeps that fold earlier than others.
-"""
-
 
 class Creases(MuscleWrinkles):
     """The layer of the anatomical folds, each a :class:`facewrinkle.Crease` that one or more muscles fold.
@@ -80,7 +75,8 @@ class Creases(MuscleWrinkles):
         return patterns, touched
 
     def _worn_on(self, face: Face) -> float:
-        return (max(face.age, 0.0) if self.age is None else self.age) ** EARLY
+        # Skin that always folds at the same place keeps that fold earlier than others.
+        return (max(face.age, 0.0) if self.age is None else self.age) ** 0.75
 
     def attach(self, face: Face) -> None:
         """See :class:`facewrinkle.Layer`."""
@@ -89,7 +85,8 @@ class Creases(MuscleWrinkles):
         deepest = {self._muscles[k].path.tobytes(): k for k in np.argsort(self._k0) if self._drawn[k]}
         rows = list(deepest.values())
         middles = np.array([self._muscles[k].path[1] for k in rows]).reshape(-1, 3)
-        self._kept[rows] = KEPT * self._worn_on(face) * kept_at_rest(face, middles)
+        # At age 1 it is 0.16 times as deep as in skin that is pushed together altogether.
+        self._kept[rows] = 0.16 * self._worn_on(face) * kept_at_rest(face, middles)
         self._gathered = Gathered(face, self._muscles, self._zones, self._metric)
 
     def follow(self, change: Change, created: SurfacePoints) -> None:
@@ -108,16 +105,12 @@ ACROSS = (-0.125, 0.0, 0.125, 0.25)
 """Distances from the furrow, in widths, of the points whose compression is averaged there: over furrow and crest."""
 
 
-EVEN = 0.2
-"""Skin of a crease is compressed as one over this share of its length to either side (a standard deviation)."""
-
-
 class Gathered:
     """The compression across the creases of a face, by the place along them.
 
     A crease is one fold. Its furrow and its crest are the same skin, so that both get the same compression, and no
-    volume is made where the strain changes across the fold. Along it the compression is averaged with Gaussian weights:
-    where skin folds deeply, it takes the skin beside it along.
+    volume is made where the strain changes across the fold. Along it the compression is averaged with Gaussian weights,
+    over a fifth of its length to either side: where skin folds deeply, it takes the skin beside it along.
 
     Parameters
     ----------
@@ -161,7 +154,7 @@ class Gathered:
         self._corners, self._weights = np.concatenate(corners), np.concatenate(weights)
         self._products = np.concatenate(tensors)
         places = np.linspace(0.0, 1.0, PLACES)
-        even = np.exp(-0.5 * ((places[:, None] - places) / EVEN) ** 2)
+        even = np.exp(-0.5 * ((places[:, None] - places) / 0.2) ** 2)
         self._even = even / even.sum(axis=1, keepdims=True)
 
     def epsilon(self, strain: Array) -> Array:

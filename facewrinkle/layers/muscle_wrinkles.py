@@ -349,8 +349,7 @@ class Folds(Entries):
         steep = swing / deepest(2.0 * unit * cycle, 1.0)
         columns = muscle_of.astype(np.int32), coordinates, height, blunt, swing, steep, cycle, direction, squares
         rising = np.lexsort((swing, np.abs(height)))
-        of_vertices = sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points))
-        return cls(*of_vertices)
+        return cls(*sorted_by_vertex(where[rising], *(column[rising] for column in columns), n=len(vertices.points)))
 
     @classmethod
     def none(cls, n: int) -> Self:

@@ -344,24 +344,22 @@ def rig(
     poses = movement_poses(wanted, posing)
     neutral = posing.neutral()
     baker = Baker(face, [] if wrinkles in ("none", "maps") else None, level)
-    wrinkled = baker
     baker.refine(list(poses.values()), neutral, progress)
     fields = shape_fields(wanted, poses, neutral, baker, progress)
-    names, drivers = list(wanted), dict[str, tuple[str, ...]]()
+    names, drivers, bare = list(wanted), dict[str, tuple[str, ...]](), baker
     if wrinkles == "separate":
         bare = Baker(face, [], level)
         bare.follow(baker)
         smooth = shape_fields(wanted, poses, neutral, bare, progress)
         fields, drivers = separated(fields, smooth, names)
-        baker = bare
     if correctives:
         pairs = worst_pairs(wanted, poses, posing, correctives, progress)
         drivers |= {f"{a}_{b}": (a, b) for pair in pairs for a, b, _ in pair.targets}
-        more = corrective_fields(pairs, poses, neutral, baker, progress)
+        more = corrective_fields(pairs, poses, neutral, bare, progress)
         fields = {part: np.concatenate([each, more[part]]) for part, each in fields.items()}
     names += drivers
-    morphs = morphs_of(fields, names, drivers, baker)
+    morphs = morphs_of(fields, names, drivers, bare)
     parts = baker.models
     if wrinkles == "maps" and parts["face"].uv is None:
         parts = parts | {"face": replace(parts["face"], uv=around_head(face, parts["face"].points))}
-    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, poses, wrinkled)
+    return Rig(face, tuple(names), parts, morphs, left_out, drivers, wrinkles, wanted, posing, poses, baker)

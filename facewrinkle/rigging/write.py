@@ -27,8 +27,6 @@ from ..plotting.web import bundled, cameras_of, web_files
 from .linear_rig import Rig
 from .wrinkle_layers import WrinkleLayers, facts_of, tiled
 
-SUFFIXES = (".glb", ".gltf", *USD)
-
 
 def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
     """Write a rig as glTF or USD: all meshes with their shapes as morph targets, with morph normals.
@@ -73,7 +71,7 @@ def write_rig(rig: Rig, path: str | Path, *, dense: bool = False) -> Path:
 
 def write_rig_files(rig: Rig, path: str | Path, *, dense: bool = False) -> list[Path]:
     """Write a rig as :func:`write_rig` does; return its file, and then the pictures beside it."""
-    return write_models(output_file(path, SUFFIXES), _models(rig), rig.face, rig.morphs, dense=dense)
+    return write_models(output_file(path, (".glb", ".gltf", *USD)), _models(rig), rig.face, rig.morphs, dense=dense)
 
 
 def _models(rig: Rig) -> dict[str, Model]:

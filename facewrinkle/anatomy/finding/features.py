@@ -30,8 +30,6 @@ FURROW_SIZE = 0.03
 START = (0.12, 0.15)
 """Half the breadth and the height of the place where the furrow begins."""
 # --- The path along the furrow to its end: the one with the largest sum of strength, less these costs.
-FAINT, STRONGEST = 0.4, 1.2
-"""Strength at which the furrow ends, and the largest that counts, relative to that in its middle."""
 DISTANCE_COST = 50.0
 """Cost of an end far from its expected place, per square of the distance."""
 # --- The lower lip: a place below the furrow between the lips, by its concavity.
@@ -132,7 +130,8 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
             full = float(np.median(strength[rows][:, columns].max(axis=0)))
             if full == 0.0:  # fewer than half of the columns have a furrow
                 continue
-            gain = np.clip(strength / full, -0.2, STRONGEST) - FAINT
+            # The furrow ends at 0.4 of the strength in its middle, of which no more than 1.2 counts.
+            gain = np.clip(strength / full, -0.2, 1.2) - 0.4
             sides = [_end(gain, rows, start, side, place) for side, place in zip((1, -1), expected[:2], strict=True)]
             if sum(value for value, _ in sides) > best:
                 best = sum(value for value, _ in sides)

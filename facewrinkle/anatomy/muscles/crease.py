@@ -19,11 +19,6 @@ from .base import Muscle, checked_points, checked_size
 LINE, SHARPER = 0.6, 0.7
 """A line is this much as wide as the step that it is worn into, and its `alpha` is so much larger."""
 
-ROUND, FAR = 0.3, 0.5
-"""The furrow of a step is averaged over this share of its half width to either side, and its far wall is this much
-wider than its near one.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class Crease(Muscle):
@@ -142,7 +137,7 @@ class Crease(Muscle):
     @property
     def _far(self) -> float:
         """c, how far the furrow reaches on the side without a crest."""
-        return self._furrow * (1.0 + FAR * (1.0 - self.worn))
+        return self._furrow * (1.5 - 0.5 * self.worn)
 
     def located(self, points: npt.ArrayLike) -> tuple[Array, Array, BoolArray]:
         """lambda, the place along the furrow, and q over the width, positive towards the crest, of (n, 3) points; and
@@ -197,7 +192,7 @@ class Crease(Muscle):
 
     def height(self, points: npt.ArrayLike, blunt: float = 0.0) -> Array:
         """H, a furrow and its crest; the furrow is averaged over `blunt` of its half cycle to either side at least."""
-        rounded = max(check_range("blunt", blunt, 0.0, 1.0), ROUND * (1.0 - self.worn))
+        rounded = max(check_range("blunt", blunt, 0.0, 1.0), 0.3 * (1.0 - self.worn))
         q, alpha = self._plane(points)[1], self.wrinkles.alpha
         sharp, t = alpha + SHARPER * self.worn, np.clip(q / (3.0 * self._furrow), 0.0, 1.0)
         s = (1.0 + rounded) * q / np.where(q > 0.0, self._furrow, self._far)

@@ -13,11 +13,6 @@ fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="alwa
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
 
-SPENT, STEEPEST = 0.75, 0.22
-"""Depth of folds relative to the deepest that skin of fixed length allows (the rest shortens or thickens), and the
-greatest in wavelengths: from there on its walls touch.
-"""
-
 CROSSING = 0.3
 """Share of each other's compression that families take whose lines cross at right angles; parallel ones take all."""
 
@@ -82,10 +77,11 @@ def spacing_for(length, depth):
 def heights(waves, strain, depth, now, relief, leading):
     """Heights at n vertices with a strain (n, 6), the same with blunt furrows (`shown`), and the spacing needed.
 
-    From bulge to furrow a fold is ``D = S min(0.75 P (2 L / pi) sqrt(e), 0.22 L)`` deep, with P for `depth`; all folds
-    of a vertex together are no longer than the skin that the compression frees. `leading` (n,) gets the deepest entry
-    of each, and `now` the compression of the entries, what is beyond the onset, what is left of that to each, depths,
-    shape exponents and heights.
+    From bulge to furrow a fold is ``D = S min(0.75 P (2 L / pi) sqrt(e), 0.22 L)`` deep, with P for `depth`: three
+    quarters of the deepest that skin of fixed length allows, as the rest shortens or thickens, up to a depth from which
+    on walls touch. All folds of a vertex together are no longer than the skin that the compression frees. `leading`
+    (n,) gets the deepest entry of each, and `now` the compression of the entries, what is beyond the onset, what is
+    left of that to each, depths, shape exponents and heights.
     """
     starts, _, theta, strength, window, length, old, wave, tangents = waves
     epsilon, excess, left, deep, shape, high = now
@@ -102,7 +98,7 @@ def heights(waves, strain, depth, now, relief, leading):
             if excess[p] == 0.0:
                 continue
             left[p] = e = share_of(p, first, last, excess, wave)
-            deep[p] = strength[p] * min(depth * SPENT * 2.0 / np.pi * length[p] * np.sqrt(e), STEEPEST * length[p])
+            deep[p] = strength[p] * min(depth * 0.75 * 2.0 / np.pi * length[p] * np.sqrt(e), 0.22 * length[p])
             if (
                 deep[p] > 0.0
             ):  # the arc of the sharpest profile is 1.4 times as long, beyond its chord, as that of a sine

@@ -33,9 +33,6 @@ GROUPS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 FAINT, FULL = 0.03, 0.10
 """Compression at full motion below which a family has no lines, and from which it has all."""
 
-MOST = 6
-"""Most families that are made of motions without names."""
-
 
 @dataclass(frozen=True, eq=False)
 class FoldShapes:
@@ -70,8 +67,8 @@ class FoldShapes:
     def grouped(cls, face: Face, shapes: Sequence[Array]) -> FoldShapes:
         """Group shapes (n0, 3) by the directions in which they compress the skin, the strongest first.
 
-        They share a family if the mean sin^2 of the angle between their compressions, where both are strong, is less
-        than 0.35 (36 degrees).
+        There are six families at most. Shapes share one if the mean sin^2 of the angle between their compressions,
+        where both are strong, is less than 0.35 (36 degrees).
         """
         strain = StrainField.of(face)
         area = vertex_areas(face.points, face.triangles)
@@ -83,7 +80,7 @@ class FoldShapes:
             if power[k] <= 1e-6 * area.sum():
                 continue
             asked = [max(_askew(area, found[k], found[other]) for other in family) for family in families]
-            if asked and (min(asked) < 0.35 or len(families) == MOST):
+            if asked and (min(asked) < 0.35 or len(families) == 6):
                 families[int(np.argmin(asked))].append(k)
             else:
                 families.append([k])

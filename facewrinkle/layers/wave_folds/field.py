@@ -19,9 +19,6 @@ from .families import FoldShapes, tensors_of
 from .stripes import KEPT, Ground, Stripes, Style, carried, found_stripes, zone_of
 from .tissue import anatomical, firmness, grain, old_depths, scale_of, wavelengths
 
-ENOUGH, MOST = 0.2, 4
-"""Length of edges that suffices for the default level, in wavelengths, and the highest default level."""
-
 GONE, WHOLE = 0.12, 0.67
 """Strength of the sum of waves below which there is no line, and from which it is whole."""
 
@@ -203,14 +200,14 @@ class WaveField:
         ]
 
     def level_needed(self, face: Face) -> int:
-        """Return the level at which nine in ten triangles with lines have five edges or more in each wavelength."""
+        """Return the level at which nine in ten triangles with lines have five edges a wavelength; 4 at most."""
         zones = [own.zone for own in self.lines.values()]
         inside = face.triangles[np.any(zones, axis=0)] if zones else face.triangles[:0]
         if not len(inside):
             return 0
         edges = side_lengths(face.points[inside] * self._unit).mean(axis=1)
-        levels = np.log2(edges / (ENOUGH * self._length[inside].mean(axis=1)))
-        return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, MOST))
+        levels = np.log2(edges / (0.2 * self._length[inside].mean(axis=1)))
+        return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, 4))
 
     def at(self, vertices: SurfacePoints) -> Waves:
         """Return the waves at points of the surface."""

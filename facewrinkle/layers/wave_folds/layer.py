@@ -242,9 +242,6 @@ MOST = 10.0
 AROUND = (0.12, 0.4)
 """Distances from a landmark, in distances between the pupils, up to which its factor holds, and from which 1 does."""
 
-MIDLINE = 0.15
-"""Distance from the midline over which the factors of the two sides blend, in distances between the pupils."""
-
 REGIONS: Mapping[str, tuple[str, ...]] = {
     "forehead": ("forehead_mid", "brow_l_mid", "brow_r_mid"),
     "between the brows": ("glabella",),
@@ -287,7 +284,7 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
         given = {at: check_range(f"the amount of folds at {at}", factor, 0.0, MOST) for at, factor in asked.items()}
         left, right = given.pop("left", 1.0), given.pop("right", 1.0)
         aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
-        factors = right + (left - right) * smoothstep(0.5 + 0.5 * aside / MIDLINE)
+        factors = right + (left - right) * smoothstep(0.5 + 0.5 * aside / 0.15)  # they blend in the middle
         for where, factor in given.items():
             factors *= 1.0 + (factor - 1.0) * _near(where, face)
         return factors
