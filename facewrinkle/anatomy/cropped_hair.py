@@ -18,7 +18,7 @@ from .landmarks import FaceFrame, frame_of
 SEED = 3
 """All people have the same hairs, in their own colors."""
 
-HAIRS, KNOTS = 65000, 3
+HAIRS, KNOTS = 80000, 3
 """Hairs on all of the skin, of which those grow that are on the scalp, and points along each."""
 
 SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0

@@ -25,7 +25,7 @@ STRAND_AT = "strand_at"
 SEED = 5
 """All people have the same locks; how these are cut, fall and curl is their own."""
 
-COLUMNS, LOCKS, STRANDS = 220, 240, 300
+COLUMNS, LOCKS, STRANDS = 220, 240, 240
 """Hairs that the sheet is made of, in order around the head, locks over it, and loose hairs over these."""
 
 KNOTS, LOCK_HAIRS = 14, 3
