@@ -193,19 +193,25 @@ def hair(cover: Array, sky: Array, strands: Array) -> NDArray[np.uint8]:
 
 
 def mottled(places: Array, lip: Array) -> Array:
-    """Return factors (n, 3) for blood and melanin in patches of several sizes, pores, and the lines of the lips."""
-    blood = 0.6 * noise(places, 11.0, 1) + 0.5 * noise(places, 4.5, 2)
-    brown = 0.5 * noise(places, 7.0, 3) + 0.45 * noise(places, 2.6, 4)
+    """Return factors (n, 3) for blood and melanin in clouds, freckles, pores, and the lines of the lips."""
+    blood, brown = cloudy(places, 11.0, 1), cloudy(places, 6.0, 11)
     freckle = smoothstep((noise(places, 1.3, 5) - 1.5) / 1.0) * smoothstep(noise(places, 25.0, 6))
-    pores = 0.7 * noise(places, 0.85, 7) + 0.5 * noise(places, 1.7, 8)
-    shares = np.stack([0.006 * blood, 0.021 * blood, 0.017 * blood], axis=1)
-    shares += np.stack([0.010 * brown, 0.015 * brown, 0.021 * brown], axis=1)
+    pores = smoothstep((noise(places, 0.6, 7) + 0.2) / 2.2) - 0.25
+    shares = np.stack([0.006 * blood, 0.022 * blood, 0.018 * blood], axis=1)
+    shares += np.stack([0.009 * brown, 0.014 * brown, 0.019 * brown], axis=1)
     shares += freckle[:, None] * [0.05, 0.09, 0.11]
-    skin = 1.0 - shares - 0.026 * pores[:, None] * [0.8, 1.0, 1.05]
+    skin = 1.0 - shares - 0.04 * pores[:, None] * [0.8, 1.0, 1.05]
     wavy = places * [1.0, 0.12, 0.12] + 0.5 * noise(places, 2.5, 11)[:, None] * [1.0, 0.0, 0.0]
     lines = smoothstep(1.0 - np.abs(noise(wavy, 0.9, 9)) / 0.7) + 0.5 * noise(wavy, 2.2, 10)
-    red = 1.0 - 0.035 * lines[:, None] - 0.02 * blood[:, None]
+    red = 1.0 - 0.045 * lines[:, None] - 0.02 * blood[:, None]
     return skin + lip * (red - skin)
+
+
+def cloudy(places: Array, size: float, seed: int) -> Array:
+    """Return noise (n,) of unit variance at several scales, as skin has it: the finer the grains, the fainter."""
+    shares = 0.75 ** np.arange(4)
+    total = sum(share * noise(places, 0.5**k * size, seed + k) for k, share in enumerate(shares))
+    return np.asarray(total / np.linalg.norm(shares))
 
 
 def strands(places: Array) -> Array:
