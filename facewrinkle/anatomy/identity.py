@@ -330,7 +330,7 @@ def head_of(identity: Identity) -> Head:
     head = dataclasses.replace(mean, points=points, landmarks=landmarks, eyes=eyes, brows=mean.brows.thinned(thin))
     falls = identity.hair_length > 0.0 >= identity.hair_combed
     # Scalp is seen between the hairs of short cuts, and where hair is parted or tied back.
-    bare = 0.4 * (1.0 if identity.hair_length > 0.0 else -identity.hair_length)
+    bare = 0.25 * (1.0 if identity.hair_length > 0.0 else -identity.hair_length)
     if identity.skin == identity.hair == identity.hair_density == bare == 0.0 and identity.age <= GRAYING:
         return head
     at, *channels = TONES.T

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from facewrinkle.geometry import vertex_normals
+
 from .chart import Chart, cross
 
 Array = NDArray[np.float64]
@@ -161,7 +163,8 @@ class ChartMesh:
     def coarsen(self, short: float = SHORT, most: float = np.inf) -> None:
         """Collapse the edges that are short for their target length, the shortest first, until none or enough are gone.
 
-        Where not all may go, those at a boundary stay, and no angle below SLIM is made, as no smoothing follows.
+        Where not all may go, those at a boundary and in the more bent half stay, and no angle below SLIM is made, as no
+        smoothing follows.
         """
         few = bool(np.isfinite(most))
         slim = SLIM if few else SLIM / 2
@@ -170,7 +173,11 @@ class ChartMesh:
             edges, pair = self._sides()
             length = np.linalg.norm(self.points[edges[:, 0]] - self.points[edges[:, 1]], axis=1)
             ratio = length / self.size[edges].mean(axis=1)
-            ratio[self._kept(edges) | ((pair[:, 1] < 0) & few)] = np.inf
+            if few:
+                normals = vertex_normals(self.points, self.triangles)
+                bent = np.linalg.norm(normals[edges[:, 0]] - normals[edges[:, 1]], axis=1)
+                ratio[(bent > np.median(bent)) | (pair[:, 1] < 0)] = np.inf
+            ratio[self._kept(edges)] = np.inf
             ratio[[self.merged.get(a) == b or self.merged.get(b) == a for a, b in edges.tolist()]] = 0.0
             around = _fans(self.triangles, len(self.plane))
             touched = np.zeros(len(self.plane), dtype=bool)
