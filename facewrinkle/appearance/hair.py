@@ -205,7 +205,7 @@ class CroppedHair(Hairs):
     True
     """
 
-    HALF = 0.0032
+    HALF = 0.0028
     """Half the width of the longest at their roots, in distances between the pupils: each stands for some thin ones."""
 
     BRIGHTER = 1.25

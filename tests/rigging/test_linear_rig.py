@@ -97,7 +97,7 @@ def test_no_half_way_shape_turns_triangles_over(rig):
 
 
 def test_wrinkles_can_be_targets_of_their_own(face):
-    name = "browInnerUp"
+    name = "browDownLeft"
     baked, bare = (fw.rig(face, name, wrinkles=kind, level=1) for kind in ("baked", "none"))
     separate = fw.rig(face, name, wrinkles="separate", level=1)
     assert separate.names == (name, f"{name}_wrinkle")

@@ -23,7 +23,7 @@ from facewrinkle.errors import ParameterError, UnknownNameError
 from facewrinkle.rigging import write_page
 from facewrinkle.rigging.wrinkle_layers import _colored, tiled
 
-SIZE = 512
+SIZE = 1024
 SHAPES = {
     "browInnerUp": "AU1",
     "browDownLeft": "AU4",
