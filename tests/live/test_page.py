@@ -758,8 +758,8 @@ def test_probes_are_pinned_to_the_skin(page, studio):
     page.reload()
     page.wait_for_selector("[data-handle='probe 1']")
     at.focus()
-    page.keyboard.press("ArrowUp")
     before = document(studio)["probes"]["probe 1"]
+    page.keyboard.press("ArrowUp")
     until(lambda: document(studio)["probes"]["probe 1"][1] > before[1] + 0.3)
     page.keyboard.press("Delete")
     until(lambda: list(document(studio)["probes"]) == ["probe 2"])
