@@ -440,8 +440,9 @@ def _placed(entry: Mapping[str, Any], landmarks: Mapping[str, Array], frame: Fac
     side, size = entry["side"], frame.pupil_distance
     check_name("kind", entry["kind"], KEYS)
     shared = {each.name for each in fields(Muscle)}
+    known = sorted({"kind", "side", "paired"} | shared | KEYS[entry["kind"]])
     for key in entry:
-        check_name("key", key, sorted({"kind", "side", "paired"} | shared | KEYS[entry["kind"]]))
+        check_name("key", key, known)
     common = {key: value for key, value in entry.items() if key in shared - {"wrinkles", "folds"}}
     if "folds" in entry:
         common["folds"] = _placed({**entry["folds"], "side": side}, landmarks, frame)

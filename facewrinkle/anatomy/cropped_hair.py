@@ -88,13 +88,12 @@ def cropped_hair(
     styled = 1.0 - (1.0 - abs(combed)) ** 2
     top = smoothstep((up[:, 1] - SIDES[0]) / (SIDES[1] - SIDES[0]))
     longest = SHORTEST + (LONGEST + FEMININE * max(-sex, 0.0) + TOP * styled * top - SHORTEST) * (1.0 + length)
-    back, aside = (
-        np.array([0.0, 0.3, -1.0]),
-        top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25],
-    )
+    # Hair is combed back, or to both sides of a parting 22 mm to the left of the middle, 16 mm wide.
+    way = np.array([0.0, 0.3, -1.0])
+    if combed < 0.0:
+        way = top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25]
     comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
-    # A comb is three times as strong. It goes back, or to both sides of a parting on the left.
-    comb += 3.0 * styled * (aside if combed < 0.0 else back)
+    comb += 3.0 * styled * way  # a comb is three times as strong
     longest *= THIN + (1.0 - THIN) * smoothstep(cover)
     return grown_hairs(head, triangle, weights, comb, longest, random, loose=1.0 - 0.4 * styled)
 

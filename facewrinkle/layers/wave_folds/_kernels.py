@@ -99,9 +99,8 @@ def heights(waves, strain, depth, now, relief, leading):
                 continue
             left[p] = e = share_of(p, first, last, excess, wave)
             deep[p] = strength[p] * min(depth * 0.75 * 2.0 / np.pi * length[p] * np.sqrt(e), 0.22 * length[p])
-            if (
-                deep[p] > 0.0
-            ):  # the arc of the sharpest profile is 1.4 times as long, beyond its chord, as that of a sine
+            # The arc of the sharpest profile is 1.4 times as long, beyond its chord, as that of a sine.
+            if deep[p] > 0.0:
                 asked += 1.4 * (0.5 * np.pi * deep[p] / length[p]) ** 2 / epsilon[p]
             if deep[p] > deep[deepest]:
                 deepest = p

@@ -69,9 +69,8 @@ def thickness(face: Face) -> Array:
     if not known:
         return np.full(len(face.points), MEAN_THICKNESS)
     squares = cdist(face.points, np.array([face.landmarks[name] for name in known]), "sqeuclidean")
-    weights = (
-        1.0 / (squares / face.frame.pupil_distance**2 + 0.02) ** 2
-    )  # within which a landmark's own thickness rules
+    # Within a squared distance of 0.02, in distances between the pupils, a landmark's own thickness rules.
+    weights = 1.0 / (squares / face.frame.pupil_distance**2 + 0.02) ** 2
     return np.asarray(weights @ np.array(list(known.values())) / weights.sum(axis=1))
 
 
