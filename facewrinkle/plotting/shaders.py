@@ -310,10 +310,10 @@ class Material:
         slow = ""
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
-            # In the shadow of the key light, a little more is left of the red, which comes through the skin.
+            # In the shadow of the key light, more is left of the red, which comes through the skin.
             # What comes from behind grazes all that is seen: hardly any of it gets into hollows.
             grazing = f"pow(open, vec3(lightDirectionVC{k}.z > 0.0 ? 6.0 : 1.0))"
-            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.90, 0.93, 0.94)"
+            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.80, 0.92, 0.93)"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         mirrored = "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
@@ -375,7 +375,7 @@ def _shade(actor: pv.Actor, code: str, textured: bool, cut: bool = False) -> Non
 # Paint that is darker than any skin has no highlights, nor have teeth that no light reaches.
 SKIN_MATERIAL = Material(
     "0.100, 0.076, 0.063",  # off skin below: cheeks light the sockets above them
-    "0.116, 0.112, 0.112",
+    "0.128, 0.110, 0.104",
     "0.24, 0.15, 0.12",
     "0.030 * near8 + 0.07 * near32 * near8",
     gloss="smoothstep(-0.012, 0.03, albedo.g)",

@@ -115,10 +115,10 @@ Lamp = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 LIGHTS: tuple[Lamp, ...] = (
     ((-0.85, 0.8, 0.62), (1.0, 0.94, 0.86), 1.2),
-    ((0.75, -0.05, 0.8), (0.94, 0.97, 1.0), 0.24),
+    ((0.75, -0.05, 0.8), (1.0, 0.94, 0.88), 0.24),
     ((0.85, 0.35, -0.5), (1.0, 0.97, 0.92), 1.1),
 )
-"""A warm key light, a cool fill light and a rim light: direction [right, up, towards the camera], color, intensity."""
+"""A warm key light, a fill light, warm as what the room throws back of it, and a rim light: direction [right, up, towards the camera], color, intensity."""
 
 
 @dataclass(frozen=True)
