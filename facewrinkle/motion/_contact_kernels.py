@@ -13,9 +13,6 @@ from ..geometry import area_vector, compiled
 from ..geometry.least_squares import cholesky_solve
 from ._skin_kernels import slopes_of_area
 
-SWEEPS = 8
-"""Sweeps of projected Gauss-Seidel between direct solutions."""
-
 
 @compiled
 def at_sample(x, corners, shares, s, out):
@@ -222,9 +219,9 @@ def contact_forces(rows, columns, depths, stiffness, start, rounds, tolerance):
     for r in range(m):
         free[r] = depths[r] + pushed[r]
     for _ in range(rounds):
-        for _ in range(SWEEPS):
+        for _ in range(8):  # sweeps before a direct solution
             largest = 0.0
-            for r in range(m):  # a sweep
+            for r in range(m):
                 give = 1.0 / stiffness[r]
                 change = (free[r] - pushed[r] - give * forces[r]) / (own[r] + give)
                 change = max(forces[r] + change, 0.0) - forces[r]
@@ -281,18 +278,6 @@ def added_up(forces, pushed, slots, columns):
             out[i, 1] += y * column[i, 1]
             out[i, 2] += z * column[i, 2]
     return out
-
-
-@compiled
-def farthest_moved(x, y, vertices):
-    """Return the largest distance between points of x (n, 3) and y, of those with the given indices."""
-    largest = 0.0
-    for i in vertices:
-        square = 0.0
-        for k in range(3):
-            square += (x[i, k] - y[i, k]) ** 2
-        largest = max(largest, square)
-    return np.sqrt(largest)
 
 
 @compiled

@@ -10,34 +10,7 @@ from ..array_types import Array
 from ..geometry import unit
 from ..geometry.interpolation import smoothstep
 
-CARTILAGE_RADIUS, LOOSE_RADIUS = 7.0, 20.0
-"""Reach of the cartilage around the line from the tip of the nose to its base, and of the loose skin around the tip, on
-a face of average size, mm.
-"""
-
-LOOSE = 0.92
-"""Share of its tethers that the skin on the tip of the nose lacks."""
-
-SPINE_RADIUS, SPINE = 8.0, 2.0
-"""Reach of the bone under the base of the nose, the anterior nasal spine, on a face of average size, mm, and how many
-times as many tethers as elsewhere it adds there: skin and cartilage are bound to it.
-"""
-
-GUMS_FROM, GUMS_TO = 2.0, 8.0
-"""Distances above and below the line between the lips: skin behind the lips is lining of the lips up to the first, and
-holds to the gums from the second on, mm.
-"""
-
-VESTIBULE_DEPTH = 30.0
-"""Distance behind the lips up to which there are gums in front of teeth, mm."""
-
-LIP_LINE, AROUND_LIPS = 4.0, 6.0
-"""Depth of the line where the lips meet behind their red, and reach of the lips' tethers around this line, mm."""
-
-MODIOLUS, KNOT = (0.085, 0.03, -0.02), 4.5
-"""Place of the modiolus from the corner of the mouth, [outwards, up, forward] in distances between the pupils, and its
-size, the standard deviation of a Gaussian, on a face of average size, mm.
-"""
+# Lengths are those of a face of average size, mm.
 
 
 def from_lips(face: Face) -> Array:
@@ -54,6 +27,13 @@ def from_lips(face: Face) -> Array:
     return face.frame.scale * (face.frame.local_mm(face.points) - face.frame.local_mm(lips_middle(face.landmarks)))
 
 
+def _squares_from(points: Array, start: Array, end: Array) -> Array:
+    """Return the squared distances (n,) of points (n, 3) from the straight line between two others."""
+    line, offset = end - start, points - start
+    along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
+    return np.asarray(((offset - along[:, None] * line) ** 2).sum(axis=1))
+
+
 def tip_of_nose(face: Face) -> tuple[Array, Array]:
     """Return the share (n,) in which the skin sits on the cartilage between the tip of the nose and its base, and the
     share (n,) of its tethers that it lacks there: cartilage gives way where the bone ends. Its base sits on the bone.
@@ -67,14 +47,12 @@ def tip_of_nose(face: Face) -> tuple[Array, Array]:
     >>> bool(firm[tip] > 0.9), bool(free[tip] > 0.9)
     (True, True)
     """
-    tip, base = face.landmarks["nose_tip"], face.landmarks["subnasale"]
-    line, offset = base - tip, face.points - tip
-    along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
-    away = np.array([((offset - share * line) ** 2).sum(axis=1) for share in (along[:, None], 0.0)])
-    reach = np.array([CARTILAGE_RADIUS, LOOSE_RADIUS]) * face.frame.scale
-    firm, near = np.exp(-away / reach[:, None] ** 2)
-    on_bone = np.exp(-((face.points - base) ** 2).sum(axis=1) / (SPINE_RADIUS * face.frame.scale) ** 2)
-    return firm, LOOSE * near * (1.0 - on_bone) - SPINE * on_bone
+    tip, base, scale = face.landmarks["nose_tip"], face.landmarks["subnasale"], face.frame.scale
+    firm = np.exp(-_squares_from(face.points, tip, base) / (7.0 * scale) ** 2)
+    near = np.exp(-((face.points - tip) ** 2).sum(axis=1) / (20.0 * scale) ** 2)
+    # Under the base is the anterior nasal spine: skin and cartilage are bound to it by two times more tethers.
+    on_bone = np.exp(-((face.points - base) ** 2).sum(axis=1) / (8.0 * scale) ** 2)
+    return firm, 0.92 * near * (1.0 - on_bone) - 2.0 * on_bone
 
 
 def on_gums(face: Face) -> Array:
@@ -87,12 +65,14 @@ def on_gums(face: Face) -> Array:
     >>> bool(on_gums(face)[face.tissue.normals @ face.frame.axes[2] > 0.0].any())
     False
     """
-    left, up, forward = face.frame.axes
+    (left, up, forward), scale = face.frame.axes, face.frame.scale
     width = abs((face.landmarks["mouth_l"] - face.landmarks["mouth_r"]) @ left)
     side, height, depth = from_lips(face).T
     behind = (np.abs(side) < 0.6 * width) & (face.tissue.normals @ forward < 0.0)
-    behind &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (depth > -VESTIBULE_DEPTH * face.frame.scale)
-    return np.asarray(behind * smoothstep((np.abs(height) / face.frame.scale - GUMS_FROM) / (GUMS_TO - GUMS_FROM)))
+    # Farther behind the lips than 30 mm, there are no gums in front of teeth.
+    behind &= ((face.points - face.landmarks["subnasale"]) @ up < 0.0) & (depth > -30.0 * scale)
+    # It is lining of the lips up to 2 mm above and below the line between them, and holds to the gums from 8 mm on.
+    return np.asarray(behind * smoothstep((np.abs(height) / scale - 2.0) / 6.0))
 
 
 def modioli(face: Face) -> tuple[Array, Array]:
@@ -108,10 +88,10 @@ def modioli(face: Face) -> tuple[Array, Array]:
     (True, True)
     """
     corners = np.array([face.landmarks[f"mouth_{side}"] for side in "lr"])
-    out = np.array([MODIOLUS, MODIOLUS]) * [[1.0, 1.0, 1.0], [-1.0, 1.0, 1.0]]
+    out = np.array([[0.085, 0.03, -0.02], [-0.085, 0.03, -0.02]])  # [left, up, forward] in distances between the pupils
     knots = corners + face.frame.pupil_distance * out @ face.frame.axes
     square = ((face.points - knots[:, None]) ** 2).sum(axis=2)
-    return corners, np.exp(-0.5 * square / (KNOT * face.frame.scale) ** 2)
+    return corners, np.exp(-0.5 * square / (4.5 * face.frame.scale) ** 2)
 
 
 def lip_tethers(face: Face) -> tuple[Array, Array]:
@@ -121,13 +101,9 @@ def lip_tethers(face: Face) -> tuple[Array, Array]:
     turn to point straight off the dental arch.
     """
     scale, axes = face.frame.scale, face.frame.axes
-    middle = lips_middle(face.landmarks) - LIP_LINE * scale * axes[2]
-    square = np.full(len(face.points), np.inf)
-    for corner in (face.landmarks["mouth_l"], face.landmarks["mouth_r"]):
-        line, offset = corner - middle, face.points - middle
-        along = np.clip(offset @ line / (line @ line), 0.0, 1.0)
-        square = np.minimum(square, ((offset - along[:, None] * line) ** 2).sum(axis=1))
-    near = np.exp(-square / (AROUND_LIPS * scale) ** 2)
+    middle = lips_middle(face.landmarks) - 4.0 * scale * axes[2]  # the lips meet behind their red
+    square = np.minimum(*(_squares_from(face.points, middle, face.landmarks[f"mouth_{side}"]) for side in "lr"))
+    near = np.exp(-square / (6.0 * scale) ** 2)
     half = scale * np.array(ELLIPSE["upper"])
     local = from_lips(face) + np.array([0.0, 0.0, half[1] + face.behind_lips * scale])
     off = unit(np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1))

@@ -70,9 +70,6 @@ def flat_triangles(face: Face, resistance: Array) -> FlatTriangles:
 Rows = tuple[IntArray, Array, Array, Array]
 """Vertices (m, 6), slopes of their gaps (m, 6, 3), depths (m,) and stiffness (m,) of contacts."""
 
-REACH, STALE = 3.0, 1.0
-"""Solids are looked for within the first distance, and anew when the skin has moved by the second, mm."""
-
 
 def _surfaces(face: Face, x: Array, area: Array, angles: Array) -> tuple[Solids, Samples, npt.NDArray[np.str_]]:
     """Return the solids and samples of a face whose skin turns by these angles (n,) with the mandible, and what kind
@@ -170,9 +167,10 @@ class Contacts:
     def _look(self, u: Array) -> Array:
         """Return positions of vertices and eyes; look for solids near them unless they were looked for close by."""
         x = np.concatenate([self._points + u, self._eyes])
-        if not kernels.farthest_moved(x, self.looked_at, self._meeting_solids) <= STALE:
+        moved = x[self._meeting_solids] - self.looked_at[self._meeting_solids]
+        if not np.linalg.norm(moved, axis=1).max(initial=0.0) <= 1.0:  # mm
             gaps, of_skin = kernels.gaps_of(x, self.samples, self._placed), self.samples.partners[:, 0] >= 0
-            self.looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + REACH))
+            self.looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + 3.0))
         return x
 
     def energy(self, u: Array, gradient: Array) -> float:

@@ -16,28 +16,6 @@ from ..geometry.laplacian import symmetric_factors
 from . import _skin_kernels as kernels
 from .contacts import Compliance, Contacts
 
-CONVERGED = 1e-18
-"""Predicted decrease of the energy per area at which a step has converged: displacements of less than 1e-6 mm."""
-
-LEFT_OVER, SMALL = 0.05, 1e-6
-"""Share of the squared residual, and decrease of the energy per area by the last iteration, that are small enough to
-leave the rest to the next minimization: some hundredths of a millimeter.
-"""
-
-ROUNDING = 1e-13
-"""Relative error of an energy: a step may raise it by this much."""
-
-BALANCED = 1e-6
-"""Share of the squared residual without contacts that is left with them: below it, forces balance, and the rounding of
-the factors, which are of single precision, would be all that is left.
-"""
-
-MAX_HALVINGS = 12
-"""The most step lengths that the line search tries."""
-
-MEMORY = 5
-"""Number of steps from which the curvature is learnt."""
-
 Objective = Callable[[Array, Array], float]
 
 
@@ -122,13 +100,15 @@ class Minimizer:
                 "the energy of the skin is not finite: a length or strength of a muscle, a rate, or the material is "
                 "far too large. Give smaller ones."
             )
-        enough = LEFT_OVER * self._residual(here[1])
+        # So small a share of the squared residual, or a decrease of the energy per area by the last iteration, leaves
+        # the rest to the next minimization: some hundredths of a millimeter.
+        enough, small = 0.05 * self._residual(here[1]), 1e-6
         if enough == 0.0:
             return Minimum(u, before, value, True, 0)
         length, fine = 1.0, False
         for iteration in range(self._iterations):
             direction, slope = self._direction(here, fine)
-            if -slope <= CONVERGED * self._total_area:
+            if -slope <= 1e-18 * self._total_area:  # displacements of less than 1e-6 mm
                 return Minimum(u, before, value, True, iteration)
             found = self._line_search(objective, u, value, direction, slope, min(2.0 * length, 1.0), there)
             if found is None:  # not even the shortest step lowers the energy: it is at its rounding, or the memory errs
@@ -141,7 +121,7 @@ class Minimizer:
             candidate, value, length = found
             self._remember(candidate - u, there[0] - here[0])
             u, here, there = candidate, there, here
-            if -slope <= SMALL * self._total_area or self._residual(here[1]) <= enough:
+            if -slope <= small * self._total_area or self._residual(here[1]) <= enough:
                 return Minimum(u, before, value, True, iteration + 1)
         return Minimum(u, before, value, False, self._iterations)
 
@@ -163,7 +143,8 @@ class Minimizer:
         that balance lose what is left of a way in their rounding.
         """
         slope, (free, total) = 0.0, at
-        fine = fine or self._residual(total) < BALANCED * self._residual(free)
+        # Below it, forces balance, and the rounding of the factors, of single precision, would be all that is left.
+        fine = fine or self._residual(total) < 1e-6 * self._residual(free)
         for attempt in range(3):
             if attempt == 1:
                 self.reset()
@@ -189,12 +170,13 @@ class Minimizer:
         there: Array,
     ) -> tuple[Array, float, float] | None:
         """Return the first of ever shorter steps that lowers the objective enough, its value and its length."""
-        for _ in range(MAX_HALVINGS):
+        rounding = 1e-13 * abs(value)
+        for _ in range(12):
             candidate = u + length * direction
             new = self._evaluated(objective, candidate, there)
-            if new <= value + 1e-4 * length * slope + ROUNDING * abs(value):
+            if new <= value + 1e-4 * length * slope + rounding:
                 return candidate, new, length
-            if -length * slope <= ROUNDING * abs(value):
+            if -length * slope <= rounding:
                 break  # what shorter steps promise cannot be told
             length *= 0.5
         return None
@@ -212,7 +194,7 @@ class Minimizer:
     def _remember(self, step: Array, change: Array) -> None:
         curvature = _inner(step, change)
         if curvature > 1e-12 * _inner(step, step):
-            self.memory = (*self.memory[-(MEMORY - 1) :], (step, change, curvature))
+            self.memory = (*self.memory[-4:], (step, change, curvature))  # five at most
 
 
 def _inner(a: Array, b: Array) -> float:

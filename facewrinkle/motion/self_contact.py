@@ -31,32 +31,6 @@ from .solids import EYE_STIFFNESS, STIFFNESS, Samples, of_vertices, samples_of
 LIP_DISTANCE = 0.1
 """Lips that are farther apart at rest than this touch at this distance, mm."""
 
-LIP_ROUNDING = 5.0
-"""Radius to which lips are rounded, mm."""
-
-AT_CORNERS = 0.25
-"""At the corners of the mouth both lips take about half of the mandible's turn. There what looks up is of the lower
-one, even if it takes this share less.
-"""
-
-FACES_AWAY = 0.3
-"""Skin belongs to the surface of a lip that can meet the other unless it looks away from it by more than this share."""
-
-STEEPEST = 0.1
-"""Cosine of the slope of triangles that are steeper than what lips meet with."""
-
-FACING = -0.3
-"""Product of the upward shares of the normals of a sample and a triangle below which they face each other: their angle
-does not tell, as closed lips turn outwards along their front edge.
-"""
-
-BEYOND = 4.0
-"""Samples no farther than this from straight above (or below) the other lip face its nearest triangle, mm."""
-
-
-TOUCHING = 2.0
-"""Vertices of closed lips that are no farther apart touch each other, mm."""
-
 
 def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     """Return the samples of each lip that face the other one.
@@ -83,12 +57,13 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     """
     up = face.frame.axes[1]
     near, looks_up = around_mouth(face), face.normals @ up
-    lower = share_of_jaw > 0.5 - AT_CORNERS * looks_up
-    found = []
+    # At the corners of the mouth both lips take about half of the mandible's turn. There what looks up is of the lower.
+    lower = share_of_jaw > 0.5 - 0.25 * looks_up
+    away, found = 0.3, []  # skin that looks away by more cannot meet the other lip
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
-        faces = near & own & (side * looks_up < FACES_AWAY)
-        surface = (near & other & (side * looks_up > -FACES_AWAY))[face.triangles].all(axis=1)
-        samples = samples_of(face, faces, STIFFNESS * area, LIP_ROUNDING, allowed=LIP_DISTANCE, middles=True)
+        faces = near & own & (side * looks_up < away)
+        surface = (near & other & (side * looks_up > -away))[face.triangles].all(axis=1)
+        samples = samples_of(face, faces, STIFFNESS * area, radius=5.0, allowed=LIP_DISTANCE, middles=True)
         found.append(_faced(face, samples, face.triangles[surface].astype(np.int64), side))
     return Samples.joined(found)
 
@@ -101,7 +76,7 @@ def tied_lips(face: Face) -> IntArray:
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
     >>> ends = face.points[tied_lips(face)]
-    >>> len(ends) > 20, float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()) < TOUCHING
+    >>> len(ends) > 20, float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max()) < 2.0
     (True, True)
     """
     each = np.ones(len(face.points))
@@ -110,7 +85,7 @@ def tied_lips(face: Face) -> IntArray:
     own, other = lips.corners[one, 0], lips.partners[one]
     away = np.linalg.norm(face.points[other] - face.points[own][:, None], axis=2) * face.unit
     nearest = other[np.arange(len(own)), away.argmin(axis=1)]
-    touch = away.min(axis=1) < TOUCHING
+    touch = away.min(axis=1) < 2.0  # mm
     return np.unique(np.sort(np.stack([own, nearest], axis=1)[touch], axis=1), axis=0)
 
 
@@ -118,14 +93,15 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
     """Return the samples that face one of some triangles (m, 3), each with the one that it reaches along the height."""
     points, up = face.points_mm, face.frame.axes[1]
     facing = triangle_normals(points, triangles)
-    flat = side * (facing @ up) > STEEPEST
+    flat = side * (facing @ up) > 0.1  # lips do not meet with steeper ones
     triangles, facing = triangles[flat], facing[flat]
     both = points, face.normals
     places, normals = (np.einsum("kc,kci->ki", samples.shares, each[samples.corners]) for each in both)
     flat = squeezed(points, up)
     found, _, beside = BoxTree(flat, triangles).closest(squeezed(places, up))
-    faced = np.flatnonzero(beside < BEYOND)
-    faced = faced[(facing[found[faced]] @ up) * (normals[faced] @ up) < FACING]
+    faced = np.flatnonzero(beside < 4.0)  # mm from straight above or below
+    # The angle of normals does not tell what faces each other, as closed lips turn outwards along their front edge.
+    faced = faced[(facing[found[faced]] @ up) * (normals[faced] @ up) < -0.3]
     corners, shares, _, allowed, stiffness = (column[faced] for column in samples)
     return Samples(corners, shares, triangles[found[faced]], allowed, stiffness)
 
@@ -139,16 +115,11 @@ def squeezed(points: Array, direction: Array) -> Array:
     >>> squeezed(np.array([[1.0, 2.0, 5.0]]), np.array([0.0, 0.0, 1.0])).round(6).tolist()
     [[1.0, 2.0, 0.005]]
     """
-    return np.asarray(points - (1.0 - ALONG) * np.outer(points @ direction, direction))
+    return np.asarray(points - 0.999 * np.outer(points @ direction, direction))
 
 
-LOOKS_ACROSS = -0.2
-"""Upward share of the normal of an upper lip below which it is pressed on the lower one."""
-
-ALONG, CLOSE_BY = 0.001, 0.01
-"""Length of ways along the direction in which a partner is looked for, relative to those beside; and how far beside it
-may be to count as straight along, mm.
-"""
+CLOSE_BY = 0.01
+"""How far beside the direction in which a partner is looked for it may be to count as straight along, mm."""
 
 
 def around_mouth(face: Face) -> BoolArray:
@@ -162,22 +133,9 @@ def around_mouth(face: Face) -> BoolArray:
     return np.asarray(near & (depth > -(face.behind_lips + OVERJET) * face.frame.scale - (side / reach) ** 2 * reach))
 
 
-THICKEST = 15.0
-"""Skin and lining that are farther apart at rest than this do not feel each other, on a face of average size, mm."""
-
-THINNEST, THINNEST_STRAIGHT = 0.3, 0.1
-"""Lips resist as they are pressed to the first share of their thickness at rest to the nearest skin, and to the second
-one to the skin that is the most straight across, which is farther.
-"""
-
-SOFT = 0.1
-"""Stiffness against the second one, relative to that against the nearest: as stiff as it, lips that roll in would move
-by fits and starts.
-"""
-
-STRAIGHT, BESIDE = 0.5, 0.3
-"""Cosine of the angle between the normal of a triangle and the way to it, above which it is the other side of the
-flesh; and cosine between the normal of the vertex and this way below which the way leads through the flesh.
+THINNEST = 0.3
+"""Lips resist as they are pressed to this share of their thickness at rest to the nearest skin, and to a third of it to
+the skin that is the most straight across, which is farther.
 """
 
 
@@ -206,20 +164,21 @@ def behind_lips(face: Face, area: Array) -> Samples:
     points, near = face.points_mm, around_mouth(face)
     normals, triangles = face.normals, face.triangles[near[face.triangles].any(axis=1)]
     facing, middles = triangle_normals(points, triangles), points[triangles].mean(axis=1)
-    vertices, reach = np.flatnonzero(near), THICKEST * face.frame.scale * face.unit
+    vertices, reach = np.flatnonzero(near), 15.0 * face.frame.scale * face.unit  # of the thickest lips, mm
     closest, straight = np.full((2, len(vertices)), -1)
     for v, vertex in enumerate(vertices):
         way = middles - points[vertex]
         away = np.linalg.norm(way, axis=1)
         across, beside = (facing * way).sum(axis=1), way @ normals[vertex]
-        through = np.flatnonzero((away < reach) & (across > STRAIGHT * away) & (beside < BESIDE * away))
+        # A triangle is the other side of the flesh if the way to it goes along its normal, and not along the vertex's.
+        through = np.flatnonzero((away < reach) & (across > 0.5 * away) & (beside < 0.3 * away))
         if len(through):
             closest[v] = through[away[through].argmin()]
             straight[v] = through[((beside - across) / away)[through].argmin()]
     found = []
     for k, which, least, soft in (
         (closest, closest >= 0, THINNEST, 1.0),
-        (straight, straight != closest, THINNEST_STRAIGHT, SOFT),
+        (straight, straight != closest, 0.1, 0.1),  # as stiff, lips that roll in would move by fits and starts
     ):
         k, own = k[which], vertices[which]
         thickness = (facing[k] * (middles[k] - points[own])).sum(axis=1)
@@ -252,7 +211,7 @@ def closing_forces(face: Face, area: Array) -> Array:
     slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up
     flat = squeezed(points, up)
     for side in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
-        for vertex in np.flatnonzero(near & (side * looks_up < LOOKS_ACROSS)):
+        for vertex in np.flatnonzero(near & (side * looks_up < -0.2)):
             beyond = (side * slopes > 1e-12) & (side * middles < side * points[vertex] @ up)
             others = triangles[beyond & (triangles != vertex).all(axis=1)]
             k, shares, beside = closest_triangle(flat, others, flat[vertex])
@@ -265,28 +224,6 @@ def closing_forces(face: Face, area: Array) -> Array:
 
 # --- lids -----------------------------------------------------------------------------------------
 
-
-LID_SHELL = 1.3
-"""Skin farther from the centre of an eye than this many radii does not reach the other lid."""
-
-FROM_MARGIN = np.deg2rad(20.0)
-"""Nor does skin farther than this from the margin of its lid, as seen from the centre of the eye."""
-
-HALVES = 0.05, 0.02
-"""The edges that a vertex meets reach at least as far to both sides, in widths of the eye: short ones turn with every
-fold of a mesh, and long ones cut off what bulges in the corners of shut eyes, so both are met.
-"""
-
-LAYER = 0.03
-"""Edges are as far from an eye as a vertex is if they are so up to this share of its radius: lids with a thickness tilt
-as they shut, and what reached the farthest at rest falls behind.
-"""
-
-LID_DISTANCE = 0.1
-"""Lids that are farther apart at rest touch at this distance, mm: a chink too narrow to see."""
-
-ALL_ALONG = np.linspace(-0.1, 1.1, 481)
-"""Places along the lids at which the edges are looked for that reach the farthest towards the other lid."""
 
 ALONG_LIDS = 0.5
 """Edges that run along the lids: by more than this share of their length."""
@@ -329,7 +266,7 @@ def lid_ridges(face: Face) -> IntArray:
         lids = _Lids(face, opening, edges)
         for upper in (True, False):
             ends = lids.edges(upper)
-            highest = _highest(ALL_ALONG, lids.along[ends], lids.inwards(upper)[ends])
+            highest = _highest(np.linspace(-0.1, 1.1, 481), lids.along[ends], lids.inwards(upper)[ends])
             found.append(ends[np.unique(highest[highest >= 0])])
     return np.concatenate(found)
 
@@ -342,10 +279,11 @@ class _Lids:
         self.along, self.elevation, self.distance = opening.polar(points)
         self._points, self._edges, self._outwards = points, edges, opening.axes[0]
         lines = opening.lines(self.along)
-        near = (self.distance < LID_SHELL * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
+        # Skin farther from the eye, or than 20 degrees from the margin of its lid, does not reach the other one.
+        near = (self.distance < 1.3 * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
         near &= (np.abs(self.along - 0.5) < 0.5 + CORNER) & (self.distance >= eye.core)
         self._upper = self.elevation > 0.5 * (lines[0] + lines[1])
-        self._near = near & (np.abs(self.elevation - np.where(self._upper, *lines)) < FROM_MARGIN)
+        self._near = near & (np.abs(self.elevation - np.where(self._upper, *lines)) < np.deg2rad(20.0))
 
     def of(self, upper: bool) -> BoolArray:
         """Return True (n,) for the vertices of one lid."""
@@ -384,8 +322,13 @@ def _facing_lid(face: Face, opening: EyelidOpening, edges: IntArray, area: Array
     """
     lids = _Lids(face, opening, edges)
     vertices, ends = np.flatnonzero(lids.of(upper)), lids.edges(not upper)
-    far = np.abs(lids.distance[vertices, None] - lids.distance[ends].mean(axis=1)) > LAYER * opening.eye.radius
-    kinds = [(half, np.zeros_like(far)) for half in HALVES] + [(min(HALVES), far)]
+    # Edges are as far from an eye as a vertex is up to this share of its radius: lids with a thickness tilt as they
+    # shut, and what reached the farthest at rest falls behind.
+    far = np.abs(lids.distance[vertices, None] - lids.distance[ends].mean(axis=1)) > 0.03 * opening.eye.radius
+    # The edges reach at least as far to both sides, in widths of the eye: short ones turn with every fold of a mesh,
+    # and long ones cut off what bulges in the corners of shut eyes, so both are met.
+    wide, narrow = 0.05, 0.02
+    kinds = [(wide, np.zeros_like(far)), (narrow, np.zeros_like(far)), (narrow, far)]
     pairs = [lids.met(vertices, ends, not upper, *kind) for kind in kinds]
     met = np.unique(np.concatenate(pairs), axis=0)
     start, end = (face.points[met[:, k]] - opening.eye.centre for k in (1, 2))
@@ -395,7 +338,7 @@ def _facing_lid(face: Face, opening: EyelidOpening, edges: IntArray, area: Array
     (vertices, *ends), turned = met[parting].T, (facing[parting] > 0.0) != upper
     triangles = np.column_stack([*ends, np.full(len(turned), centre)])
     triangles[turned] = triangles[turned][:, [1, 0, 2]]
-    return of_vertices(vertices, triangles, LID_DISTANCE, EYE_STIFFNESS * area)
+    return of_vertices(vertices, triangles, 0.1, EYE_STIFFNESS * area)  # a chink too narrow to see, mm
 
 
 def _highest(places: Array, along: Array, heights: Array, left_out: BoolArray | None = None) -> IntArray:

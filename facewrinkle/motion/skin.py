@@ -48,27 +48,6 @@ from .minimizer import Factors, Minimizer
 from .self_contact import closing_forces, tied_lips
 from .skin_mesh import SKIN_VERTICES, SkinMesh
 
-FOR_EXPRESS = "Names of expressions and action units, and of pairs of muscles, are for express()."
-"""Said where a name is that of no muscle."""
-
-INVERSION_STIFFNESS = 20.0
-"""Stiffness of the inversion barrier against triangles that turn over, relative to the membrane stiffness."""
-
-CLEARED_IN = 6
-"""Steps that take the skin out of what it was put into; see :meth:`Skin.cleared`."""
-
-AT_REST = 1e-6
-"""Displacements below which relaxed skin is at rest, mm."""
-
-MOST_HALVINGS = 2
-"""A step that does not converge is halved at most this many times."""
-
-TIE = 10.0
-"""Stiffness of springs that tie lips, relative to those along edges."""
-
-THIN_LIDS = 0.97
-"""Share of its bending stiffness that the skin of the lids, the thinnest of the body, lacks."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class SkinMaterial:
@@ -240,7 +219,7 @@ class Skin:
             ties = np.ascontiguousarray(points[tied[:, 1]] - points[tied[:, 0]])
             self._edges, self._rest = np.vstack([self._edges, tied.astype(np.uint32)]), np.vstack([self._rest, ties])
             self._length = np.append(self._length, np.linalg.norm(ties, axis=1))
-            self._stiffness = np.append(self._stiffness, np.full(len(tied), TIE * np.median(self._stiffness)))
+            self._stiffness = np.append(self._stiffness, np.full(len(tied), 10.0 * np.median(self._stiffness)))
 
     def _matrices(self, face: Face) -> tuple[csr_array, csr_array, Array]:
         """Return those of the stiffness in bending (n, n) and of the forces (3 n, k), and the resistance (n,)."""
@@ -258,7 +237,7 @@ class Skin:
         full = self.material.bending
         stiffness = np.full(len(self._rest_points), full)
         for joint in face.joint_weights.values():
-            thin = (1.0 - THIN_LIDS * joint.hold) * full
+            thin = (1.0 - 0.97 * joint.hold) * full  # the skin of the lids is the thinnest of the body
             stiffness[joint.vertices] = np.minimum(stiffness[joint.vertices], thin)
         bending = laplacian.T @ diags_array(stiffness / self._area) @ laplacian
         return csr_array(0.5 * (bending + bending.T))
@@ -410,12 +389,13 @@ class Skin:
         UnknownNameError, ParameterError
             For a muscle that the face does not have, or a rate outside [0, 1].
         """
+        others = "Names of expressions and action units, and of pairs of muscles, are for express()."
         if not isinstance(rates, Mapping):
-            raise ParameterError(f"rates must be a dictionary of muscles and rates, received {rates!r}. {FOR_EXPRESS}")
+            raise ParameterError(f"rates must be a dictionary of muscles and rates, received {rates!r}. {others}")
         out = np.zeros(len(self.names))
         for name, rate in rates.items():
             if name not in self.names:
-                raise UnknownNameError(f"{unknown_name('muscle', name, self.names)} {FOR_EXPRESS}")
+                raise UnknownNameError(f"{unknown_name('muscle', name, self.names)} {others}")
             out[self.names.index(name)] = check_range(f"the contraction rate of {name}", rate, 0.0, 1.0)
         return out
 
@@ -481,7 +461,7 @@ class Skin:
         self._minimizer.reset()
         self.contacts.reset()
         self._place(self.rates)
-        for _ in range(CLEARED_IN):
+        for _ in range(6):
             self._velocity = np.zeros_like(self._rest_points)
             self._advance(self.time_step)
         return self.displacement
@@ -490,7 +470,7 @@ class Skin:
         """End at rest, exactly, once nothing pulls at skin that is as good as there."""
         if not self._placed.any():
             left = max(np.abs(self._displacement).max(), self.time_step * np.abs(self._velocity).max())
-            if 0.0 < left < AT_REST:
+            if 0.0 < left < 1e-6:  # mm
                 self.reset()
 
     def _advance(self, h: float, halvings: int = 0) -> None:
@@ -507,7 +487,7 @@ class Skin:
             return float(value + kernels.inertia(u, target, old, self._mass, drag, h, gradient))
 
         end = self._minimizer.minimized(objective, old)
-        if not end.converged and halvings < MOST_HALVINGS:
+        if not end.converged and halvings < 2:
             for _ in range(2):
                 self._advance(0.5 * h, halvings + 1)
             return
@@ -542,8 +522,9 @@ class Skin:
         )
         x, triangles = self._rest_points + u, (self._corners, self._facing_now, self.contacts.flats.double_area)
         kernels.shares_of_area(x, *triangles, self._shares)
+        # The barrier is twenty times as stiff as the membrane.
         energy += kernels.volume(
-            u, x, *triangles, self._shares, self._shares_at_rest, m.smallest_area, INVERSION_STIFFNESS,
+            u, x, *triangles, self._shares, self._shares_at_rest, m.smallest_area, 20.0,
             (self._shift, self._normals, self._across, self._heights), self._excess, gradient,
         )  # fmt: skip
         energy += kernels.tethers(u, self._shift, self._along, bending.indptr, self._bent, bending.data, gradient)

@@ -25,26 +25,6 @@ SKIN_VERTICES = 4400
 WORTHWHILE = 1.5
 """A face that has more than this times as many vertices gets a mesh of its own for the skin."""
 
-# Wanted lengths of the edges on a face of average size, mm; all are scaled together to the number of vertices.
-
-FINEST, GROWTH, FACIAL = 1.0, 0.12, 5.0
-"""Length on the margins of lids and the rims of lips, nostrils and holes, its growth per mm from there, and the largest
-on the face.
-"""
-
-AT_CORNERS, GROWTH_FROM_CORNERS = 0.2, 0.16
-"""Largest length at the corners of mouth and eyes, and its growth per mm from there: the skin is crumpled there, and
-vertices between others that move apart cannot follow.
-"""
-
-FACE_REACH, GROWTH_BEYOND, LARGEST = 30.0, 0.2, 14.0
-"""Skin farther than the first from every landmark is not of the face: there lengths grow by the second per mm, up to
-the third.
-"""
-
-CORNERS = tuple(name.format(side) for name in ("mouth_{}", "eye_{}_inner", "eye_{}_outer") for side in "lr")
-"""Landmarks at the corners of mouth and eyes."""
-
 
 class SkinMesh:
     """The mesh on which the skin of a face is simulated.
@@ -124,6 +104,11 @@ def edge_lengths(face: Face, count: int) -> Array:
     """Return the wanted length (n,) of the edges at each vertex, in the unit of the mesh, for fewer vertices than
     the face has.
 
+    On a face of average size they are 1 mm on the margins of lids and the rims of lips, nostrils and holes, grow by
+    0.12 mm per mm from there, up to 5 mm, and beyond the face by 0.2 mm per mm, up to 14 mm. At the corners of mouth
+    and eyes they are 0.2 mm at most, and 0.16 mm more per mm from there: the skin is crumpled there, and vertices
+    between others that move apart cannot follow. All are scaled together to the number of vertices.
+
     Examples
     --------
     The skin is finest at the lips, and coarsest at the back of the head; mm:
@@ -138,10 +123,12 @@ def edge_lengths(face: Face, count: int) -> Array:
 
     scale, points = face.frame.scale, face.points
     from_rims = cKDTree(points[_rims(face)]).query(points)[0] / scale
-    beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - FACE_REACH
-    length = np.minimum(FINEST + GROWTH * from_rims, FACIAL) + GROWTH_BEYOND * np.maximum(beyond, 0.0)
-    from_corners = cKDTree(np.array([face.landmarks[name] for name in CORNERS])).query(points)[0] / scale
-    length = scale * np.minimum(np.minimum(length, AT_CORNERS + GROWTH_FROM_CORNERS * from_corners), LARGEST)
+    # Skin farther than 30 mm from every landmark is not of the face.
+    beyond = cKDTree(np.array(list(face.landmarks.values()))).query(points)[0] / scale - 30.0
+    length = np.minimum(1.0 + 0.12 * from_rims, 5.0) + 0.2 * np.maximum(beyond, 0.0)
+    corners = [name.format(side) for name in ("mouth_{}", "eye_{}_inner", "eye_{}_outer") for side in "lr"]
+    from_corners = cKDTree(np.array([face.landmarks[name] for name in corners])).query(points)[0] / scale
+    length = scale * np.minimum(np.minimum(length, 0.2 + 0.16 * from_corners), 14.0)
     # Two equilateral triangles for each vertex cover the face; where it is coarser, its own vertices are all there are.
     share = vertex_areas(points, face.triangles) / (np.sqrt(0.75) * length**2)
     usual = float(np.sqrt(share.sum() / count))

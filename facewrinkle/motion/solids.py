@@ -28,12 +28,6 @@ skin, 1/mm^2. The strongest muscle presses lips a hundredth of a millimeter deep
 and the plates of lids press harder.
 """
 
-CUT = 0.05
-"""Depth to which an edge between two samples on a surface may cut it, mm."""
-
-AROUND_EYE = 1.6
-"""Skin nearer to the centre of an eye than this many radii can meet the eyeball."""
-
 
 class Samples(NamedTuple):
     """Samples of the skin, each with the triangle or the solid that it meets; mm.
@@ -155,7 +149,7 @@ def met_solids(face: Face, area: Array, angle: float = 0.0) -> tuple[Solids, Sam
     found: list[Samples] = []
     for eye in face.eyes:
         centre, radius = eye.centre * face.unit, eye.radius * face.unit
-        near = np.linalg.norm(points - centre, axis=1) < AROUND_EYE * radius
+        near = np.linalg.norm(points - centre, axis=1) < 1.6 * radius  # skin farther away cannot meet it
         room = (1.0 / LID_ROOM - 1.0) * radius
         found.append(samples_of(face, near, EYE_STIFFNESS * area, radius, -1 - len(solids), room))
         solids.append((centre, np.zeros((3, 3)), np.array([-1.0, radius]), 0.0))
@@ -201,7 +195,7 @@ def samples_of(
     middles: bool = False,
 ) -> Samples:
     """Return samples: the `near` vertices, and the middles of edges that are so long that they would cut a surface of a
-    given radius, mm, by more than `CUT`.
+    given radius by more than 0.05 mm.
 
     Parameters
     ----------
@@ -234,13 +228,14 @@ def samples_of(
         edges = edges[near[edges].all(axis=1)]
     edges = edges.astype(np.int64)
     ends = face.points[edges] * face.unit
+    cut = radius * 0.05
     # An edge whose length has the square e cuts a sphere by e / 8 r; the middle of a triangle with the middles of its
     # edges on the sphere, by the sum of its three e / 72 r.
-    edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * radius * CUT]
+    edges = edges[((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1) > 8.0 * cut]
     triangles = face.triangles[near[face.triangles].all(axis=1) & middles].astype(np.int64)
     ends = face.points[triangles] * face.unit
     squares = ((ends - np.roll(ends, 1, axis=1)) ** 2).sum(axis=(1, 2))
-    triangles = triangles[squares > 72.0 * radius * CUT]
+    triangles = triangles[squares > 72.0 * cut]
     corners = np.concatenate([np.repeat(vertices[:, None], 3, axis=1), edges[:, [0, 1, 1]], triangles])
     which = np.repeat([0, 1, 2], [len(vertices), len(edges), len(triangles)])
     shares = np.array([[1.0, 0.0, 0.0], [0.5, 0.5, 0.0], [1 / 3, 1 / 3, 1 / 3]])[which]
