@@ -1,7 +1,5 @@
 """Files that commands write, as tests read them."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

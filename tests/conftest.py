@@ -1,7 +1,5 @@
 """What the tests share: the built-in face, real faces beside the repository, and played expressions."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import signal

@@ -1,7 +1,5 @@
 """Shared by tests of pictures: held expressions, places on the screen, differences of pictures."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parts for the built-in head, for several tests."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyvista as pv
 

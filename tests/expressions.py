@@ -1,7 +1,5 @@
 """Faces of simulations that come to an expression."""
 
-from __future__ import annotations
-
 import pytest
 import pyvista as pv
 

@@ -1,7 +1,5 @@
 """Margins of lids, and faces whose eyes are closed by skin, for several tests."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyvista as pv
 

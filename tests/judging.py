@@ -3,8 +3,6 @@
 FACEWRINKLE_NODE_MODULES names a folder with gltf-validator, three and puppeteer-core.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

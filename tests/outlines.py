@@ -1,7 +1,5 @@
 """How far outlines are from smooth."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import ConvexHull
 

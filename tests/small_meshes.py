@@ -1,7 +1,5 @@
 """Small meshes for tests, comparisons of meshes, squares in the plane and lines on spheres."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyvista as pv
 from scipy.spatial import Delaunay

@@ -1,7 +1,5 @@
 """A page without a browser: what it sends and receives over a real socket."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

@@ -4,8 +4,6 @@ before a shallow lining, shut lids, and a mouth that is a bag with gums.
 What is added comes after the vertices of the built-in head, ring by ring, so tests know what each vertex is.
 """
 
-from __future__ import annotations
-
 import warnings
 from functools import lru_cache, partial
 

@@ -8,8 +8,6 @@ tear           a SheddingTear of the same; closed, outside, and where it was led
 errors         too coarse, presets without landmarks, compressed skin; paths that are none, off, crossing or torn
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 

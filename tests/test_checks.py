@@ -5,8 +5,6 @@ numbers, vectors, pictures          | what they allow, one by one
 wrong values of public functions    | an error of the package, whose message names the remedy
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The command line from outside: wrong input, wrong usage, help, progress and logs."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """One door for every file: what a user names is opened by `files.py` and read by `mesh/formats`, nowhere else."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

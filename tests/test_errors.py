@@ -1,7 +1,5 @@
 """Packages that may be missing: the extras of pyproject.toml, and what is said without them; reports of problems."""
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

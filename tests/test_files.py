@@ -1,7 +1,5 @@
 """Folders and files that can be written, and those that cannot; a pipe is not waited for."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

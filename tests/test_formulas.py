@@ -1,7 +1,5 @@
 """Formulas of the site: docutils turns each into MathML."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

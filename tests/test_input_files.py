@@ -1,7 +1,5 @@
 """What is read is an ordinary file, and no command replaces it."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -6,8 +6,6 @@ the top level                                               | what users name, a
 the rooms that docs/architecture.rst and CONTRIBUTING.md list | the same table
 """
 
-from __future__ import annotations
-
 import ast
 import re
 from pathlib import Path

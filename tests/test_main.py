@@ -1,7 +1,5 @@
 """Ctrl-C, SIGTERM and SIGHUP at any moment of a command."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

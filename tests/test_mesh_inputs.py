@@ -4,8 +4,6 @@ what                         | checked against
 each function with each form | what it makes of the PolyData that the form was made of
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

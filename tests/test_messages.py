@@ -1,7 +1,5 @@
 """What formulas say about numbers they cannot use (parameter, allowed, received), and the line that warnings name."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

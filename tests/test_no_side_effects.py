@@ -5,8 +5,6 @@ the examples in docstrings of the package       | digests of all arguments, befo
 layers, muscles, tears and motion while they go | the same
 """
 
-from __future__ import annotations
-
 import dataclasses
 import doctest
 import functools

@@ -5,8 +5,6 @@ frames                digests of all points and triangles of a run in this threa
 pickles               the same face and frame, to the last bit
 """
 
-from __future__ import annotations
-
 import hashlib
 import multiprocessing
 import pickle

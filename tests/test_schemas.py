@@ -1,7 +1,5 @@
 """Values from outside: what is said of those that are refused, in everybody's words."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, is_dataclass
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Reports of the analyses in quick mode, made once."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from importlib import import_module
 

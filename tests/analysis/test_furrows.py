@@ -8,8 +8,6 @@ smoothed change of a bump         a Gaussian convolved with a Gaussian, whose La
 correlation and size              fields of known correlation
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

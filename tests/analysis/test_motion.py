@@ -1,7 +1,5 @@
 """Motion against captured shapes: the measures against closed forms, the muscles against the shapes of a real face."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from real_faces import FACES

@@ -3,8 +3,6 @@
 No test checks how fast it was.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

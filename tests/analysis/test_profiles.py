@@ -1,7 +1,5 @@
 """Sections and their report, against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

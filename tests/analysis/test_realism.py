@@ -7,8 +7,6 @@ lines of the young              ten captured people
 order and depth of ageing       Takema and others 1997, Tsukahara and others 2015, published depths
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import LinearNDInterpolator

@@ -1,7 +1,5 @@
 """Reports: what is printed, written, and shown on the page."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

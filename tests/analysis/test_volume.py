@@ -1,7 +1,5 @@
 """The report on volume: the integrals that vanish, and the effects that change them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """A head with parts beside its skin."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -11,8 +11,6 @@ files of one's own              what is wrong with them, in the message
 Names with numbers, as text.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import tomllib

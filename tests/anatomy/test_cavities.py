@@ -3,8 +3,6 @@
 The built-in head's mouth is an opening; closed with a pocket of skin, as most heads of games are, it is a bag.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -6,8 +6,6 @@ direction          the gradient of q by differences
 on faces           where the skin of captured faces creases; beside the corner of a mouth, wherever it moves
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from expressions import after

@@ -1,7 +1,5 @@
 """Openings between lids, the margins of these, and lids that close, and follow the eye."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

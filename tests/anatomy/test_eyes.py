@@ -1,7 +1,5 @@
 """Eyeballs lie where the lids do, turn, and are turned by muscles; an eye that is not open lies behind its skin."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

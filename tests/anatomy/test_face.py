@@ -8,8 +8,6 @@ skull                       below the skin everywhere, by the depth of the tissu
 copies                      with_muscles leaves the face as it was
 """
 
-from __future__ import annotations
-
 import dataclasses
 import pickle
 from xml.etree import ElementTree

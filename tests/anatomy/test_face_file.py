@@ -1,7 +1,5 @@
 """Faces in files: what was written comes back, and what was not written by us is refused."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -11,8 +11,6 @@ what is no face                 refused
 given landmarks                 kept
 """
 
-from __future__ import annotations
-
 import json
 import warnings
 

@@ -8,8 +8,6 @@ units                           the same face
 errors                          their messages
 """
 
-from __future__ import annotations
-
 import dataclasses
 import time
 import warnings

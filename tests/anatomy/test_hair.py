@@ -1,7 +1,5 @@
 """Long hair, cropped hair and beards: where they grow and hang, how long, and what becomes of them in a person."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """The built-in head: topology, triangles, symmetry, landmarks, lids, lips, and that the code makes the stored file."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Identities: parameters do what they say, faces stay whole, and expressions work on everybody."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import cache
 

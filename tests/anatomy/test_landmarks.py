@@ -10,8 +10,6 @@ swapped, missing, unreadable    the messages
 reading, writing                both JSON forms; each other
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -9,8 +9,6 @@ force                                Theta1 Theta2 written out; its direction; i
 zones, reach                         their definition, triangle by triangle; random points of the region
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Parts that come with a face beside its skin: named by place and size, and moved with eyes, jaw, lids and head."""
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -3,8 +3,6 @@
 The tongue: a closed body that keeps its volume on its way out.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

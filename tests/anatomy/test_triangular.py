@@ -6,8 +6,6 @@ any widths                the fiber through a point, intersected line by line
 recoil                    the pull mirrored behind the attachment; with 1 it adds up to nothing
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

@@ -5,8 +5,6 @@ names of one shape         each other, as writers spell them
 ARKit's 52 names           a unit for each but two, by side
 """
 
-from __future__ import annotations
-
 import pytest
 
 import facewrinkle as fw

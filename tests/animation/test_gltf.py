@@ -11,8 +11,6 @@ which mesh, which animation the choice among several
 what cannot be read         the errors that name it
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from glb_files import GltfFile

@@ -1,7 +1,5 @@
 """What comes with a face, through files and back: eyes with colors, hair with a photo that is partly transparent."""
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
 

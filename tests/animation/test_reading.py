@@ -5,8 +5,6 @@ a series that we wrote   the frames that went into it, times and all; the face t
 what cannot be played    the errors that name it
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -11,8 +11,6 @@ other numberings           permuted, fewer and unknown points
 bad input                  the errors that name what is wrong
 """
 
-from __future__ import annotations
-
 import dataclasses
 from types import SimpleNamespace
 

@@ -6,8 +6,6 @@ times outside, one key     the first and the last value, bit for bit
 bad input                  the errors that name what is wrong
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import CubicHermiteSpline

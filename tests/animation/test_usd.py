@@ -10,8 +10,6 @@ which mesh            the choice among several
 what cannot be read   the errors that name it
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation

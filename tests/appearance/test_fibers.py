@@ -6,8 +6,6 @@ in pictures           | over the muscle that contracts, redder; not through the 
 without muscles       | none
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """Brows and lashes: they go with the skin, and stay on it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import held

@@ -1,7 +1,5 @@
 """The inside of a mouth: it shows between parted lips, dark; its lower teeth go with the jaw; its tongue comes out."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import held, on_screen

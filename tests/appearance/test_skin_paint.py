@@ -1,7 +1,5 @@
 """Color by place, symmetric and the same on a moved face; furrows lose light, and gathered skin reddens."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """What is drawn is smooth: outlines without corners, wrinkles where they were, hairs on the same surface."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from expressions import after

@@ -1,7 +1,5 @@
 """Skin as it is drawn: small holes are closed, large ones are dim inside, and a mouth's lining has no back."""
 
-from __future__ import annotations
-
 import gc
 import pickle
 import weakref

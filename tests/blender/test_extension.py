@@ -8,8 +8,6 @@ tears in a pose                        the way of the nearest skin, by Blender's
 what is refused                        one sentence, and nothing done
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

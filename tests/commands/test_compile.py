@@ -1,7 +1,5 @@
 """Compiling ahead: what commands call afterwards is compiled, and nothing else is left behind."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

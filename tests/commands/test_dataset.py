@@ -1,7 +1,5 @@
 """``facewrinkle dataset``: what it makes, checks and prints; samples themselves are not drawn here."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``facewrinkle express`` from outside: its files, its lines, and its options."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``facewrinkle fit`` from outside: what it finds, and how other commands take it."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """``facewrinkle info`` and ``atlas`` from outside: names, and the content of files."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Faces by the options that choose one."""
 
-from __future__ import annotations
-
 import time
 import warnings
 

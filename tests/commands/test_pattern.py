@@ -1,7 +1,5 @@
 """``facewrinkle pattern`` from outside: what it writes, and what it refuses."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """``facewrinkle play`` from outside: what it prints, what it writes, and with which code it ends."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The recorder behind the commands that play something."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from unittest.mock import Mock
 

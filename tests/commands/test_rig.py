@@ -1,7 +1,5 @@
 """``facewrinkle rig`` and ``--save-animation``; the extension for Blender, against what Blender asks for."""
 
-from __future__ import annotations
-
 import ast
 import json
 import tomllib

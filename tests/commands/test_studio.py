@@ -6,8 +6,6 @@ a signal            | what was changed just before is in the session
 a saved session     | it shows whom the command named, read anywhere
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os

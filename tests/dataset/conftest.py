@@ -1,7 +1,5 @@
 """A small set that tests look at, and copy."""
 
-from __future__ import annotations
-
 import pytest
 
 SPEC = {"size": [48, 48], "quick": True, "shard": 2, "per_person": 2, "tears": {"share": 0.0}}

@@ -1,7 +1,5 @@
 """Sets: the same bytes whoever makes them, whole or absent, read by others' loaders, with the same entries for all."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Labels against other methods: ray casts, VTK's own projection, the same point in two views."""
 
-from __future__ import annotations
-
 from itertools import islice, pairwise
 
 import numpy as np

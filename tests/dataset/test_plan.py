@@ -1,7 +1,5 @@
 """What is drawn for a sample: the same for the same number, expressions that occur in faces."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 

@@ -1,7 +1,5 @@
 """Specifications: defaults, limits, distributions, errors that name what is meant."""
 
-from __future__ import annotations
-
 import shutil
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One's own pictures behind faces, and environment maps that light them."""
 
-from __future__ import annotations
-
 import io
 import zlib
 

@@ -1,7 +1,5 @@
 """A check finds what was done to a set, and names the shard and the file; so does a program that others wrote."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -7,8 +7,6 @@ vertices that come later the middle of their parents
 point caches             the frames, byte by byte
 """
 
-from __future__ import annotations
-
 import struct
 from functools import cache
 

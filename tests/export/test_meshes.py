@@ -1,7 +1,5 @@
 """Meshes for other programs: what PyVista (VTK) and trimesh read back must be what was written, corner by corner."""
 
-from __future__ import annotations
-
 import base64
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Movies: what ffmpeg reads back must be what was written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from command_files import movie_frames

@@ -1,7 +1,5 @@
 """Time series: what VTK's own reader reads back must be what was written."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

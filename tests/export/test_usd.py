@@ -5,8 +5,6 @@ files                  UsdValidation, which finds an error in a broken one
 shapes and animation   the skin as UsdSkel bakes it
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -3,8 +3,6 @@
 `make outside` runs the code of both.
 """
 
-from __future__ import annotations
-
 import ast
 import doctest
 import inspect

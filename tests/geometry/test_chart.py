@@ -7,8 +7,6 @@ gradients              affine functions
 smoothly_interpolated  quadratic functions, exactly
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

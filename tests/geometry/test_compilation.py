@@ -1,7 +1,5 @@
 """Machine code: kept where it can be, and done without where nothing can be written."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

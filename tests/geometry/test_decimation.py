@@ -7,8 +7,6 @@ lengths of edges                those that were asked for
 triangles                       none turns over on a bumpy sheet; shapes on a sphere
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pyvista as pv
 from hypothesis import example, given, settings

@@ -8,8 +8,6 @@ samples of pixels               the largest of each, by a loop
 Shadows and openness, where closed forms tell them.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

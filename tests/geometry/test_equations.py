@@ -10,8 +10,6 @@ A (Eq. 10)                  sin(pi epsilon / 2) point by point
 gamma (Eq. 19)              the printed quotient of normals, where its denominator is not small
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import get_args

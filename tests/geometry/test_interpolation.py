@@ -16,8 +16,6 @@ BoxTree              VTK's locator, one place after the other, on small and larg
 degenerate triangle  the segment or point that it is
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -6,8 +6,6 @@ detail_normals  its definition in numpy; the smooth normals, exactly, where noth
 vertex_areas    the area of the mesh; Heron's formula
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -8,8 +8,6 @@ angles                                 the M0 triangles and their single bisecti
 coarsening everything                  M0, bit for bit
 """
 
-from __future__ import annotations
-
 import tracemalloc
 from functools import lru_cache
 

@@ -5,8 +5,6 @@ closest_rotations  scipy's `Rotation.align_vectors`; batches against one at a ti
 rigid_motion       a known rotation and shift, with some points that moved otherwise
 """
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 

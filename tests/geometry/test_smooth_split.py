@@ -1,7 +1,5 @@
 """Split triangles: no cracks, rims stay, and new points lie on the ball that the corners are of."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

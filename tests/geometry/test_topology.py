@@ -1,7 +1,5 @@
 """Connectivity of triangle meshes, checked against dictionaries, and on surfaces of known topology; rings; orders."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 
 import numpy as np

@@ -10,8 +10,6 @@ the given points                      themselves: they do not change
 heights                               the radius of a hollow, and area vectors computed plainly
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -9,8 +9,6 @@ a slit                               the sides do not know each other
 smoothness                           bend of the interpolated field between the triangles of the nodes
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

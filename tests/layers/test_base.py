@@ -5,8 +5,6 @@ arrays                  the errors that name the layer, what is allowed and what
 other types             the frame with the arrays as they should be, bit for bit
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -16,8 +16,6 @@ two muscles, one fold       the one with the deeper wrinkles alone
 a contracted skin, replayed the wrinkles that the contraction itself made
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay

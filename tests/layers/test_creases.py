@@ -1,7 +1,5 @@
 """Creases of old skin: there at rest, once each, deeper in motion, and gone where the skin is stretched."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

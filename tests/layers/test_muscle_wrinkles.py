@@ -14,8 +14,6 @@ leveled heights                as much above as below where that can be had; the
 linings                         exactly 0 there, on a head with a mouth's bag and sockets
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from expressions import PAPER, after

@@ -8,8 +8,6 @@ seams            odd gamma: the jump that it would make, refused; even gamma: no
 dimple           depth in proportion to the strength, its t inverted
 """
 
-from __future__ import annotations
-
 import mpmath
 import numpy as np
 import pytest

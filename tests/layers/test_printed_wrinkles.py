@@ -12,8 +12,6 @@ both atlases            half of each wrinkling region has skin that its own musc
 sequences               what relaxes is smooth; each expression is as from rest, whatever came before
 """
 
-from __future__ import annotations
-
 from math import pi
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A studio on the built-in face, and a browser where there is one."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

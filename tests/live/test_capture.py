@@ -6,8 +6,6 @@ a second of silence        | the face is released; the document and its history 
 bad packets                | nothing happens, and the next good one is taken
 """
 
-from __future__ import annotations
-
 import socket
 import struct
 from contextlib import closing

@@ -6,8 +6,6 @@ what is refused            | nothing has changed; the message names what is allo
 files                      | written and read again
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

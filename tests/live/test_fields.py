@@ -4,8 +4,6 @@ numbers of formulas | put in again, they add up to the heights of the layers, be
 who made it         | the muscle whose own W is the deepest there; the pattern that was placed
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

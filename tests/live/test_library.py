@@ -6,8 +6,6 @@ faces of a document       | refitted from the same landmarks
 names                     | never taken twice
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from studio_pages import head_files

@@ -25,8 +25,6 @@ a mesh that is dropped            | its face is shown, and undone
 a lost connection, a new server   | the page goes on, or says what to do
 """
 
-from __future__ import annotations
-
 import base64
 import io
 import itertools

@@ -4,8 +4,6 @@ what pages send  | whatever comes is a command with checked arguments, or an err
 what they get    | what is decoded is what was encoded; what a page has is not sent again
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

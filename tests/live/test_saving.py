@@ -10,8 +10,6 @@ a link to elsewhere  | gets another name, and what it leads to stays
 stopped              | an error, and nothing in the terminal
 """
 
-from __future__ import annotations
-
 import io
 import json
 import threading

@@ -10,8 +10,6 @@ a page that stalls or vanishes              | others go on at their pace; no mor
 files of the page                           | only those of the package; a strict content policy
 """
 
-from __future__ import annotations
-
 import socket
 import time
 from contextlib import suppress

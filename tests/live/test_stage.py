@@ -5,8 +5,6 @@ random changes, good and bad | face, layers and tears are those of the document
 another person               | what was placed on the skin keeps the numbers of its triangle
 """
 
-from __future__ import annotations
-
 import contextlib
 
 import numpy as np

@@ -9,8 +9,6 @@ undo                   | the face before
 a take                 | a performer of its own in a Simulation, at rest
 """
 
-from __future__ import annotations
-
 import json
 import select
 import socket

@@ -9,8 +9,6 @@ fibers of muscles, as far as positions are whole       | those of pictures
 pins                                                   | places at rest, by the corners that they are told to have
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from expressions import after

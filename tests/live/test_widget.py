@@ -1,7 +1,5 @@
 """The widget, without a notebook: its messages, and its module in a browser."""
 
-from __future__ import annotations
-
 import base64
 import json
 

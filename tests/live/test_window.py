@@ -11,8 +11,6 @@ a disk that is full         | told once, and the session is saved at the end, wh
 what cannot be done         | a sentence, and the document as it was
 """
 
-from __future__ import annotations
-
 import ast
 import functools
 import json

@@ -7,8 +7,6 @@ points of a turned head      | scipy's rotation
 frames of a simulation       | what was asked of it
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

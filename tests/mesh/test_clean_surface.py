@@ -1,7 +1,5 @@
 """Repair of meshes that were spoiled on purpose: the result must be the mesh before the damage."""
 
-from __future__ import annotations
-
 import re
 import warnings
 

@@ -4,8 +4,6 @@
 meshes to try things on.
 """
 
-from __future__ import annotations
-
 import warnings
 from functools import lru_cache
 

@@ -5,8 +5,6 @@ arrays of the user, by every such name   the same face, frame, files and picture
 a frame that becomes a face              the same face of its bare points and triangles
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """Repair: meshes are spoiled on purpose; what comes back is the mesh before the damage, or as whole as it was."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 

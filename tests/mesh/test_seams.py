@@ -4,8 +4,6 @@ The oracle is a ball whose texture coordinates are longitude and latitude: at th
 every point has two. On each triangle of the base mesh they are linear.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -5,8 +5,6 @@ what a file tells                     the same after PyVista has turned the mesh
 numbers of pieces that make no sense  the mesh without them
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ motions that do not fit      the errors that name what is wrong
 measured compression         the scaling that the motion applies; computed once, and only when asked for
 """
 
-from __future__ import annotations
-
 import dataclasses
 import types
 from contextlib import nullcontext

@@ -6,8 +6,6 @@ other skin              nothing is different there
 lining on the gums      that which muscles pull as they do other skin
 """
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

@@ -6,8 +6,6 @@ forces of contacts              scipy's non-negative least squares; the conditio
 heights above planes            linear algebra; half stiffness times depth squared; differences
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -10,8 +10,6 @@ memory                    contacts that have looked nowhere else
 forces of contacts        scipy's non-negative least squares with dense matrices
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ parts of a step           the way of each point in each of them
 joints that yield         the rates of the muscles that they yield to
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

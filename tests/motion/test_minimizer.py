@@ -8,8 +8,6 @@ contacts                        springs on a stiff floor, written out
 forces at single vertices        columns of the inverse
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -10,8 +10,6 @@ violent mixtures on the built-in head  the oracle: lips in each other, triangles
 a mouth that is half sewn              the vertices of its rim: they stay together
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from skins import held, settled

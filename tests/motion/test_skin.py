@@ -12,8 +12,6 @@ insertions                        they move towards the attachment
 what skins of one face share      the same bytes as made anew
 """
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 

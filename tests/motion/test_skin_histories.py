@@ -9,8 +9,6 @@ the jaw                     the way between where the skin was and where it ends
 threads                     each other, byte by byte
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -11,8 +11,6 @@ rest, release, settling               rest
 cost of a fine face                   its vertices only follow: the simulated mesh does not grow
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree

@@ -8,8 +8,6 @@ once went wrong  | skin in teeth where its lining turns into the mouth; a triang
                  | over in a jump, and slivers at the corner of the mouth; lips through each other at their front edge
 """
 
-from __future__ import annotations
-
 import pytest
 
 from analysis.subjects import names, subject

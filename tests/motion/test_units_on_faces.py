@@ -1,7 +1,5 @@
 """Action units on the faces at hand: which way the skin goes, and how far, as the Facial Action Coding System says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from skins import settled

@@ -4,8 +4,6 @@ With "bare", none of the extras is installed: what needs one must end with 1 and
 needs an extra runs after it, in the same folder, and README's commands. First words, such as "rig", choose commands.
 """
 
-from __future__ import annotations
-
 import re
 import shlex
 import signal

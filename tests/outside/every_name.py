@@ -3,8 +3,6 @@
 A name that needs a package of an extra must say so by our own error.
 """
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import pkgutil

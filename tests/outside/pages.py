@@ -4,8 +4,6 @@ The code blocks of a page run in turn, with fewer people, frames, shapes and tex
 as "start"; default: all.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import sys

@@ -5,8 +5,6 @@ python read_dataset.py
 Readers that are not installed are named.
 """
 
-from __future__ import annotations
-
 import re
 import runpy
 import subprocess

@@ -8,8 +8,6 @@ Mesa's software renderer draws the same pixels in every run. A graphics card dra
 baselines are skipped, and tests that need none still run. ``-m "not pictures"`` leaves all of them out.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Pictures as arrays: put together, written and read back, shown pixel by pixel."""
 
-from __future__ import annotations
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """The key light casts shadows on every face, and on what is between its lids and lips."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import SMALL, difference, on_screen

@@ -1,7 +1,5 @@
 """Photos on faces, and heads that move as a whole, in pictures."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 

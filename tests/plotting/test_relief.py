@@ -1,7 +1,5 @@
 """The micro-relief of the skin in pictures: where it is seen, what strain does to it, and what it leaves alone."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

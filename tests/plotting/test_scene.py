@@ -1,7 +1,5 @@
 """Pictures of frames: what must differ differs where it must, and nothing else; no absolute pixel values."""
 
-from __future__ import annotations
-
 import gc
 
 import numpy as np

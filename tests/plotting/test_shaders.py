@@ -1,7 +1,5 @@
 """Shaders: corners of triangles are as good as pixels; behind a tear lies the skin, bent, and all else stays."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

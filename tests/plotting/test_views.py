@@ -1,7 +1,5 @@
 """Views: they look at the place of their name, from the side of their name, and show what they have to."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigs of the built-in head that the tests of this room share. Not to be changed."""
 
-from __future__ import annotations
-
 import pytest
 
 import facewrinkle as fw

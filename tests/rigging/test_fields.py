@@ -6,8 +6,6 @@ correctives    the simulation of the mixture, with and without them; the product
 fading         a ramp
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -7,8 +7,6 @@ captured shapes           ICT's, by the cosine of the displacements
 age                       simulations whose lines have an age
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from small_meshes import area_vectors

@@ -7,8 +7,6 @@ flush          its factors at vertices
 tangents       a plane that is turned and mirrored
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -6,8 +6,6 @@ merged, unused, dropped ones what lies at their place; the nearest skin
 eyes of the mesh itself      Kabsch's rotation about their centre
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -6,8 +6,6 @@ what is modeled            the rig's shapes
 the head                    rotations about one point
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -7,8 +7,6 @@ sealed lips                their distance at rest
 puffed cheeks, rolled lips which skin goes where
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

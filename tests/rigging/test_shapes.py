@@ -1,7 +1,5 @@
 """Names of shapes and what each face can make of them."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

@@ -7,8 +7,6 @@ angles          rotation matrices in the axes of the camera
 cases           what the README of the forms that people asked about, made up for it, says that each holds
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -6,8 +6,6 @@ JSON                the same take as a table
 turns of the head   rotation matrices
 """
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

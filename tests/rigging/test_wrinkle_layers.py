@@ -7,8 +7,6 @@ files       Pillow
 played      a rig whose mesh has the wrinkles, in three.js, also with a head of others', and on a page
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

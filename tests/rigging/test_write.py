@@ -9,8 +9,6 @@ a page of its own           what a browser without a window shows
 Some need Node, see `judging`.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

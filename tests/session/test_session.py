@@ -7,8 +7,6 @@ places on triangles           | the same numbers of the same triangle on another
 sessions of earlier versions  | open, with coordinates as places
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import fields
 from pathlib import Path

@@ -7,8 +7,6 @@ fields(muscle)          the muscle's own formula, of every muscle, also at rest;
 the table of fields     docs/howto/fields.rst against the arrays of frames
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -13,8 +13,6 @@ faces     frames of layers that other faces have used, against those of new laye
 shapes    groups by the names of a recording's shapes; motions without names, by direction; faces that lack muscles
 """
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import replace
 

@@ -7,8 +7,6 @@ point data of the mesh  affine functions of the rest position, to 1e-12; nearest
 frames over time        their fingerprints, later; a second simulation
 """
 
-from __future__ import annotations
-
 import dataclasses
 from types import SimpleNamespace
 

@@ -12,8 +12,6 @@ faces                   freed once nobody holds them
 bad input               the errors that name what is wrong
 """
 
-from __future__ import annotations
-
 import dataclasses
 import gc
 import weakref

@@ -8,8 +8,6 @@ wrinkled triangles      those of the bare surface below: they face the same side
 what is too fine        the errors that name it, and their remedies
 """
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Surfaces that tears run down."""
 
-from __future__ import annotations
-
 import pytest
 import pyvista as pv
 

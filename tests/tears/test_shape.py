@@ -8,8 +8,6 @@ waves            the convolution with a bell written out
 solid            volume of prisms under a piecewise linear roof; each side met once in each direction
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import astuple
 

@@ -8,8 +8,6 @@ averages over neighbors         constants, which stay, and a sum of squares, whi
 noise                           its variance, grains and seeds
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The runner of what is tried from outside; its scripts are run by `make outside`."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

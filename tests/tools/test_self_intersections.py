@@ -1,7 +1,5 @@
 """Intersections of a mesh with itself: checked against pymeshlab, and on meshes that are known to cross or not."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -6,8 +6,6 @@ the cheap tests            | the exact ones on all triangles; a naive loop over 
 sequences                  | what they are to hold; the spec alone decides
 """
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np

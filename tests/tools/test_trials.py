@@ -1,7 +1,5 @@
 """Folds that run through each other; long runs that are stopped and go on, whatever becomes of their processes."""
 
-from __future__ import annotations
-
 import os
 import time
 

@@ -1,7 +1,5 @@
 """A network that finds furrows: its parts against definitions, and all of it on a set whose answer is known."""
 
-from __future__ import annotations
-
 import io
 import json
 import tarfile

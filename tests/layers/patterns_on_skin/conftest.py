@@ -1,7 +1,5 @@
 """Patterns of all kinds, and a surface to lay them on."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

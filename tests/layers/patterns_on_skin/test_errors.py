@@ -3,8 +3,6 @@
 Each message says what is wrong, what is allowed, what was received, and what to do.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ displacement      the points of the same motion without layers, moved along thei
 recorded motion   a number, a function of time and measured compression as strengths, beside each other
 """
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

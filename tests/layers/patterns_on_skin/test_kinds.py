@@ -9,8 +9,6 @@ even wrinkles        the paper's formulas
 crease, splay        their defining properties
 """
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np

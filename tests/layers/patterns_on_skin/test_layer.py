@@ -8,8 +8,6 @@ refinement           triangles only where the pattern is; half a wavelength has 
 stacking             W is the sum of the layers; on skin, on recordings
 """
 
-from __future__ import annotations
-
 import warnings
 
 import numpy as np

@@ -8,8 +8,6 @@ valid vertices    their number; their evenness; the same draw before and after r
 errors            each says what is wrong
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

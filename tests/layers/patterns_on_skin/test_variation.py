@@ -8,8 +8,6 @@ seeds          the same again; others for others; the same on any mesh
 continuity     across the borders between wrinkles
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

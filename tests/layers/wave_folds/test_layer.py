@@ -14,8 +14,6 @@ errors                the messages
 Factors of the depth of folds by places: what they are there, far from there, and in between.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

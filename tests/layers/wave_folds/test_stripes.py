@@ -7,8 +7,6 @@ edges                 the distance to a border, and through a flap to its other 
 firmness              none along edges, whole away from them; little where skin hangs below the brow
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

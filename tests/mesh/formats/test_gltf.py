@@ -1,7 +1,5 @@
 """glTF and USD files by their structure, written here byte by byte; damaged ones are refused, never believed."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import resource

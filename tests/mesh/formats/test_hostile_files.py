@@ -1,7 +1,5 @@
 """Damaged and boobytrapped files: an error of ours, soon, or a good mesh; never a crash or a hang."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

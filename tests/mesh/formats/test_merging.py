@@ -5,8 +5,6 @@ formats         two sheets that share a border, written by pxr, VTK, our writer 
 repair          the numbers of points and of border edges that went in
 """
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import pyvista as pv

@@ -1,7 +1,5 @@
 """PLY files: text and binary, whole and damaged."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from small_meshes import same_triangles

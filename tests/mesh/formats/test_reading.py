@@ -1,7 +1,5 @@
 """Files and meshes of other libraries, against a naive parser of OBJ and the meshes that files were written from."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 from types import SimpleNamespace

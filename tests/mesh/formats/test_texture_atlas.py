@@ -8,8 +8,6 @@ USD                materials of meshes and of subsets of faces, in files and in 
 parts              the photo of each part of a head from an OBJ file
 """
 
-from __future__ import annotations
-
 import dataclasses
 import warnings
 import zipfile

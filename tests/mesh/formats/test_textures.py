@@ -1,7 +1,5 @@
 """Images that files name or hold, in files written here."""
 
-from __future__ import annotations
-
 import base64
 import shutil
 import warnings
