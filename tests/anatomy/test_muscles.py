@@ -470,12 +470,14 @@ def zone_by_definition(muscle, points, triangles):
     """Each triangle with a corner in the region, or another of the 45 places of one that is large beside the muscle;
     and all that share a vertex with one.
     """
-    fine = pv.PolyData.from_regular_faces(points[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3))
-    fine = fine.subdivide(3, "linear")  # of triangles that are apart
-    parts = muscle.wrinkling_region(fine.points)[fine.regular_faces].any(axis=1).reshape(len(triangles), -1)
     a, b, c = np.swapaxes(points[triangles], 0, 1)
     large = np.linalg.norm([a - b, b - c, c - a], axis=2).max(axis=0) > 0.5 * muscle.reach[1]
-    touched = np.where(large, parts.any(axis=1), muscle.wrinkling_region(points)[triangles].any(axis=1))
+    touched = muscle.wrinkling_region(points)[triangles].any(axis=1)
+    if large.any():
+        corners = points[triangles[large]].reshape(-1, 3)  # of triangles that are apart
+        fine = pv.PolyData.from_regular_faces(corners, np.arange(len(corners)).reshape(-1, 3)).subdivide(3, "linear")
+        parts = muscle.wrinkling_region(fine.points)[fine.regular_faces].any(axis=1)
+        touched[large] = parts.reshape(large.sum(), -1).any(axis=1)
     return np.isin(triangles, triangles[touched]).any(axis=1)
 
 

@@ -70,6 +70,7 @@ def test_numbers_of_vertices_that_make_no_sense(face, count):
         SkinMesh(face, count)
 
 
+@pytest.mark.slow
 def test_a_finer_face_has_no_larger_mesh(face, mesh):
     finer = SkinMesh(split(face, 2))
     assert len(finer.vertices) < 1.1 * len(mesh.vertices)

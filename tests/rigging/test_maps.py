@@ -29,6 +29,12 @@ SIZE = 2048
 
 
 @pytest.fixture(scope="module")
+def small(face):
+    """Maps of raised brows that are quickly made."""
+    return fw.bake_maps(face, "AU1", size=512)
+
+
+@pytest.fixture(scope="module")
 def raised(face):
     """Maps of raised brows, and the refined skin."""
     lines = [fold_layers(face, "wave", depth=4.2) for _ in range(2)]
@@ -44,6 +50,7 @@ def barycentric(corners, place):
     return out
 
 
+@pytest.mark.slow
 def test_the_normal_map_on_the_smooth_mesh_shows_the_refined_skin(raised):
     maps, fine = raised
     chart, triangles = corner_texture(fine), np.asarray(fine.regular_faces)
@@ -71,6 +78,7 @@ def test_the_normal_map_on_the_smooth_mesh_shows_the_refined_skin(raised):
     assert np.mean(flat) > 2.0 * np.mean(off)  # what the smooth mesh alone shows
 
 
+@pytest.mark.slow
 def test_heights_are_those_of_the_skin(raised):
     maps, fine = raised
     column, row = np.minimum(np.asarray(fine.active_texture_coordinates) * SIZE, SIZE - 1).astype(int).T
@@ -115,30 +123,28 @@ def test_texels_are_in_one_triangle_each():
     assert Texels(np.concatenate([square[triangles]] * 2), 33).shared == 1.0
 
 
-def test_the_flush_map_has_the_factors_of_the_vertices(face, raised):
-    maps, _ = raised
-    corners, triangles = corner_texture(maps.smooth), np.asarray(maps.smooth.regular_faces)
-    factors = flush(face, np.asarray(maps.smooth.points, float))
+def test_the_flush_map_has_the_factors_of_the_vertices(face, small):
+    corners, triangles = corner_texture(small.smooth), np.asarray(small.smooth.regular_faces)
+    factors = flush(face, np.asarray(small.smooth.points, float))
     for name in ("forehead_mid", "malar_l", "menton"):
         vertex = face.mesh.find_closest_point(face.landmarks[name])
         u, v = corners[triangles == vertex][0]
-        texel = maps.flush[int((1.0 - v) * SIZE), int(u * SIZE)]
+        texel = small.flush[int((1.0 - v) * 512), int(u * 512)]
         np.testing.assert_allclose(texel / 255.0, factors[vertex], atol=0.01)
-    assert maps.flush[maps.covered][:, 1].min() < 250
+    assert small.flush[small.covered][:, 1].min() < 250
 
 
-def test_files_of_maps(raised, tmp_path):
-    maps, _ = raised
-    files = {path.name: path for path in fw.write_maps(maps, tmp_path / "brows")}
+def test_files_of_maps(small, tmp_path):
+    files = {path.name: path for path in fw.write_maps(small, tmp_path / "brows")}
     assert set(files) == {
         f"brows_{name}" for name in ("normal.png", "height.png", "flush.png", "maps.obj", "maps.json")
     }
     with Image.open(files["brows_height.png"]) as picture:
-        np.testing.assert_array_equal(np.asarray(picture, np.uint16), maps.height)
-    assert json.loads(files["brows_maps.json"].read_text())["height"]["mm_at_65535"] == maps.most
+        np.testing.assert_array_equal(np.asarray(picture, np.uint16), small.height)
+    assert json.loads(files["brows_maps.json"].read_text())["height"]["mm_at_65535"] == small.most
     mesh = fw.read_surface(files["brows_maps.obj"])
-    np.testing.assert_allclose(mesh.points, maps.rest.points, rtol=1e-6)
-    np.testing.assert_allclose(mesh.active_texture_coordinates, maps.rest.active_texture_coordinates, atol=1e-6)
+    np.testing.assert_allclose(mesh.points, small.rest.points, rtol=1e-6)
+    np.testing.assert_allclose(mesh.active_texture_coordinates, small.rest.active_texture_coordinates, atol=1e-6)
 
 
 def test_a_face_without_texture_coordinates_gets_a_chart():

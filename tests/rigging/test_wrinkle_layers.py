@@ -58,7 +58,7 @@ def shown(layers, weights):
     return total / np.linalg.norm(total, axis=-1, keepdims=True)
 
 
-@pytest.mark.parametrize("unit", ["AU1", "AU4", "AU9"])
+@pytest.mark.parametrize("unit", ["AU4", *(pytest.param(unit, marks=pytest.mark.slow) for unit in ("AU1", "AU9"))])
 def test_layers_show_the_wrinkles_of_a_shape(face, layers, unit):
     single = fw.bake_maps(face, unit, size=SIZE)
     ours = shown(layers, {name: 1.0 for name, each in SHAPES.items() if each == unit})
