@@ -13,7 +13,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Literal
 
-from ..errors import unknown_name
+from ..errors import check_name, unknown_name
 
 ARKIT: Mapping[str, str] = MappingProxyType(
     {
@@ -234,8 +234,8 @@ def units_of(weights: Mapping[str, float], side: Literal["l", "r"] | None = None
     >>> units_of({"eyeLookOutLeft": 0.5, "eyeLookInRight": 0.25})
     {'AU61': 0.5}
     """
-    if side not in (None, "l", "r"):
-        raise unknown_name("side", side, ("l", "r"))
+    if side is not None:
+        check_name("side", side, ("l", "r"))
     found: dict[str, float] = {}
     for shape, weight in weights.items():
         stem, own = sided(shape)

@@ -173,12 +173,12 @@ def _tracks(
                 + said
             )
         raise MeshError(f"{document.path.name} holds no animation. {said}")
-    if name is not None and name not in clips:
-        raise unknown_name("animation", name, clips)
-    own = clips if name is None else {name: clips[name]}
-    first = next((clip for clip in own.values() if skin.moved_by & clip.keys()), {})
+    if name is not None:
+        check_name("animation", name, clips)
+        clips = {name: clips[name]}
+    first = next((clip for clip in clips.values() if skin.moved_by & clip.keys()), {})
     chosen = dict(first)
-    for clip in own.values() if first else ():
+    for clip in clips.values() if first else ():
         if not chosen.keys() & clip.keys():
             chosen |= clip
     counts = {model.node: len(model.names) for model in models}

@@ -20,9 +20,6 @@ from ..motion.base import Undriven
 from .action_units import looks_of
 from .recorded import OFF_REST, Recorded, same_places
 
-LEAST_MOTION = 0.003
-"""Parts that move on the head by less than this, in distances between the pupils, go along with the face."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Piece:
@@ -90,8 +87,8 @@ class PartMotion:
         return out
 
     def _moves(self, piece: _Piece, times: Array, pose: Callable[[float], Array]) -> bool:
-        """Return True if a piece moves on the head."""
-        still, recorded = LEAST_MOTION * self._face.frame.pupil_distance, piece.recorded
+        """Return True if a piece moves on the head; one that hardly does goes along with the face."""
+        still, recorded = 0.003 * self._face.frame.pupil_distance, piece.recorded
         if recorded.deltas is not None:
             reach = np.abs(recorded.track.values).max(axis=0)
             if any(np.abs(recorded.deltas[k][piece.numbers]).max() * reach[k] > still for k in np.flatnonzero(reach)):

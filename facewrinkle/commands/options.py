@@ -30,9 +30,6 @@ from ..session import Session, Subject
 from ..session.subject import age_of
 from ..simulation.fold_layers import Folds, fold_layers, with_printed_muscles
 
-MOST_NAMES = 8
-"""The most removed files that are named."""
-
 
 class Report:
     """Lines and tables of a command on stdout, and its progress on stderr; nothing when quiet."""
@@ -93,10 +90,10 @@ def removed_rows(stale: Sequence[Path]) -> dict[str, str]:
     >>> removed_rows([Path("output/head/rig/head.html")])
     {'removed, of an earlier run': 'head.html'}
     """
-    folders = {path.parent for path in stale}
+    folders, most = {path.parent for path in stale}, 8
     names = [path.name if len(folders) == 1 else f"{path.parent.name}/{path.name}" for path in stale]
-    more = f"\nand {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return {"removed, of an earlier run": "\n".join(names[:MOST_NAMES]) + more} if stale else {}
+    more = f"\nand {len(names) - most} more" if len(names) > most else ""
+    return {"removed, of an earlier run": "\n".join(names[:most]) + more} if stale else {}
 
 
 def parse_mixture(text: str, atlas: Atlas) -> dict[str, float]:

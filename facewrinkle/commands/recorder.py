@@ -28,11 +28,6 @@ from .options import OutputOptions, Report, removed_rows
 Drawing = Callable[[], Image]
 """A picture that is being drawn: waits for it, and returns it."""
 
-SEEN = 1.0 / 256.0
-"""Pixels by which something must move to be drawn again in a movie: an edge between black and white that moves less
-changes a color by one of its 256 steps. (Where a hair passes a sample, some 20 pixels of a picture change by more.)
-"""
-
 
 def beside(drawings: Iterable[Drawing]) -> Drawing:
     """Return a function that waits for pictures that are being drawn, and returns them side by side."""
@@ -221,7 +216,9 @@ class Scenes(ExitStack):
         For movies: a frame that nobody could tell from the last one that was drawn is not drawn again.
         """
         finest = min(height_of(self.face, style) / style.size[1] for style in styles)
-        if self._last is not None and self._last[0] == styles and _alike(frame, self._last[1], SEEN * finest):
+        # An edge between black and white that moves less changes a color by one of its 256 steps. (Where a hair passes
+        # a sample, some 20 pixels of a picture change by more.)
+        if self._last is not None and self._last[0] == styles and _alike(frame, self._last[1], finest / 256.0):
             return self._last[2]
         drawing = cache(beside(self._scene(style).begun(frame) for style in styles))
         self._last = styles, frame.copy(), drawing  # frames may be filled again

@@ -39,20 +39,8 @@ from .spec import TIME_STEP, Spec
 from .surroundings import files_of, place
 from .visible import Camera
 
-ATTEMPTS = 5
-"""So many draws of a sample are tried before it counts as failed."""
-
-IN_PICTURE = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
-"""At least three of these landmarks must lie in the picture, or another one is drawn."""
-
-
 LEVEL = 2
 """Level of compression of pictures and arrays."""
-
-HELD_STEP = 0.1
-"""Seconds of a step where only the face at rest matters: it gets there in two thirds of the work, and nearer, than with
-steps as short as those of clips.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,13 +167,13 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
             If no draw was good.
         """
         refused: list[str] = []
-        for attempt in range(ATTEMPTS):
+        for attempt in range(5):
             plan = plan_of(self.spec, index, attempt)
             try:
                 return self._made(plan, refused)
             except BadDraw as problem:
                 refused.append(str(problem))
-        raise FaceWrinkleError(f"sample {index}: no draw of {ATTEMPTS} was good ({'; '.join(refused)}).")
+        raise FaceWrinkleError(f"sample {index}: no draw of {len(refused)} was good ({'; '.join(refused)}).")
 
     def _made(self, plan: Plan, refused: list[str]) -> list[Sample]:
         person, simulation = self.simulation_of(plan.person)
@@ -285,7 +273,8 @@ def simulation_of(spec: Spec, number: int) -> tuple[Person, Simulation]:
     person = person_of(spec, number)
     face = face_of(spec, person)
     options: dict[str, Any] = dict(person.folds)
-    step = TIME_STEP if spec.clip.frames > 1 else HELD_STEP
+    # Longer steps bring a face to rest in two thirds of the work, and nearer.
+    step = TIME_STEP if spec.clip.frames > 1 else 0.1
     return person, Simulation(face, layers=fold_layers(face, "wave", **options), time_step=step)
 
 
@@ -338,7 +327,8 @@ def fault_of(labels: dict[str, npt.NDArray[Any]], facts: dict[str, Any], size: t
     whose normal points away from the camera. A little of it is allowed: at the borders of lids and lips, normals are
     those of vertices.
     """
-    pixels = [facts["landmarks"][name]["pixel"] for name in IN_PICTURE if name in facts["landmarks"]]
+    shown = ("nose_tip", "glabella", "pogonion", "eye_l_outer", "eye_r_outer")
+    pixels = [facts["landmarks"][name]["pixel"] for name in shown if name in facts["landmarks"]]
     if pixels and sum(0 <= x < size[0] and 0 <= y < size[1] for x, y in pixels) < 3:
         return "the face is not in the picture"
     skin = labels["depth"] > 0
@@ -357,13 +347,6 @@ def face_of(spec: Spec, person: Person) -> Face:
     return face.aged(max(person.identity["age"], 0.0))
 
 
-HIDDEN = {"point": [0.0, 0.0, 0.0], "pixel": [-1.0, -1.0], "visible": False}
-"""A landmark that a face does not have."""
-
-NO_FURROW = {"number": 0, "source": "", "depth": 0.0, "length": 0.0, "pixels": 0, "box": [0, 0, 0, 0]}
-"""What the label 0 stands for: furrows are listed from it on."""
-
-
 def record_of(facts: dict[str, Any]) -> dict[str, Any]:
     """Return the facts of a picture as its JSON has them: the same names and types for every picture.
 
@@ -380,6 +363,8 @@ def record_of(facts: dict[str, Any]) -> dict[str, Any]:
     atlas, plan, person, files = load_atlas(), facts["plan"], facts["person"], facts["files"]
     names = [name for name in NAMES if name not in NOT_ON_SKIN]
     absent = dict.fromkeys((field.name for field in fields(Identity)), 0.0)
+    hidden = {"point": [0.0, 0.0, 0.0], "pixel": [-1.0, -1.0], "visible": False}
+    none = {"number": 0, "source": "", "depth": 0.0, "length": 0.0, "pixels": 0, "box": [0, 0, 0, 0]}  # the label 0
     return facts | {
         "plan": plan | {"expression": mixture_text(plan["expression"]), "tears": _or(plan["tears"], -1.0)},
         "person": person | {"monk": _or(person["monk"], 0), "identity": absent | person["identity"]}
@@ -388,8 +373,8 @@ def record_of(facts: dict[str, Any]) -> dict[str, Any]:
         "refused": "; ".join(facts["refused"]),
         "contractions": dict.fromkeys(atlas.muscles, 0.0) | facts["contractions"],
         "action_units": dict.fromkeys(atlas.action_units, 0.0) | facts["action_units"],
-        "landmarks": dict.fromkeys(names, HIDDEN) | facts["landmarks"],
-        "furrows": [NO_FURROW, *(furrow | {"box": furrow["box"] or NO_FURROW["box"]} for furrow in facts["furrows"])],
+        "landmarks": dict.fromkeys(names, hidden) | facts["landmarks"],
+        "furrows": [none, *(furrow | {"box": furrow["box"] or none["box"]} for furrow in facts["furrows"])],
     }  # fmt: skip
 
 

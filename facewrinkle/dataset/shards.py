@@ -31,9 +31,6 @@ from .plan import person_at
 from .sample import Sample, SampleMaker, compressed, row_of
 from .spec import Spec, code_digest
 
-MEAN_SIDE = 128
-"""Width and height of the mean picture, pixels, at most."""
-
 Sums = dict[str, npt.NDArray[Any]]
 
 
@@ -57,7 +54,7 @@ def sums_of(sample: Sample) -> Sums:
     from PIL import Image as Pillow
 
     reduced = Pillow.fromarray(sample.image)
-    reduced.thumbnail((MEAN_SIDE, MEAN_SIDE), Pillow.Resampling.BOX)
+    reduced.thumbnail((128, 128), Pillow.Resampling.BOX)  # the size of the mean picture at most
     small, colors = np.array(reduced, np.uint64), sample.image.reshape(-1, 3).astype(np.uint64)
     return {
         "pictures": np.array(1, np.uint64),
@@ -102,10 +99,6 @@ def mean_and_deviation(count: npt.ArrayLike, total: npt.NDArray[Any], squares: n
 
 STATE = "dataset.json"
 """The file in the folder of a set that tells which set it is."""
-
-
-MOST_SHARDS = 100_000
-"""The most shards of a set."""
 
 
 @dataclass
@@ -173,18 +166,18 @@ def shards_of(count: int, size: int) -> list[Shard]:
     Raises
     ------
     ParameterError
-        If there would be more than :data:`MOST_SHARDS`.
+        If there would be more than 100,000.
 
     Examples
     --------
     >>> [(shard.first, shard.last) for shard in shards_of(25, 10)]
     [(0, 10), (10, 20), (20, 25)]
     """
-    starts = range(0, count, size)
-    if len(starts) > MOST_SHARDS:
+    starts, most = range(0, count, size), 100_000
+    if len(starts) > most:
         raise ParameterError(
-            f"{count:,} samples make {len(starts):,} shards of {size:,}, and {MOST_SHARDS:,} are allowed. In the "
-            f"specification, set shard = {-(-count // MOST_SHARDS)} or more, or ask for fewer samples."
+            f"{count:,} samples make {len(starts):,} shards of {size:,}, and {most:,} are allowed. In the "
+            f"specification, set shard = {-(-count // most)} or more, or ask for fewer samples."
         )
     return [Shard(number, first, min(first + size, count)) for number, first in enumerate(starts)]
 

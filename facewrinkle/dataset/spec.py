@@ -43,9 +43,6 @@ NUMBERS: Mapping[str, Mapping[str, tuple[float, float]]] = {
 }  # fmt: skip
 """Numbers that are drawn, by table, and what is allowed of each."""
 
-MOST_FILES = 100_000
-"""The most files and folders that a pattern may match."""
-
 Finite = Annotated[float, Limits(-1e12, 1e12)]
 Weight = Annotated[float, Limits(0.0, 1e9)]
 Count = Annotated[int, Limits(1, 10**6)]
@@ -61,10 +58,6 @@ class Drawn:
     within: tuple[Finite, Finite] | None = None
     choice: Annotated[list[Any], Limits(1)] | None = None
     weights: list[Weight] | None = None
-
-
-TOGETHER = ({"uniform"}, {"normal"}, {"normal", "within"}, {"choice"}, {"choice", "weights"})
-"""Keys of a distribution."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +141,10 @@ def _distribution(written: Any, name: str, kind: Any, limits: tuple[float, float
         return Distribution((conforming(written, kind, name),), "choice", (1.0,))
     written = {"choice": written} if isinstance(written, list) else written
     table = conforming(written, Drawn, name)
-    if set(written) not in (TOGETHER if limits else TOGETHER[3:]):
-        allowed = ", ".join(" with ".join(sorted(keys)) for keys in (TOGETHER if limits else TOGETHER[3:]))
+    together = [{"uniform"}, {"normal"}, {"normal", "within"}] if limits else []
+    together += [{"choice"}, {"choice", "weights"}]
+    if set(written) not in together:
+        allowed = ", ".join(" with ".join(sorted(keys)) for keys in together)
         raise ParameterError(f"{name} must have {allowed}, received {', '.join(written) or 'none of them'}.")
     if table.choice:
         values = conforming(table.choice, list[kind], name)
@@ -423,9 +418,10 @@ def _files(table: dict[str, Any], key: str, folder: Path) -> tuple[InputFile, ..
     table[key] = str(Path(escape(str(folder.absolute()))) / Path(pattern).expanduser())
     if pattern.count("**") > 1:
         raise ParameterError(f"{key}: ** may stand once in a pattern, received {pattern[:80]!r}.")
-    seen = list(islice(iglob(table[key], recursive=True), MOST_FILES + 1))
-    if len(seen) > MOST_FILES:
-        raise ParameterError(f"{key}: more than {MOST_FILES:,} files and folders are like {pattern!r}. Name fewer.")
+    most = 100_000
+    seen = list(islice(iglob(table[key], recursive=True), most + 1))
+    if len(seen) > most:
+        raise ParameterError(f"{key}: more than {most:,} files and folders are like {pattern!r}. Name fewer.")
     found = sorted(path for path in map(Path, seen) if path.is_file())
     if not found:
         raise ParameterError(

@@ -21,9 +21,6 @@ from .plan import Person, Plan
 from .spec import InputFile, Spec, input_content
 from .visible import Camera
 
-LIGHT = 1.8
-"""Intensities of the three lamps of an environment together: exposure is set by it, as that of a camera."""
-
 
 def place(scene: Scene, plan: Plan, spec: Spec) -> None:
     """Give a scene the camera, the lamps and the background of a plan."""
@@ -120,14 +117,14 @@ def content_of(file: InputFile) -> bytes:
 def environment(file: InputFile) -> Array:
     """Return the radiance (h, w, 3) of an environment map, the uppermost row first.
 
-    It is scaled so that its three lamps have :data:`LIGHT` together, and white in their light 1.
+    It is scaled so that its three lamps have 1.8 together, and white in their light 1.
     """
     try:
         radiance = radiance_of(content_of(file), repr(file.path))
     except MeshError as problem:
         raise ParameterError(str(problem)) from None
     total = sum(intensity for _, _, intensity in lamps_in(radiance))
-    return radiance * (LIGHT / max(total, 1e-300))
+    return radiance * (1.8 / max(total, 1e-300))  # exposure is set by the three lamps together, as that of a camera
 
 
 def lamps_in(radiance: Array) -> list[Lamp]:

@@ -31,9 +31,6 @@ SUFFIXES = (".glb", ".gltf", ".pc2", *USD)
 TURN = 0.01
 """Normals that a target turns by less, in radians, are left as they are."""
 
-THIN = 0.02
-"""The largest distance of a point of a tear, whose film is three times as thick, from where it should be, mm."""
-
 
 def rest_models(face: Face, frame: pv.PolyData) -> dict[str, Model]:
     """Return the skin of a frame, "face", and all that is seen beside it, whether it is hidden now or not.
@@ -254,8 +251,9 @@ class AnimationWriter:
         # On the skin as targets show it: tears are thinner than these are off.
         shown = np.tensordot(weights, morphs["face"].deltas[:, : rest.n_points], axes=1)
         shown += models["face"].points[: rest.n_points].astype(np.float32)
+        thin = 0.02 / self.face.unit  # mm; the film of a tear is three times as thick
         for name, tear in self._sampled(tears, times, rest, shown).items():
-            models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, THIN / self.face.unit))
+            models[name], morphs[name], own_weights = _tear_targets(name, tear, min(allowed, thin))
             if own_weights.shape[1]:  # what does not move has nothing to follow
                 follow[name] = WeightTrack(times, own_weights)
         shapes = {name: morphs[name] for name in follow}

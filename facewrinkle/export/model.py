@@ -17,9 +17,6 @@ from ..errors import MeshError, ParameterError, check_type
 from ..geometry.normals import vertex_normals
 from ..mesh import COLORS, has_colors, in_bytes, split_at_seams, with_normals
 
-ORIGIN = " origin"
-"""Name of the array with the numbers of the frame's vertices while they are split at seams."""
-
 WATER_INDEX, WATER_OPACITY = 1.33, 0.3
 """Refractive index of tears, and their opacity in programs that do not refract."""
 
@@ -113,8 +110,8 @@ def is_hair(name: str) -> bool:
 def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
     """Return the skin of a frame, with the texture of its face."""
     check_type("face", face, Face, optional=True)
-    shaded = with_normals(frame)
-    shaded.point_data[ORIGIN] = np.arange(frame.n_points)
+    shaded, numbers = with_normals(frame), " origin"  # of the vertices, which seams split
+    shaded.point_data[numbers] = np.arange(frame.n_points)
     mesh = split_at_seams(shaded)
     uv, texture = mesh.active_texture_coordinates, None if face is None else face.texture
     if texture is not None and uv is None:
@@ -126,7 +123,7 @@ def skin_model(frame: pv.PolyData, face: Face | None) -> Model:
         points=np.asarray(mesh.points, dtype=np.float64),
         normals=np.asarray(mesh.point_data["Normals"], dtype=np.float64),
         triangles=np.asarray(mesh.regular_faces, dtype=np.int64),
-        origin=np.asarray(mesh.point_data[ORIGIN]),
+        origin=np.asarray(mesh.point_data[numbers]),
         uv=None if uv is None else np.asarray(uv, dtype=np.float64),
         colors=_colors(mesh, COLORS) if has_colors(mesh.point_data) else None,
         png=None if texture is None else png_of(texture),

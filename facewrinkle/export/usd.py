@@ -17,9 +17,6 @@ from .model import Model, Morphs, WeightTrack
 
 SUFFIXES = (".usd", ".usdc", ".usda")
 
-TICKS = 1000.0
-"""Time codes per second: a time code is a millisecond, whatever the steps of an animation are."""
-
 
 def write_usd(
     path: Path,
@@ -109,15 +106,15 @@ def write_usd(
     animation.CreateBlendShapesAttr(names)
     weights = animation.CreateBlendShapeWeightsAttr(np.zeros(len(names), np.float32))
     if tracks:
-        times = next(iter(tracks.values())).times  # those of all
+        times, ticks = next(iter(tracks.values())).times, 1000.0  # a time code is a ms, whatever the steps are
         rows = np.zeros((len(times), len(names)), np.float32)
         for part, track in tracks.items():
             rows[:, [names.index(name) for name in own[part]]] = track.weights
         for time, row in zip(times.tolist(), rows, strict=True):
-            weights.Set(Vt.FloatArray.FromNumpy(row), Usd.TimeCode(time * TICKS))
-        stage.SetStartTimeCode(float(times[0]) * TICKS)
-        stage.SetEndTimeCode(float(times[-1]) * TICKS)
-        stage.SetTimeCodesPerSecond(TICKS)
+            weights.Set(Vt.FloatArray.FromNumpy(row), Usd.TimeCode(time * ticks))
+        stage.SetStartTimeCode(float(times[0]) * ticks)
+        stage.SetEndTimeCode(float(times[-1]) * ticks)
+        stage.SetTimeCodesPerSecond(ticks)
         stage.SetFramesPerSecond(24.0)  # at which players are asked to show it
     source = UsdSkel.BindingAPI.Apply(skeleton.GetPrim())
     source.CreateAnimationSourceRel().SetTargets([Sdf.Path(animation.GetPath())])

@@ -15,7 +15,7 @@ from ..anatomy import Atlas, Face, Identity, JawMuscle, LinearMuscle, Muscle, Sh
 from ..anatomy.landmarks import NOT_ON_SKIN
 from ..animation.action_units import units_of
 from ..animation.recorded import Recorded
-from ..errors import ParameterError, unknown_name
+from ..errors import ParameterError, check_name
 from ..files import bytes_of
 from ..layers.patterns_on_skin.kinds import KINDS
 from ..layers.wave_folds.layer import REGIONS
@@ -51,9 +51,6 @@ from .protocol import (
 from .saving import SLOW, Folder, Kept, Order, SavingProcess, save
 from .server import Client, Server
 from .stage import Stage
-
-ALONG = (0.2, 0.35, 0.5, 0.05, 0.65, 0.8)
-"""Places of a muscle's handle along its fibers, from the insertion: the first with room is taken."""
 
 ROOM = 0.08
 """Distance of handles as seen from the front, in distances between the pupils."""
@@ -159,8 +156,8 @@ class Answers:
             case Copy():
                 return self.as_python(message.camera, client.shows)
             case Field():
-                if message.name not in (None, *FIELDS):
-                    raise unknown_name("field", message.name, FIELDS)
+                if message.name is not None:
+                    check_name("field", message.name, FIELDS)
                 client.shows = message
                 stage.wanted_fields = set().union(*(each.shows.parts for each in self.server.clients))
             case Play():
@@ -379,7 +376,8 @@ def pulls_of(face: Face) -> dict[str, dict[str, Any]]:
         if ends is None:
             continue
         begin, way = ends
-        shares = [0.0] if isinstance(muscle, JawMuscle) else ALONG
+        # Along the fibers, from the insertion: the first with room is taken.
+        shares = [0.0] if isinstance(muscle, JawMuscle) else [0.2, 0.35, 0.5, 0.05, 0.65, 0.8]
         places = [_on_skin(begin + share * way, face, normals) for share in shares]
         room = [np.linalg.norm(taken - place @ front, axis=1).min(initial=np.inf) for _, place in places]
         enough = [k for k, apart in enumerate(room) if apart > ROOM * face.frame.pupil_distance]

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from ..anatomy.atlas import Atlas
-from ..errors import unknown_name
+from ..errors import check_name, unknown_name
 from ..session import Session
 from ..session.session import START
 
@@ -122,8 +122,7 @@ class Document:
 
 def _set(data: dict[str, Any], path: Sequence[str], value: Any) -> str:
     """Set an entry of a table, or take it away, and return the name of the part."""
-    if not path or path[0] not in vars(START):
-        raise unknown_name("part of the session", path[0] if path else "", vars(START))
+    check_name("part of the session", path[0] if path else "", vars(START))
     table = data
     for name in path[:-1]:
         if not isinstance(table.get(name), dict):

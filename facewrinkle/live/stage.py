@@ -31,9 +31,6 @@ from .library import Library
 from .protocol import FIBERS, Box, Part, small_normals
 from .visible_parts import VisibleParts
 
-STILL, STILL_STEPS = 2e-3, 6
-"""The face is still when no point moves by more than the first, mm, in so many steps."""
-
 
 @dataclass(frozen=True, eq=False)
 class Shown:
@@ -326,8 +323,8 @@ class Stage(threading.Thread):
         arrived = player.arrived and not player.cries(self._clock)
         self._clock += self.time_step
         moved = self._moved(frame)
-        self._quiet = 0 if moved > STILL or not arrived or playing else self._quiet + 1
-        still = self._quiet >= STILL_STEPS
+        self._quiet = 0 if moved > 2e-3 or not arrived or playing else self._quiet + 1  # mm
+        still = self._quiet >= 6  # steps
         parts = self.parts.at(frame, exact=still)
         tears, layers = player.tears(frame, self._clock), player.simulation.layers
         parts += [self._tear_part(name, tear) for name, tear in tears.items()]

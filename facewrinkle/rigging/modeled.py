@@ -22,57 +22,8 @@ from ..geometry import cotangent_laplacian, smoothstep, symmetric_factors, verte
 
 # Lengths are in distances between the pupils (63 mm).
 
-FORWARD, DOWN = 0.085, 0.02
-"""Way of a jaw that is thrust forward, and the way down that the incisors need to clear each other."""
-
-ASIDE = 0.1
-"""Way of the chin when the jaw goes to one side."""
-
-MOUTH_ASIDE, MOUTH_REACH, ARCH = 0.2, 1.15, 0.55
-"""Way of a mouth that goes to one side, distance from its middle at which the skin stays, and radius of the dental arch
-around which it slides.
-"""
-
-PUFFED, PUFF_CENTRE = 0.19, np.array([0.0, 0.05, -0.8])
-"""Height of puffed cheeks at their highest, and the place, [lateral, up, forward], away from which the air pushes."""
-
-PUFF_SIZE = np.array([1.15, 0.7, 0.48, 1.6])
-"""Half the width, the heights above and below and the depth of the room between cheeks and gums, about the mouth."""
-
-PUFF_EDGE = 0.35
-"""Share of that room, from its middle, in which the cheeks come out by their full height."""
-
-PUFF_LIPS, PUFF_MOUTH = 0.45, 0.35
-"""Share of the height that the ring of muscle around the mouth takes from the lips, and half the width of that ring."""
-
-PUFF_NOSE = np.array([[0.0, 0.62], [0.45, 0.45]])
-"""Middle and half axes, [lateral, up], of where the nose holds the skin."""
-
-SEALED_WITHIN, SEAL_REACH, SEAL_UP = 0.1, 0.95, 0.9
-"""Lips at rest are this close at most; what the sealing of the lips moves lies this close to the mouth; and the share
-of the way back to rest that sealed lips take: the lower lip comes to the upper one.
-"""
-
-ROLL_UPPER, ROLL_LOWER, ROLL_STEPS = 0.1, 0.125, 10
-"""Ways that the skin of the upper and of the lower lip goes when it rolls in, and the number of steps of that way."""
-
-ROLL_REACH = 0.5
-"""Distance from the line of the lips at which the skin no longer rolls in."""
-
-ROLL_LIFT = 0.01
-"""Way of a lip towards the other one while it rolls in, which it becomes thinner by."""
-
-SMOOTHED_OVER = 12
-"""Vertices over which the normals of a lip are averaged."""
-
-LIFTED, LIFT_SIZE = 0.09, np.array([0.3, 0.24, 0.4])
-"""Way of an upper lip that a lower one pushes up, and the size of what goes along, [lateral, up, forward]."""
-
-LID_SHARE, LID_TURN = 0.2, np.deg2rad(30.0)
-"""Share of a sideways turn of the eye that the lids follow, and that turn."""
-
-LID_SHELL = (1.1, 1.75)
-"""Skin nearer to the centre of a ball than the first follows it so, and none beyond the second, in its radii."""
+PUFFED = 0.19
+"""Height of puffed cheeks at their highest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,12 +67,12 @@ class Movements:
         frame, out = self.face.frame, np.eye(4)
         hinges = [m.hinge for m in self.face.muscles.values() if isinstance(m, JawMuscle)]
         if name == "jaw_forward":
-            out[:3, 3] = self._world(np.array([0.0, -DOWN, FORWARD]))
+            out[:3, 3] = self._world(np.array([0.0, -0.02, 0.085]))  # down, so that the incisors clear each other
         elif name in ("jaw_left", "jaw_right") and hinges:
-            chin = self.face.landmarks["pogonion"]
+            chin, aside = self.face.landmarks["pogonion"], 0.1  # the way of the chin
             hinge = hinges[0] - ((hinges[0] - frame.origin) @ frame.axes[0]) * frame.axes[0]
             lever = float((chin - hinge) @ frame.axes[2]) / frame.pupil_distance
-            angle = np.arcsin(ASIDE / max(lever, 2.0 * ASIDE)) * (1.0 if name == "jaw_left" else -1.0)
+            angle = np.arcsin(aside / max(lever, 2.0 * aside)) * (1.0 if name == "jaw_left" else -1.0)
             turn = Rotation.from_rotvec(angle * frame.axes[1]).as_matrix()
             out[:3, :3], out[:3, 3] = turn, hinge - turn @ hinge
         return out
@@ -142,9 +93,9 @@ class Movements:
             case "mouth_left" | "mouth_right":
                 return self._aside(1.0 if name == "mouth_left" else -1.0)
             case "roll_upper":
-                return self._rolled(1.0, 1.0 - self.face.mandible_share, ROLL_UPPER)
+                return self._rolled(1.0, 1.0 - self.face.mandible_share, 0.1)
             case "roll_lower":
-                return self._rolled(-1.0, self.face.mandible_share, ROLL_LOWER)
+                return self._rolled(-1.0, self.face.mandible_share, 0.125)
             case "lift_upper":
                 return self._lifted()
             case "lids_in" | "lids_out":
@@ -153,24 +104,27 @@ class Movements:
                 return self.seal(np.zeros_like(self.face.points) if moved is None else moved)
 
     def _aside(self, sign: float) -> Array:
-        local = self._local
-        away = np.linalg.norm(local * [1.0, 1.25, 0.8], axis=1) / MOUTH_REACH
-        angle = sign * MOUTH_ASIDE / ARCH * smoothstep((1.0 - away) / 0.8)
-        return self._world(turned(local - np.array([0.0, 0.0, -ARCH]), np.array([0.0, 1.0, 0.0]), angle))
+        """Displacement (n, 3) of a mouth that slides to one side around the dental arch."""
+        local, way, arch = self._local, 0.2, 0.55
+        away = np.linalg.norm(local * [1.0, 1.25, 0.8], axis=1) / 1.15
+        angle = sign * way / arch * smoothstep((1.0 - away) / 0.8)
+        return self._world(turned(local - np.array([0.0, 0.0, -arch]), np.array([0.0, 1.0, 0.0]), angle))
 
     def _puffed(self) -> Array:
         """Displacement (n, 3) of cheeks and lips that air pushes away from the teeth.
 
         It is a smooth field of the place alone, so that lips stay on each other and their lining goes along.
         """
-        local = self._local
-        tall = np.where(local[:, 1] > 0.0, PUFF_SIZE[1], PUFF_SIZE[2])
-        ways = np.stack([local[:, 0] / PUFF_SIZE[0], local[:, 1] / tall, np.minimum(local[:, 2], 0.0) / PUFF_SIZE[3]])
-        away = np.cbrt((np.abs(ways) ** 3).sum(axis=0))
-        height = 1.0 - smoothstep((away - PUFF_EDGE) / (1.0 - PUFF_EDGE))
-        height *= smoothstep(np.linalg.norm((local[:, :2] - PUFF_NOSE[0]) / PUFF_NOSE[1], axis=1) / 0.6 - 0.4)
-        height *= 1.0 - PUFF_LIPS * np.exp(-((local[:, 0] / PUFF_MOUTH) ** 2))
-        outwards = (local - PUFF_CENTRE) * [1.0, 0.4, 1.0]
+        # Half the width, the heights above and below, and the depth of the room between cheeks and gums.
+        local, (wide, above, below, deep) = self._local, (1.15, 0.7, 0.48, 1.6)
+        tall = np.where(local[:, 1] > 0.0, above, below)
+        ways = np.stack([local[:, 0] / wide, local[:, 1] / tall, np.minimum(local[:, 2], 0.0) / deep])
+        away, full = np.cbrt((np.abs(ways) ** 3).sum(axis=0)), 0.35  # up to which the cheeks come out by all
+        height = 1.0 - smoothstep((away - full) / (1.0 - full))
+        # The nose holds the skin, and the ring of muscle around the mouth the lips.
+        height *= smoothstep(np.linalg.norm((local[:, :2] - [0.0, 0.62]) / [0.45, 0.45], axis=1) / 0.6 - 0.4)
+        height *= 1.0 - 0.45 * np.exp(-((local[:, 0] / 0.35) ** 2))
+        outwards = (local - [0.0, 0.05, -0.8]) * [1.0, 0.4, 1.0]
         outwards /= np.maximum(np.linalg.norm(outwards, axis=1, keepdims=True), 0.3)
         return self._world(PUFFED * height[:, None] * outwards)
 
@@ -182,36 +136,43 @@ class Movements:
         """
         local, half = self._local, self._half_width
         beyond = smoothstep((np.abs(local[:, 0]) / half - 0.65) / 0.5)
-        far = smoothstep((np.hypot(local[:, 1], np.minimum(local[:, 2] + 0.1, 0.0)) - 0.2) / (ROLL_REACH - 0.2))
+        far = smoothstep((np.hypot(local[:, 1], np.minimum(local[:, 2] + 0.1, 0.0)) - 0.2) / (0.5 - 0.2))
         weight = lip * (1.0 - beyond) * (1.0 - far)
         moving, near = np.flatnonzero(weight > 0.0), np.flatnonzero((lip > 0.5) & (np.abs(local).max(axis=1) < 1.0))
-        if not len(moving) or len(near) < SMOOTHED_OVER:
+        around, steps = 12, 10  # vertices over which normals are averaged, and steps of the way
+        if not len(moving) or len(near) < around:
             return np.zeros_like(local)
         tree = cKDTree(local[near])
         normals = (self.face.normals @ self.face.frame.axes.T)[near]
-        places, step = local[moving].copy(), amount / ROLL_STEPS * weight[moving, None]
-        for _ in range(ROLL_STEPS):
-            normal = normals[tree.query(places, SMOOTHED_OVER)[1]].mean(axis=1)
+        places, step = local[moving].copy(), amount / steps * weight[moving, None]
+        for _ in range(steps):
+            normal = normals[tree.query(places, around)[1]].mean(axis=1)
             along = sign * np.stack([np.zeros(len(places)), -normal[:, 2], normal[:, 1]], axis=1)
             places += step * along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 0.3)
         moved = np.zeros_like(local)
-        moved[moving] = places - local[moving] - [0.0, sign * ROLL_LIFT, 0.0] * weight[moving, None]
+        thinner = [0.0, sign * 0.01, 0.0]  # by which a lip comes towards the other one
+        moved[moving] = places - local[moving] - thinner * weight[moving, None]
         return self._world(moved)
 
     def _lifted(self) -> Array:
+        """Displacement (n, 3) of an upper lip that the lower one pushes up."""
         local = self._local - [0.0, 0.06, 0.0]
-        weight = np.exp(-((local / LIFT_SIZE) ** 2).sum(axis=1)) * (1.0 - self.face.mandible_share)
+        weight = np.exp(-((local / [0.3, 0.24, 0.4]) ** 2).sum(axis=1)) * (1.0 - self.face.mandible_share)
         weight = np.where(weight > 0.02, weight - 0.02, 0.0)
-        return self._world(LIFTED * weight[:, None] * np.array([0.0, 1.0, 0.15]))
+        return self._world(0.09 * weight[:, None] * np.array([0.0, 1.0, 0.15]))
 
     def _lids_aside(self, outwards: float) -> Array:
+        """Displacement (n, 3) of lids that follow a sideways turn of the eyes by 30 degrees to a fifth.
+
+        Skin within 1.1 radii of a ball follows it so, and none beyond 1.75.
+        """
         moved, points = np.zeros_like(self.face.points), self.face.points
         for eye in self.face.eyes:
             offset = points - eye.centre
             away = np.linalg.norm(offset, axis=1) / eye.radius
-            weight = 1.0 - smoothstep((away - LID_SHELL[0]) / (LID_SHELL[1] - LID_SHELL[0]))
+            weight = 1.0 - smoothstep((away - 1.1) / (1.75 - 1.1))
             near = np.flatnonzero((weight > 0.0) & (offset @ eye.gaze > 0.0))
-            angle = outwards * (1.0 if eye.side == "l" else -1.0) * LID_SHARE * LID_TURN * weight[near]
+            angle = outwards * (1.0 if eye.side == "l" else -1.0) * 0.2 * np.deg2rad(30.0) * weight[near]
             moved[near] = turned(offset[near], eye.up, angle)
         return moved
 
@@ -223,8 +184,9 @@ class Movements:
         """
         upper, lower = self.pairs
         target, (free, bending, solve) = np.zeros(moved.shape), self._sealing
-        target[lower] = (1.0 - SEAL_UP) * moved[upper] - moved[lower]
-        target[upper] = -SEAL_UP * moved[upper]
+        back = 0.9  # the share of the way to rest that sealed lips take: the lower one comes to the upper one
+        target[lower] = (1.0 - back) * moved[upper] - moved[lower]
+        target[upper] = -back * moved[upper]
         target[free] = solve(-(bending[:, free].T @ (bending @ target)))
         return target
 
@@ -233,7 +195,7 @@ class Movements:
         """Vertices that follow sealed lips, the bending (n, n) of the skin, and what solves its least squares."""
         held = np.zeros(len(self.face.points), bool)
         held[np.concatenate(self.pairs)] = True
-        near = np.linalg.norm(self._local, axis=1) < SEAL_REACH
+        near = np.linalg.norm(self._local, axis=1) < 0.95
         free = np.flatnonzero(near & ~held)
         points = self._scaled
         area = vertex_areas(points, self.face.triangles)
@@ -259,7 +221,7 @@ class Movements:
         points = self._scaled
         gaps, partner = cKDTree(points[lower]).query(points[upper])
         other_gaps, other = cKDTree(points[upper]).query(points[lower])
-        close, other_close = gaps < SEALED_WITHIN, other_gaps < SEALED_WITHIN
+        close, other_close = gaps < 0.1, other_gaps < 0.1
         pairs = np.concatenate(
             [
                 np.stack([upper[close], lower[partner[close]]], axis=1),

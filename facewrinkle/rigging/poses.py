@@ -18,14 +18,8 @@ from .modeled import Movements
 from .shapes import Shape, Side, shapes_named
 from .takes import Take
 
-STEP, STEPS, STILL = 1.0, 30, 0.005
-"""Skin comes to rest within so many steps of so many seconds; it is at rest when no vertex moves further, mm."""
-
 CLEARING = 0.0005
 """Time of the step that takes skin out of eyes, teeth and the other lip where modeled movements have brought it, s."""
-
-INSIDE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
-"""Barycentric coordinates of the points of a triangle that must clear the balls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +94,7 @@ class Posing:
 
     def __init__(self, face: Face) -> None:
         self.face, self.rest = face, face.points_mm
-        self._skin, self._clearing = Skin(face, STEP), Skin(face, CLEARING)
+        self._skin, self._clearing = Skin(face, 1.0), Skin(face, CLEARING)
         self._movements = Movements(face)
         self._untangling = Untangling(self.rest, face.triangles, *vertex_rings(face.triangles, len(self.rest)))
 
@@ -140,10 +134,10 @@ class Posing:
             return np.zeros_like(self.rest)
         skin.set_rates(rates)
         before = skin.displacement
-        for _ in range(STEPS):
+        for _ in range(30):
             skin.step()
             now = skin.displacement
-            if np.abs(now - before).max() < STILL:
+            if np.abs(now - before).max() < 0.005:  # mm
                 break
             before = now
         return np.array(now)
@@ -154,10 +148,12 @@ class Posing:
         A blend shape moves each vertex along a chord, and the skin of a lid goes along an arc around the ball.
         """
         out, triangles = base.copy(), self.face.triangles
+        # Barycentric coordinates of the points of a triangle that must clear the balls: corners, middles, centre.
+        inside = np.concatenate([np.eye(3), 0.5 * (1.0 - np.eye(3)), np.full((1, 3), 1.0 / 3.0)])
         for eye in self.face.eyes:
             centre, radius = eye.centre * self.face.unit, eye.radius * self.face.unit
             near = triangles[(np.linalg.norm(self.rest - centre, axis=1) < 2.0 * radius)[triangles].any(axis=1)]
-            start, end = (np.einsum("bc,tcx->tbx", INSIDE, (x - centre)[near]) for x in (self.rest, base))
+            start, end = (np.einsum("bc,tcx->tbx", inside, (x - centre)[near]) for x in (self.rest, base))
             allowed = np.minimum(np.linalg.norm(start, axis=2), np.linalg.norm(end, axis=2))
             floor = np.minimum(allowed, radius) - 0.05  # so much closer than at rest lids may come, mm
             low = _closest(start, end) < floor
@@ -167,7 +163,7 @@ class Posing:
             lifts[low] = _lifts(start[low], end[low], floor[low])
             lift = np.zeros(len(base))  # of each vertex, the largest in the triangles around it
             for corner in range(3):
-                np.maximum.at(lift, near[:, corner], (lifts * (INSIDE[:, corner] > 0.0)).max(axis=1))
+                np.maximum.at(lift, near[:, corner], (lifts * (inside[:, corner] > 0.0)).max(axis=1))
             # Skin that is pushed out takes along what lies around it, of either lid.
             out += _spread(lift, base, 0.4 * radius)[:, None] * (base - centre)
         return out

@@ -144,16 +144,6 @@ EXTRAS: Mapping[str, Shape] = MappingProxyType(
 SETS: Mapping[str, Mapping[str, Shape]] = MappingProxyType({"arkit": ARKIT, "visemes": VISEMES, "extras": EXTRAS})
 """Sets of shapes by name; "aus" and "expressions" stand for those of a face's atlas."""
 
-LACKS: Mapping[str, str] = MappingProxyType(
-    {
-        "mouth": "the lips of this mesh do not open",
-        "lips": "the lips of this mesh do not meet at rest",
-        "eyes": "the lids of this mesh do not open",
-        "tongue": "the tongue that came with the mesh does not move",
-    }
-)
-"""Reasons for which a shape is left out, by what it needs."""
-
 
 def shapes_of(asked: str, face: Face) -> tuple[dict[str, Shape], dict[str, str]]:
     """Return the shapes that a face can make of those asked for, and the reasons why others are left out, by name.
@@ -213,6 +203,12 @@ def _possible(
     """Return the shapes that a face can make, and the reasons why others are left out, after those given."""
     having = {"mouth": face.mouth_opens, "eyes": bool(face.eyelid_openings), "tongue": "tongue" not in face.parts}
     having["lips"] = having["mouth"] and len(Movements(face).pairs[0]) > 0
+    lacks = {
+        "mouth": "the lips of this mesh do not open",
+        "lips": "the lips of this mesh do not meet at rest",
+        "eyes": "the lids of this mesh do not open",
+        "tongue": "the tongue that came with the mesh does not move",
+    }
     possible: dict[str, Shape] = {}
     for name, shape in wanted.items():
         lacking = [need for need in shape.needs if not having[need]]
@@ -220,7 +216,7 @@ def _possible(
         if not face.landmarks:
             left_out[name] = "the mesh has no landmarks"
         elif lacking:
-            left_out[name] = LACKS[lacking[0]]
+            left_out[name] = lacks[lacking[0]]
         elif unknown:
             left_out[name] = f"the face has no muscles for {unknown[0]}"
         else:

@@ -40,13 +40,6 @@ triangles, nor takes, time and look.
 
 T = TypeVar("T", bound="Content")
 
-KNOWN: Mapping[str, tuple[str, Collection[str]]] = {
-    "landmarks": ("landmark", NAMES),
-    "regions": ("region of folds", REGIONS),
-    "identity": ("parameter of an identity", [each.name for each in fields(Identity)]),
-}
-"""What the entries of some parts are, and their names."""
-
 
 @dataclass(frozen=True)
 class Content:
@@ -74,8 +67,9 @@ class Content:
     def __post_init__(self, known: Atlas | None) -> None:
         for name, kind in kinds_of(Content).items():
             object.__setattr__(self, name, conforming(getattr(self, name), kind, name))
-        for part, (what, names) in KNOWN.items():
-            _check_names(what, getattr(self, part), names)
+        _check_names("landmark", self.landmarks, NAMES)
+        _check_names("region of folds", self.regions, REGIONS)
+        _check_names("parameter of an identity", self.identity, [each.name for each in fields(Identity)])
         _check_names("pattern", (pattern.kind for pattern in self.patterns.values()), KINDS)
         _check_names("view", [self.look.view] if isinstance(self.look.view, str) else [], VIEWS)
         atlas = known or (read_atlas(self.atlas) if self.atlas else load_atlas())

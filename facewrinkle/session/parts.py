@@ -17,9 +17,6 @@ from ..schemas import Limits, Share, kinds_of
 LONGEST = 600.0
 """Seconds of a timeline at most."""
 
-ROUNDED = 6
-"""Digits after the point of an offset from the skin."""
-
 Name = Annotated[str, Limits(most=64)]
 OwnName = Annotated[str, Limits(1, 40)]
 Factor = Annotated[float, Limits(0.0, 4.0)]
@@ -60,7 +57,7 @@ class Place:
     def of(cls, point: Sequence[float] | Array, points: Array, triangles: IntArray) -> Place:
         """Return the place of a point on a surface, or near it."""
         triangle, shares, _ = closest(points, triangles, np.array(point, np.float64))
-        offset = np.round(point - shares @ points[triangles[triangle]], ROUNDED) + 0.0
+        offset = np.round(point - shares @ points[triangles[triangle]], 6) + 0.0
         return cls(int(triangle), tuple(np.clip(shares, 0.0, 1.0).tolist()), tuple(offset.tolist()))
 
     def on(self, face: Face) -> list[float]:

@@ -20,9 +20,6 @@ from ..rigging import Performer, Take, read_take
 from .content import Content
 from .parts import point_of
 
-HELD = 30
-"""Steps after which the skin of a face that performs a take has come to rest at a moment of it."""
-
 ANIMATED = (*GLTF, *USD, ".vtkhdf")
 """Endings of files that may hold a clip."""
 
@@ -52,7 +49,7 @@ class Subject:
     @property
     def steps(self) -> int:
         """Steps after which the skin has come to rest at a moment of what moves it."""
-        return HELD if isinstance(self.clip, Take) else 1
+        return 30 if isinstance(self.clip, Take) else 1
 
     def motion(self) -> Motion | Recorded | None:
         """Return the motion of a simulation; None for the skin that muscles pull."""

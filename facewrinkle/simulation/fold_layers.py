@@ -16,7 +16,7 @@ from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array
 from ..checks import finite
-from ..errors import ParameterError, unknown_name, warn
+from ..errors import ParameterError, check_name, warn
 from ..layers.base import Layer
 from ..layers.creases import Creases
 from ..layers.muscle_wrinkles import MuscleWrinkles
@@ -123,8 +123,7 @@ def fold_layers(
     >>> [type(layer).__name__ for layer in fold_layers(fw.default_face(), "wave")]
     ['MuscleWrinkles', 'Creases', 'WaveFolds']
     """
-    if folds not in FOLDS:
-        raise unknown_name("kind of folds", folds, FOLDS)
+    check_name("kind of folds", folds, FOLDS)
     if not face.muscles:
         return []
     if folds == "printed":

@@ -19,7 +19,7 @@ from ..anatomy import EyeMuscle, Face, Mixture, gaze_of, surface
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
 from ..array_types import Array, BoolArray, IntArray
-from ..errors import ParameterError, check_range, check_type, check_whole, type_of, unknown_name, warn
+from ..errors import ParameterError, check_name, check_range, check_type, check_whole, type_of, warn
 from ..geometry import (
     Change,
     RedGreenForest,
@@ -48,12 +48,6 @@ from .refinement import (
 
 Shape = tuple[Array, dict[str, np.ndarray]]
 """Points of the vertices, mm, and the data of a frame at them."""
-
-RAMP = 10
-"""Steps in which muscles contract where only the face at rest matters."""
-
-USUAL_LEVEL = 3
-"""Level of surfaces without muscles, on which no layer asks for one."""
 
 
 class Simulation:
@@ -163,7 +157,8 @@ class Simulation:
         level, needed = self._asked_level, [layer.level_needed(face) for layer in own]
         if level is None:
             most = min(max(needed, default=0), FINEST)
-            level = max(default_level(face, self._edges), self._level, most) or USUAL_LEVEL
+            # The last is for surfaces without muscles, on which no layer asks for a level.
+            level = max(default_level(face, self._edges), self._level, most) or 3
         for layer, own_level in zip(own, needed, strict=True):
             layer.check_level(own_level, level)
         return own, level
@@ -487,10 +482,10 @@ class Simulation:
         True
         """
         within, most = check_range("within", within, 1e-6, 1e3, "Lengths are in mm."), check_whole("most", most, 2, 1e6)
-        start, target = self.motion.rates.copy(), self._asked
+        start, target, ramp = self.motion.rates.copy(), self._asked, 10  # steps
         base, skin = np.full_like(self.face.points, np.nan), self.motion if isinstance(self.motion, Skin) else None
         for number in range(most):
-            rates = _ramped(start, target, (number + 1) / RAMP)
+            rates = _ramped(start, target, (number + 1) / ramp)
             self._steps += 1
             if skin is not None:  # the face itself need not follow before the end
                 with self._timed("skin"):
@@ -499,7 +494,7 @@ class Simulation:
             else:
                 before, base = base, self._moved(rates).copy()
                 far = np.abs(base - before).max()
-            if number > RAMP and far <= within:
+            if number > ramp and far <= within:
                 break
         else:
             warn(
@@ -604,8 +599,7 @@ class Simulation:
         UnknownNameError
             For a muscle that the face does not have.
         """
-        if muscle not in self.muscles:
-            raise unknown_name("muscle", muscle, self.muscles)
+        check_name("muscle", muscle, self.muscles)
         index = self.muscles.index(muscle)
         for layer in self.layers:
             if (found := layer.fields_of(index)) is not None:

@@ -17,14 +17,6 @@ from ..layers.base import FINEST, Displacement, SurfacePoints
 BENT = 0.03
 """Usual threshold of Eq. 19: a bend of 14 degrees along an edge."""
 
-LATE = 0.01
-"""Share of triangles that splitting once does not make fine enough, from which on a motion is no longer followed with
-one round of splitting per frame.
-"""
-
-ENOUGH_SPACING = 0.35
-"""Distance of vertices that suffices for the default level, in half wavelengths: about three vertices in each."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Refinement:
@@ -104,7 +96,7 @@ def default_level(face: Face, edges: Array) -> int:
     folding = np.isfinite(cycles) & (edges > 0.0)
     if not folding.any():
         return int(len(cycles) > 0)
-    levels = np.log2(edges[folding] / (ENOUGH_SPACING * cycles[folding]))
+    levels = np.log2(edges[folding] / (0.35 * cycles[folding]))  # about three vertices in each half wavelength
     return int(np.clip(np.ceil(np.quantile(levels, 0.9)), 1, 4))
 
 
@@ -167,7 +159,7 @@ def mark(
         split[forest.leaf] = False
         wanted |= split & active[forest.nodes].any(axis=1)
         wanted[forest.leaf[bent > refinement.gamma_c]] = True
-    return wanted, bool(late.mean() > LATE), largest
+    return wanted, bool(late.mean() > 0.01), largest
 
 
 @compiled

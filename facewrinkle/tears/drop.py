@@ -21,18 +21,6 @@ from .support_surface import SupportSurface, directions, support_surface
 SHARPEST = 0.3228764
 """The t at which the pointed end is slimmest: its half angle's tangent is 2 / (ratio t sin(2 pi t))."""
 
-NODES, NODE_WEIGHTS = np.polynomial.legendre.leggauss(48)
-"""Nodes in [-1, 1], and weights, of the quadrature over the drop."""
-
-GRAVITY = 9810.0
-"""mm / s^2."""
-
-BIRTH = 0.03
-"""Share of its volume with which a drop appears."""
-
-SWING = 0.06
-"""Period of the swing of a drop after it has pinched off, s; a 3 mm drop of water rings faster, at some 60 Hz."""
-
 
 @dataclass(frozen=True)
 class DropShape:
@@ -211,7 +199,7 @@ class DrippingTear:
         self.diameter = check_range("size", size, 1e-6, 1e9) / unit
         self.volume = np.pi / 6.0 * self.diameter**3
         self._depth = self.fall.depth / unit
-        self._rate = (self.fall.speed or GRAVITY) / unit
+        self._rate = (self.fall.speed or 9810.0) / unit  # gravity, mm / s^2
         seconds = self._depth / self._rate if self.fall.speed else (2.0 * self._depth / self._rate) ** 0.5
         self.end = self.begin + self.hang + seconds
         if support is None:
@@ -233,9 +221,11 @@ class DrippingTear:
         """Return the formula's t, alpha and beta at time t: a drop of the volume that it has then."""
         grown, s, shape = self._grown(t), self._parameter(t), self.shape
         seconds = max(t - self.begin - self.hang, 0.0)
-        swing = float(np.exp(-seconds / 0.05) * np.cos(2.0 * np.pi * seconds / SWING))
+        # After it has pinched off, it swings in 0.06 s; a 3 mm drop of water rings faster, at some 60 Hz.
+        swing = float(np.exp(-seconds / 0.05) * np.cos(2.0 * np.pi * seconds / 0.06))
         ratio = shape.ratio * (1.0 + shape.stretch * grown**4 * swing)
-        volume = self.volume * (BIRTH + (1.0 - BIRTH) * float(smoothstep(grown)))
+        at_birth = 0.03
+        volume = self.volume * (at_birth + (1.0 - at_birth) * float(smoothstep(grown)))
         alpha = float((volume / self._lattice.volume(s, ratio)) ** (1.0 / 3.0))
         return s, alpha, ratio * alpha
 
@@ -376,9 +366,10 @@ def moments(t: float, alpha: float, beta: float) -> tuple[float, float]:
     >>> round(moments(0.2, 1.0, 5.0)[0], 4), round(moments(0.4, 1.0, 5.0)[0], 4)
     (1.7496, 11.3555)
     """
-    u = 0.5 * np.pi * (NODES + 1.0)
+    nodes, weights = np.polynomial.legendre.leggauss(48)
+    u = 0.5 * np.pi * (nodes + 1.0)
     radius, axis = profile(u, t, alpha, beta)
-    share = 0.5 * np.pi * NODE_WEIGHTS * np.pi * radius**2 * beta * t * np.sin(t * u)
+    share = 0.5 * np.pi * weights * np.pi * radius**2 * beta * t * np.sin(t * u)
     return float(share.sum()), float(share @ axis / share.sum())
 
 

@@ -19,15 +19,6 @@ from ..geometry import closest, incident_triangles, unit
 from .shape import rough_film, waves
 from .support_surface import SupportSurface
 
-INERTIA = 0.6
-"""Share of its direction that water keeps from one step to the next."""
-
-HOLLOW = 0.25
-"""Depth, in widths of the stream, of the deepest hollow that it fills and leaves again."""
-
-MEANDERS = ((2.7, 3.0), (9.0, 6.0))
-"""Distances by which rough skin turns a stream aside at most, and lengths over which it does, in half widths."""
-
 WOBBLE = 0.3
 """Share of its width by which the trail narrows and widens."""
 
@@ -72,7 +63,8 @@ def descent(support: SupportSurface, start: Array, step: float, length: float) -
         slope = float(np.linalg.norm(steepest))
         if slope < 0.06:  # where it is nearly level, water stays
             break
-        heading = (1.0 - INERTIA) * steepest / slope + INERTIA * heading
+        kept = 0.6  # of the direction of the last step
+        heading = (1.0 - kept) * steepest / slope + kept * heading
         heading = unit(heading - (heading @ normal) * normal)
         ahead = here + step * heading
         cell, next_ = _walked(support, fans, cell, ahead)
@@ -311,8 +303,8 @@ class PathFinder:
         moved = self.moved
         for below in moved.nearest(path[-1] + lowered)[1]:
             across = np.linspace(path[-1], below, 9)
-            if np.linalg.norm(moved.nearest(across)[1] - across, axis=1).max() > HOLLOW * self.width:
-                continue
+            if np.linalg.norm(moved.nearest(across)[1] - across, axis=1).max() > 0.25 * self.width:
+                continue  # it is too deep
             more = descent(moved, below, self.step, max(self.longest - lengths(path)[-1], self.step))
             if lengths(more)[-1] > 1.5 * self.width and (below - path[-1]) @ moved.down > 0.0:
                 return self._overflowed(np.concatenate([path, more]), lowered)
@@ -331,5 +323,6 @@ class PathFinder:
         half, along = 0.5 * self.width, unit(np.gradient(path, axis=0))
         aside = np.cross(along, self.support.bound(path).at(self.support.normals))
         grown = np.minimum(lengths(path) / (4.0 * half), 1.0)
-        turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in MEANDERS)
+        meanders = ((2.7, 3.0), (9.0, 6.0))  # ways aside at most, and lengths over which skin turns it so far
+        turns = sum(most * waves(random, len(path), over * half / self.step) for most, over in meanders)
         return path + (roughness * half * grown * turns)[:, None] * aside

@@ -17,9 +17,6 @@ DRAINED = 0.85
 POOLING = 2.0
 """Thickening of the film per widening of the trail, both as shares: water stays where it is wide."""
 
-ROUNDING = 1e-9
-"""The level of the tear, 1 on the path and 0 on its outline, below which it is 0."""
-
 TAPER = 2.6
 """Length over which the head narrows into the trail, in halves of its width."""
 
@@ -28,9 +25,6 @@ BUMP = 3.0
 
 REACH, SOFT = 4.0, 0.3
 """Length over which an extruded head is smoothed, and epsilon of the weights, in halves of its width."""
-
-ROWS = 32
-"""Rows of the grid of noise that are fitted together."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +148,7 @@ def _level(s: Array, w: Array, front: float, shape: Shape, wobble: Array | float
     """Return the level (n,) of the tear: 1 on the path, a parabola across, 0 on the outline and outside."""
     width, ends = _straight(s, front, shape, wobble)
     level = 1.0 - (w / width) ** 2 - ends
-    return np.where(level > ROUNDING, level, 0.0)
+    return np.where(level > 1e-9, level, 0.0)
 
 
 def extruded(s: Array, height: Array, front: float, shape: Shape) -> Array:
@@ -247,12 +241,12 @@ def rough_film(
     raised = random.random(s.size) < 0.5 * roughness
     values = np.where(raised, random.uniform(0.3, 1.0, s.size), 0.0)
     noise = np.empty((len(grid_s), len(grid_w)))
-    for first in range(0, len(grid_s), ROWS):  # far away points hardly count
-        part = grid_s[first : first + ROWS]
+    for first in range(0, len(grid_s), 32):  # so many rows together: far away points hardly count
+        part = grid_s[first : first + 32]
         near = (places[:, 0] > part[0] - 6.0 * apart) & (places[:, 0] < part[-1] + 6.0 * apart)
         x = np.stack(np.meshgrid(part, grid_w, indexing="ij"), axis=-1).reshape(-1, 2)
         fitted = moving_least_squares(x, places[near], values[near], degree, 0.2 * apart)
-        noise[first : first + ROWS] = fitted.reshape(len(part), -1)
+        noise[first : first + len(part)] = fitted.reshape(len(part), -1)
     return np.maximum(noise, 0.0), spacing
 
 

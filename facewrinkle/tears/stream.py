@@ -33,12 +33,6 @@ from .support_surface import SupportSurface, support_surface
 EDGE = 0.002
 """Thickness at the very edge, mm: the paper's two surfaces that 'are seen as almost one'."""
 
-TRAIL_STEP = 0.37
-"""Distance of the points of the mesh, at most, in halves of the width of the trail, which is a parabola across."""
-
-LONGEST = 20_000.0
-"""Length of the longest tear, in edges of its mesh."""
-
 
 @dataclass(frozen=True)
 class Film:
@@ -231,7 +225,8 @@ class SheddingTear:
         self.shape = self._checked_shape(width, height, film.trail)
         half, unit = self.shape.half, self._support.unit
         self.begin = check_range("begin", begin, 0.0, 1e9)
-        self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, TRAIL_STEP * self.shape.trail)
+        # The trail is a parabola across: points so far apart, in halves of its width, show that.
+        self._spacing = min(check_range("detail", detail, 0.03, 1.0) * half, 0.37 * self.shape.trail)
         random = np.random.default_rng(check_whole("seed", seed, 0, 2**63))
         finder = self._path_finder(route)
         found = finder.path(path, start)
@@ -269,12 +264,12 @@ class SheddingTear:
     def _path_finder(self, route: Route) -> PathFinder:
         """Return a finder of paths, after checking that the longest does not need too fine a mesh."""
         support, width = self._support, 2.0 * self.shape.half
-        longest = min(route.length / support.unit, 20.0 * support.size)
-        if longest > LONGEST * self._spacing:
+        longest, most = min(route.length / support.unit, 20.0 * support.size), 20_000.0 * self._spacing
+        if longest > most:
             raise ParameterError(
                 f"a tear {width * support.unit:g} mm wide and up to {longest * support.unit:.4g} mm long needs too "
                 "fine a mesh. Make it wider, give a larger detail, or a length of "
-                f"{LONGEST * self._spacing * support.unit:.3g} mm at most."
+                f"{most * support.unit:.3g} mm at most."
             )
         return PathFinder(support, *support.in_frame(route.on), width, self._spacing, longest)
 

@@ -23,9 +23,6 @@ from ..geometry import (
 from .path import StreamPath, resampled
 from .support_surface import BoundPoints, SupportSurface
 
-GAP = 0.5
-"""Distance, in halves of the width, that the middle of a strip may be from the surface."""
-
 
 @dataclass(frozen=True, eq=False)
 class Strip:
@@ -123,7 +120,7 @@ def strip_along(support: SupportSurface, path: StreamPath, reach: float, spacing
     w = reach * np.arange(-side - 1, side + 2) / side  # one column lies outside, for what rises before it
     cells, middle = support.nearest(line)
     off = np.linalg.norm(middle - line, axis=1)
-    if off.max() > GAP * reach:
+    if off.max() > 0.5 * reach:
         raise ParameterError(
             f"the tear would run over a gap of the surface, at {line[off.argmax()].round(2)}. Lead it elsewhere."
         )

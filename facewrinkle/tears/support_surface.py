@@ -17,12 +17,6 @@ from ..errors import MeshError, ParameterError, check_name, check_range
 from ..geometry import BoxTree, interpolated, vertex_normals
 from ..mesh import MeshLike, is_frame, rest_of, surface_in
 
-EYE_SIDES = {"l": "l", "r": "r", "left": "l", "right": "r"}
-"""Names of the two eyes, the subject's own left and right."""
-
-LARGEST_SHARE = 0.15
-"""Size of the largest tear, in diagonals of the surface's bounding box."""
-
 
 @dataclass(frozen=True, eq=False)
 class BoundPoints:
@@ -102,10 +96,11 @@ class SupportSurface:
 
     def check_size(self, size: float) -> None:
         """Raise a ParameterError for a tear of a size that is too large for the surface."""
-        largest = LARGEST_SHARE * self.size
+        share = 0.15  # of the diagonal
+        largest = share * self.size
         if size > largest:
             raise ParameterError(
-                f"a tear must be smaller than {LARGEST_SHARE} of the surface, {largest * self.unit:.3g} mm, received "
+                f"a tear must be smaller than {share} of the surface, {largest * self.unit:.3g} mm, received "
                 f"{size * self.unit:.3g} mm. Are the units of the surface right?"
             )
 
@@ -244,8 +239,9 @@ def lid_point(face: Face, side: str, along: float = 0.5) -> Array:
     >>> bool(lid_point(face, "l")[0] > lid_point(face, "r")[0])
     True
     """
-    check_name("side", side, EYE_SIDES)
-    side, along = EYE_SIDES[side], check_range("along", along, 0.0, 1.0)
+    sides = {"l": "l", "r": "r", "left": "l", "right": "r"}
+    check_name("side", side, sides)
+    side, along = sides[side], check_range("along", along, 0.0, 1.0)
     if not face.eyes:
         raise ParameterError("the face has no eyes: it was made without landmarks. Give a point instead.")
     eye = next(eye for eye in face.eyes if eye.side == side)
