@@ -21,11 +21,7 @@ from ..mesh.formats.merging import merged_primitives
 from .action_units import named_shapes
 from .recorded import Bones, Interpolation, Recorded, Track, with_companions
 
-INTERPOLATION: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
 WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
-
-HEAD = re.compile(r"(head|face)(?!wear|band|set|gear|hair)", re.IGNORECASE)
-"""Names of meshes that are taken for the face if several move."""
 
 Key = tuple[int, str]
 """A node, and the property of it that moves: "translation", "rotation", "scale" or "weights"."""
@@ -144,7 +140,8 @@ def _chosen(document: Document, models: list[_Model], clips: Mapping[str, Clip],
     found = [model for model in models if model.moved_by & keys] or models
     morphing = [model for model in found if (model.node, "weights") in keys]
     shaped = [model for model in found if model.names]
-    candidates = sorted(morphing or shaped or found, key=lambda model: (not HEAD.search(model.label), -model.count))
+    head = re.compile(r"(head|face)(?!wear|band|set|gear|hair)", re.IGNORECASE)
+    candidates = sorted(morphing or shaped or found, key=lambda model: (not head.search(model.label), -model.count))
     if len(candidates) > 1 and candidates[0].label.lower() not in ("face", "head"):
         warn(
             f"{document.path.name} holds {len(candidates)} meshes that may be meant: "
@@ -213,7 +210,8 @@ def _posed(path: Path, skin: _Model, shapes: Mapping[str, float]) -> dict[Key, T
 def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
     """Return the times and values (f, width) of an animation sampler."""
     kind = sampler.get("interpolation") or "LINEAR"
-    check_name("interpolation", kind, INTERPOLATION)
+    kinds: dict[str, Interpolation] = {"LINEAR": "linear", "STEP": "step", "CUBICSPLINE": "cubic"}
+    check_name("interpolation", kind, kinds)
     times = document.numbers(sampler["input"])[:, 0].astype(np.float64)
     values = document.numbers(sampler["output"]).astype(np.float64)
     if not (np.isfinite(times).all() and np.isfinite(values).all()):
@@ -223,7 +221,7 @@ def _track(document: Document, sampler: Mapping[str, Any], width: int) -> Track:
     if kind == "CUBICSPLINE":
         values = values.reshape(len(times), 3, width)
         return Track(times, values[:, 1], "cubic", np.stack([values[:, 0], values[:, 2]]))
-    return Track(times, values.reshape(len(times), width), INTERPOLATION[kind])
+    return Track(times, values.reshape(len(times), width), kinds[kind])
 
 
 class _Scene:

@@ -328,7 +328,10 @@ def perform(
 
 def column(peak: Peak) -> Image:
     """Return an expression on the sheet: from the front, its wrinkles, and the triangles under them."""
-    return stacked([_small(image) for image in (peak.front[2], *peak.closeup[2:])])
+    from PIL import Image as Pillow
+
+    pictures = map(Pillow.fromarray, (peak.front[2], *peak.closeup[2:]))
+    return stacked([np.asarray(picture.resize((TILE, TILE), Pillow.Resampling.LANCZOS)) for picture in pictures])
 
 
 def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:
@@ -336,12 +339,6 @@ def _sides(frame: pv.PolyData, scenes: Scenes, close: str) -> Image:
     sides = ("front", "left_three_quarter", "left_profile")
     views = [view.replace("left", "right") if close.startswith("right") else view for view in sides]
     return side_by_side([scenes.picture(frame, Style((SIZE, SIZE), view)) for view in views])
-
-
-def _small(image: Image) -> Image:
-    from PIL import Image as Pillow
-
-    return np.asarray(Pillow.fromarray(image).resize((TILE, TILE), Pillow.Resampling.LANCZOS))
 
 
 def show_session(path: Path, output: OutputOptions, report: Report) -> None:

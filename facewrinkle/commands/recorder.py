@@ -203,7 +203,7 @@ class Scenes(ExitStack):
     def __init__(self, face: Face) -> None:
         super().__init__()
         self.face = face
-        self._scene = cache(self._opened)
+        self._scene = cache(lambda style: self.enter_context(Scene(self.face, style)))
         self._last: tuple[tuple[Style, ...], pv.PolyData, Drawing] | None = None
 
     def picture(self, frame: pv.PolyData, style: Style) -> Image:
@@ -223,9 +223,6 @@ class Scenes(ExitStack):
         drawing = cache(beside(self._scene(style).begun(frame) for style in styles))
         self._last = styles, frame.copy(), drawing  # frames may be filled again
         return drawing
-
-    def _opened(self, style: Style) -> Scene:
-        return self.enter_context(Scene(self.face, style))
 
 
 def _alike(frame: pv.PolyData, other: pv.PolyData, distance: float) -> bool:

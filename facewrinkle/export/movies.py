@@ -122,7 +122,8 @@ def _film(imageio: ModuleType, path: Path, fps: float) -> Iterator[Callable[[np.
 
     def append(image: np.ndarray) -> None:
         nonlocal count
-        writer.append_data(_even(image))
+        height, width = image.shape[:2]  # the last row and column are repeated where their number is odd
+        writer.append_data(np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge"))
         count += 1
 
     try:
@@ -174,9 +175,3 @@ def _checked(image: np.ndarray, shapes: list[tuple[int, ...]]) -> np.ndarray:
             f"all pictures must have the size of the first, {shapes[0]}; picture {len(shapes) - 1} has {shapes[-1]}."
         )
     return image[..., :3]
-
-
-def _even(image: np.ndarray) -> np.ndarray:
-    """Return the picture with an even number of rows and columns; the last is repeated if need be."""
-    height, width = image.shape[:2]
-    return np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")

@@ -30,9 +30,6 @@ SHAPES = (
 )  # fmt: skip
 """ARKit's shapes in the order of a packet of Live Link Face."""
 
-VALUES = struct.Struct(">B61f")
-"""The end of a packet of Live Link Face: its values, after their number."""
-
 
 def of_live_link(data: bytes) -> dict[str, float]:
     """Return the weights of shapes of a packet of Live Link Face.
@@ -44,11 +41,12 @@ def of_live_link(data: bytes) -> dict[str, float]:
 
     Examples
     --------
-    >>> weights = of_live_link(bytes([6]) + b"names and time" + VALUES.pack(61, 0.25, *[0.0] * 60))
+    >>> weights = of_live_link(bytes([6]) + b"names and time" + struct.pack(">B61f", 61, 0.25, *[0.0] * 60))
     >>> weights["eyeBlinkLeft"], len(weights)
     (0.25, 52)
     """
-    count, *values = VALUES.unpack(data[-VALUES.size :])
+    form = ">B61f"  # at the end of a packet are its values, after their number
+    count, *values = struct.unpack(form, data[-struct.calcsize(form) :])
     if (data[0], count) != (6, 61):
         raise ValueError("this is no packet of Live Link Face")
     return dict(zip(SHAPES, values, strict=False))

@@ -32,9 +32,6 @@ from ..plotting.lighting import light_at_rest
 from ..plotting.scene import PLAIN_COLOR
 from .protocol import FIBERS, LARGEST, Box, Part, small_normals
 
-VERSIONS = itertools.count(1)
-"""Numbers of the triangles of skins, each of another one."""
-
 
 class VisibleParts:
     """The parts of a face, and what of them changes from frame to frame.
@@ -60,6 +57,9 @@ class VisibleParts:
     >>> [part.name for part in parts.at(face.mesh)][:3]
     ['skin', 'eye_l', 'eye_r']
     """
+
+    _versions = itertools.count(1)
+    """Numbers of the triangles of skins, each of another one."""
 
     def __init__(self, face: Face) -> None:
         self.face = face
@@ -90,7 +90,8 @@ class VisibleParts:
             self._skin(frame, exact),
             *self._eyes(points, state),
             *self._mouth_parts(points, state),
-            *self._hair(points),
+            *(self._lashes(f"lashes_{row.eye.side}", row, points) for row in self._appearance.lashes),
+            *self._bound,
             *self._own(frame),
         ]
 
@@ -105,7 +106,7 @@ class VisibleParts:
     def _skin(self, frame: pv.PolyData, exact: bool) -> Part:
         triangles = np.asarray(frame.regular_faces)
         if not np.array_equal(triangles, self._triangles):
-            self._triangles, self.version = triangles.copy(), next(VERSIONS)
+            self._triangles, self.version = triangles.copy(), next(self._versions)
             self._of_triangles, self._on_base = self._drawn(frame, triangles), on_base(self.face, frame)
         points, normals = lifted_points(self.face, frame, *self._on_base), _normals(frame)
         if not self.box.holds(points):
@@ -178,10 +179,6 @@ class VisibleParts:
             info: dict[str, Any] = {"visible": shown, "matrix": np.round(matrix, 6).T.ravel().tolist()}
             parts.append(Part(name, "teeth", arrays, info))
         return parts
-
-    def _hair(self, points: Array) -> list[Part]:
-        rows = self._appearance.lashes
-        return [*(self._lashes(f"lashes_{row.eye.side}", row, points) for row in rows), *self._bound]
 
     def _lashes(self, name: str, row: Lashes, points: Array) -> Part:
         lines = row.lines(points).points

@@ -34,22 +34,6 @@ from .tables import (
 
 SUFFIXES = (".csv", ".tsv", ".txt", ".json", ".jsonl")
 
-FPS, PHONE_FPS = 30.0, 60.0
-"""Frames per second of a file that does not tell: of trackers, and of phones that write time codes."""
-
-SILENT = {"blendshapecount", "neutral"} | {
-    f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")
-}
-"""Plain names of columns that are not needed: eyes turn by eyeLookInLeft and so on."""
-
-SCALES: Mapping[Kind, Sequence[float]] = {
-    "intensity": (5.0, 100.0),
-    "unit": (1.0, 5.0, 100.0),
-    "shape": (1.0, 100.0),
-    "evidence": (1.0,),
-}
-"""Numbers that may stand for a weight of 1, by kind of column; the first is usual."""
-
 
 @dataclass(frozen=True, eq=False)
 class Take:
@@ -253,7 +237,9 @@ class _Reader:
         """Return the numbers of the columns with weights; tell of those that are nothing."""
         kinds = [kind_of_column(name) for name in self.names]
         known = [i for i, kind in enumerate(kinds) if kind not in ("", "presence")]
-        other = {*SILENT, *TIMES, *THOUSANDTHS, *FRAMES, *PEOPLE, *HEAD, *CAMERA, *SURE}
+        needless = {"blendshapecount", "neutral"}  # as are the turns of eyes: these turn by eyeLookInLeft and so on
+        needless |= {f"{side}eye{turn}" for side in ("left", "right") for turn in ("yaw", "pitch", "roll")}
+        other = {*needless, *TIMES, *THOUSANDTHS, *FRAMES, *PEOPLE, *HEAD, *CAMERA, *SURE}
         unknown = [self.names[i] for i, kind in enumerate(kinds) if not kind and self.plain[i] not in other]
         if not known:
             raise ParameterError(
@@ -295,13 +281,20 @@ class _Reader:
     def _weights(self, columns: list[int], rows: IntArray, full: float | None) -> tuple[list[str], Array]:
         """Return the names of shapes and their weights (f, k)."""
         values = self.table.values[rows]
-        of_kind = {kind: [i for i in columns if kind_of_column(self.names[i]) == kind] for kind in SCALES}
+        # Numbers that may stand for a weight of 1, by kind of column; the first is usual.
+        full_of: Mapping[Kind, Sequence[float]] = {
+            "intensity": (5.0, 100.0),
+            "unit": (1.0, 5.0, 100.0),
+            "shape": (1.0, 100.0),
+            "evidence": (1.0,),
+        }
+        of_kind = {kind: [i for i in columns if kind_of_column(self.names[i]) == kind] for kind in full_of}
         if evidence := of_kind["evidence"]:
             values[:, evidence] = 1.0 / (1.0 + 10.0 ** -values[:, evidence])
             self.tell("its evidence (the logarithm of odds) is read as a probability, and that as a weight.")
         most = np.nanmax(np.nan_to_num(values), axis=0, initial=0.0)
         scale = np.ones(len(self.names))
-        for kind, scales in SCALES.items():
+        for kind, scales in full_of.items():
             scale[of_kind[kind]] = full or self._full(most[of_kind[kind]], scales)
         found: dict[str, Array] = {}
         for i in columns:
@@ -342,17 +335,17 @@ class _Reader:
 
     def _times(self, rows: IntArray, fps: float | None) -> Array:
         """Return the seconds (f,) of rows."""
-        fps = fps or self.table.fps
+        fps, usual = fps or self.table.fps, 30.0  # of trackers that do not tell
         if self.table.times is None:
             frames = self.column(FRAMES)
             if frames is None or np.isnan(frames[rows]).any() or (np.diff(frames[rows]) < 0).any():
-                return np.arange(len(rows)) / (fps or FPS)
+                return np.arange(len(rows)) / (fps or usual)
             steps = np.diff(frames[rows])
             if fps is None and len(steps) and np.median(steps) != 1.0:
                 self.tell(
-                    f"it numbers its frames, without times: they are read as {FPS:g} a second. Give fps otherwise."
+                    f"it numbers its frames, without times: they are read as {usual:g} a second. Give fps otherwise."
                 )
-            return np.asarray(frames[rows] - frames[rows][0]) / (fps or FPS)
+            return np.asarray(frames[rows] - frames[rows][0]) / (fps or usual)
         texts = [self.table.times[row].strip().replace(",", ".") for row in rows]
         seconds = self._codes(texts, fps)
         if seconds is None:
@@ -382,7 +375,8 @@ class _Reader:
         whole = 3600.0 * hours + 60.0 * minutes + seconds
         usual = (24, 25, 30, 50, 60, 100, 120)
         counted = next((rate for rate in usual if rate > frames.max()), frames.max() + 1)
-        rate = fps or (PHONE_FPS if whole[0] == whole[-1] and counted < PHONE_FPS else counted)
+        phone = 60.0  # frames per second of those that write time codes
+        rate = fps or (phone if whole[0] == whole[-1] and counted < phone else counted)
         if any(code[4] == ";" for code in codes if code):  # two numbers are left out each minute but the tenth
             count = round(rate * 1.001)
             skipped = count / 15.0 * (whole // 60.0 - whole // 600.0)

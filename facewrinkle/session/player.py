@@ -35,16 +35,14 @@ TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
 TEAR_ARRIVES = 60.0
 """Seconds after which every tear has arrived."""
 
-LENGTH, ARRIVED = 2.4, 1.2
-"""Seconds of a movie without keys, and when the face, at rest at its beginning, shows what is wished."""
-
 
 def layers_of(content: Content, face: Face) -> list[Layer]:
     """Return the layers of folds and patterns that a session asks for."""
-    layers = fold_layers(face, "wave", **fold_words(content, face))
-    for name, entry in content.patterns.items():
-        layers.append(PatternLayer(entry.kind, point_of(entry.center, face), name=name, **pattern_words(entry, face)))
-    return layers
+    patterns = (
+        PatternLayer(entry.kind, point_of(entry.center, face), name=name, **pattern_words(entry, face))
+        for name, entry in content.patterns.items()
+    )
+    return [*fold_layers(face, "wave", **fold_words(content, face)), *patterns]
 
 
 def fold_words(content: Content, face: Face) -> dict[str, Any]:
@@ -316,7 +314,7 @@ class Player:
     @property
     def times(self) -> list[float]:
         """The seconds of all pictures of a movie."""
-        length = self.content.timeline.length if self._timed else LENGTH
+        length = self.content.timeline.length if self._timed else 2.4
         fps = self.content.look.fps
         return [(number + 1) / fps for number in range(max(round(fps * length), 1))]
 
@@ -330,8 +328,8 @@ class Player:
         steps = max(round(1.0 / (content.look.fps * motion.time_step)), 1)
         for time in self.times:
             weights = mixture_of(content, time)
-            if not self._timed:
-                weights = {name: weight * float(smoothstep(time / ARRIVED)) for name, weight in weights.items()}
+            if not self._timed:  # the face shows what is wished from the middle on
+                weights = {name: weight * float(smoothstep(time / 1.2)) for name, weight in weights.items()}
             for _ in range(1 if isinstance(motion, Playback) else steps):
                 frame = self.step(weights, content.gaze, time)
             yield Moment(frame, time, list(self.tears(frame, time).values()))

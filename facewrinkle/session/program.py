@@ -8,7 +8,7 @@ from typing import Any
 from ..animation.recorded import Recorded
 from ..rigging import Take
 from .content import Content
-from .parts import Pattern, point_of
+from .parts import point_of
 from .player import (
     TEAR_ARRIVES,
     TEAR_SPEED,
@@ -82,12 +82,9 @@ def _layers(content: Content, subject: Subject) -> Iterator[str]:
     if words or content.patterns:
         yield f"layers = fw.fold_layers(face, 'wave'{words})"
     for name, entry in content.patterns.items():
-        yield f"layers.append({_pattern(name, entry, subject)})"
-
-
-def _pattern(name: str, entry: Pattern, subject: Subject) -> str:
-    given = _written({"name": name, **pattern_words(entry, subject.face)})
-    return f"fw.PatternLayer({entry.kind!r}, {point_of(entry.center, subject.face)!r}{given})"
+        given = _written({"name": name, **pattern_words(entry, subject.face)})
+        center = point_of(entry.center, subject.face)
+        yield f"layers.append(fw.PatternLayer({entry.kind!r}, {center!r}{given}))"
 
 
 def _tears(content: Content, subject: Subject) -> Iterator[str]:

@@ -28,7 +28,7 @@ from .drop import Sampled
 from .path import WOBBLE, PathFinder, StreamPath, irregular_path
 from .shape import Shape, extruded, outline, raised, smoothed_head, solid, thickness
 from .strip import Binding, bind, bulge, kept_off, strip_along
-from .support_surface import SupportSurface, support_surface
+from .support_surface import support_surface
 
 EDGE = 0.002
 """Thickness at the very edge, mm: the paper's two surfaces that 'are seen as almost one'."""
@@ -331,7 +331,9 @@ class SheddingTear:
         # Step two, the base and a copy of it, joined.
         frame, rest = self._support.in_frame(on)
         self._binding = binding = bind(self._rest, rest, frame.triangles, self._binding)
-        normals = _frame_normals(frame, on)
+        normals = frame.normals
+        if on is not None and is_frame(on) and "Normals" in on.point_data:  # those of its wrinkles
+            normals = np.ascontiguousarray(on.point_data["Normals"], np.float64)
         grid = np.concatenate([binding.bound.at(frame.points), binding.bound.at(normals), self._rest], axis=1)
         bottom, up, at_rest, thick = self._raised(front, grid.reshape(*self.strip.noise.shape, 9))
         height, wet = np.zeros(len(thick)), thick > 0.0
@@ -386,10 +388,3 @@ class SheddingTear:
         film = thickness(s, w, run, replace(shape, height=shape.film), wobble)
         s = np.broadcast_to(s, w.shape)
         return smoothed_head(s, w, extruded(s, film, run, shape), run, shape) + bumps
-
-
-def _frame_normals(frame: SupportSurface, on: pv.PolyData | None) -> Array:
-    """Return the normals (n, 3) of a frame: those of its wrinkles, if a simulation made it."""
-    if on is not None and is_frame(on) and "Normals" in on.point_data:
-        return np.ascontiguousarray(on.point_data["Normals"], np.float64)
-    return frame.normals

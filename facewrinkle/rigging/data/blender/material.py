@@ -14,9 +14,6 @@ MESH = "facewrinkle"
 SLOT = "facewrinkle made the slot"
 """Custom property of a material that is made for a mesh without any: true if its slot was made, too."""
 
-MOST_MOVED = ("mouthSmileLeft", "mouthSmileRight", "browInnerUp", "noseSneerLeft", "noseSneerRight")
-"""Skin is what these keys move; eyes and teeth stay."""
-
 
 def name_of(obj):
     """Name of what is made for a mesh."""
@@ -66,7 +63,9 @@ def _of_skin(obj):
     materials = [slot.material for slot in obj.material_slots]
     names = followed(obj)
     at_rest, moved = rest(obj), np.zeros(len(obj.data.vertices), bool)
-    for name in [name for name in MOST_MOVED if name in names] or names:
+    # Eyes and teeth stay.
+    most = ("mouthSmileLeft", "mouthSmileRight", "browInnerUp", "noseSneerLeft", "noseSneerRight")
+    for name in [name for name in most if name in names] or names:
         moved |= (places(obj.data.shape_keys.key_blocks[name].points) != at_rest).any(axis=1)
     counts = np.zeros(len(materials))
     for polygon in obj.data.polygons:
