@@ -42,7 +42,7 @@ def sums_of(sample: Sample) -> Sums:
     dict of str to ndarray of uint64
         ``pictures``, 1; ``pixels`` of each part (len(PARTS),); ``colors`` and ``squares``, the sums of red, green and
         blue over the pixels, and of their squares (3,); ``small`` and ``small_squares``, the picture reduced to
-        :data:`MEAN_SIDE`, and its square (h, w, 3).
+        128 pixels at most, and its square (h, w, 3).
 
     Examples
     --------

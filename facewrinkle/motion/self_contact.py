@@ -108,7 +108,7 @@ def _faced(face: Face, samples: Samples, triangles: IntArray, side: float) -> Sa
 
 def squeezed(points: Array, direction: Array) -> Array:
     """Return points (n, 3) of a space that is squeezed along a unit direction: what is the nearest there, is so beside
-    the line along it, as ways along the line count as `ALONG` times as long.
+    the line along it, as ways along the line count as a thousandth of their length.
 
     Examples
     --------

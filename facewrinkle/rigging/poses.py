@@ -176,7 +176,7 @@ def contractions_of(skin: Skin, face: Face, shape: Shape, weight: float) -> Arra
     --------
     >>> import facewrinkle as fw
     >>> face = fw.default_face()
-    >>> skin = Skin(face, STEP)
+    >>> skin = Skin(face)
     >>> rates = contractions_of(skin, face, Shape({"AU12": 1.0}, side="l"), 0.5)
     >>> [name for name, rate in zip(skin.names, rates, strict=True) if rate]
     ['zygomaticus_major_l']
