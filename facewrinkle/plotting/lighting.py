@@ -51,8 +51,8 @@ class KeyLight:
         """Return what the shader needs of each vertex of the smooth skin (n, 4).
 
         These are its openness, the share of the key light that it gets, its gloss relative to that of bare skin, and
-        how far it is from the end of the bust, where the picture fades: from 0 to 1. Cropped hair and beards shade skin
-        that is `hairy`.
+        how far it is from the end of the bust, where the picture fades: from 0 to 1. Hair and beards shade skin that is
+        `hairy`.
         """
         smooth, face = self._seen.smooth, self._face
         lit = 1.0 - self._hidden(*smooth.on_head)
@@ -89,7 +89,7 @@ def _light_at_rest(face: Face) -> Array:
 
 def _bust(face: Face) -> tuple[Array, Array, Array]:
     """Gloss (n0,), of bare skin 1, distances (n0,) from the end of the neck, 1 where all is seen, and shares (n0,) of
-    light that cropped hair and beards leave.
+    light that hair and beards leave.
     """
     bare, far, near = np.ones((3, len(face.points)))
     if not face.landmarks:
@@ -99,6 +99,9 @@ def _bust(face: Face) -> tuple[Array, Array, Array]:
     lip = lips(face.points, face.landmarks, face.frame)
     if "cropped_hair" in face.bound_hair:
         near -= 0.4 * smoothstep(1.0 + cover / 12.0)  # up to 12 mm beside it, on a face of average size
+    if "hair" in face.parts:
+        away = cKDTree(face.parts["hair"].mesh.points).query(face.points)[0] / scale
+        near -= 0.5 * smoothstep((16.0 - away) / 12.0)
     if "beard" in face.bound_hair:
         near -= 0.25 * beard(face.frame.local_mm(face.points), face.landmarks, face.frame) * (1.0 - lip)
     bare += (WET - 1.0) * lip
