@@ -41,7 +41,7 @@ SLOW = """
   float glance = 1.0 - max(facing, 0.0);
   float fresnel = 1.0 + 4.0 * glance * glance * glance;
   vec3 open = vec3(%(open)s);
-  open /= open + (1.0 - open) * vec3(0.56, 0.67, 0.72); // skin throws light at skin, a little more of it red
+  open /= open + (1.0 - open) * vec3(%(closed)s); // skin throws light at skin
   vec3 reach;
   scattered = mix(vec3(%(below)s), vec3(%(above)s), 0.5 + 0.5 * N.y) * open;
   vec3 bleed = vec3(%(bleed)s);
@@ -208,6 +208,10 @@ class Material:
         Number of lights, the first of them, whose highlights are worked out pixel by pixel.
     behind : str
         A statement that changes `lit` where the back of the surface is seen.
+    shadow : str
+        Shares of the key light's red, green and blue that its shadow takes.
+    closed : str
+        Shares of red, green and blue that hollows take, for all that their walls throw at each other.
     """
 
     below: str
@@ -217,6 +221,8 @@ class Material:
     gloss: str = "1.0"
     sharp: int = 4
     behind: str = ""
+    shadow: str = "0.94, 0.94, 0.94"
+    closed: str = "0.67, 0.67, 0.67"
 
     def code(self, lights: int, textured: bool = False, reached: str = "") -> str:
         """Return the statements of a fragment shader that shade under two to four directional lights, pixel by pixel.
@@ -282,7 +288,14 @@ class Material:
         """Return what is filled in, what changes slowly over a triangle, and what does not, as GLSL."""
         numbers = range(lights)
         parts: dict[str, Any] = {"below": self.below, "above": self.above, "bleed": self.bleed, "shine": self.shine}
-        parts |= {"place": place, "albedo": albedo, "tint": tint, "gloss": self.gloss, "behind": self.behind}
+        parts |= {
+            "closed": self.closed,
+            "place": place,
+            "albedo": albedo,
+            "tint": tint,
+            "gloss": self.gloss,
+            "behind": self.behind,
+        }
         parts["lights"] = "".join(f"uniform vec3 lightColor{k};\nuniform vec3 lightDirectionVC{k};\n" for k in numbers)
         parts["powers"] = """float near2 = near * near, near4 = near2 * near2, near8 = near4 * near4;
     float near16 = near8 * near8, near32 = near16 * near16;"""
@@ -310,10 +323,9 @@ class Material:
         slow = ""
         for k in numbers:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
-            # In the shadow of the key light, more is left of the red, which comes through the skin.
             # What comes from behind grazes all that is seen: hardly any of it gets into hollows.
             grazing = f"pow(open, vec3(lightDirectionVC{k}.z > 0.0 ? 6.0 : 1.0))"
-            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3(0.80, 0.92, 0.93)"
+            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3({self.shadow})"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         mirrored = "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
@@ -381,8 +393,17 @@ SKIN_MATERIAL = Material(
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
+    shadow="0.80, 0.92, 0.93",  # red light comes through the skin
+    closed="0.56, 0.67, 0.72",
 )
-CLAY_MATERIAL = replace(SKIN_MATERIAL, below="0.070, 0.062, 0.058", bleed="0.14, 0.14, 0.14")  # no light enters it
+CLAY_MATERIAL = replace(  # no light enters it
+    SKIN_MATERIAL,
+    below="0.070, 0.062, 0.058",
+    above="0.112, 0.112, 0.112",
+    bleed="0.14, 0.14, 0.14",
+    shadow=Material.shadow,
+    closed=Material.closed,
+)
 # In an eye one sees the lamps: soft boxes with a bar across.
 EYE_MATERIAL = Material(
     "0.10, 0.09, 0.09",
