@@ -118,7 +118,10 @@ LIGHTS: tuple[Lamp, ...] = (
     ((0.75, -0.05, 0.8), (1.0, 0.94, 0.88), 0.24),
     ((0.85, 0.35, -0.5), (1.0, 0.97, 0.92), 1.1),
 )
-"""A warm key light, a fill light, warm as what the room throws back of it, and a rim light: direction [right, up, towards the camera], color, intensity."""
+"""A warm key light, a fill light, warm as what a room throws back of it, and a rim light.
+
+Each is a direction [right, up, towards the camera], a color and an intensity.
+"""
 
 
 @dataclass(frozen=True)
