@@ -8,10 +8,9 @@ from pathlib import Path
 
 from facewrinkle.anatomy.atlas import load_atlas
 from facewrinkle.anatomy.fitting import mean_face
-from facewrinkle.anatomy.stored_folds import OF_HEAD, Lines, Shapes, store_folds
 from facewrinkle.layers.wave_folds.field import found_lines
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_layers import in_families, relaxed_shapes
+from facewrinkle.simulation.fold_layers import OF_HEAD, Lines, Shapes, in_families, relaxed_shapes, store_folds
 
 
 def lines_of(shapes: Shapes) -> Lines:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import hashlib
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
+import numpy.typing as npt
 
-from ..anatomy import Face, load_atlas, per_face, printed_atlas
+from ..anatomy import Atlas, Face, load_atlas, load_head, per_face, printed_atlas
 from ..anatomy.fitting import mean_face
-from ..anatomy.stored_folds import Lines, Shapes, stored_folds
 from ..animation.action_units import units_of
 from ..animation.playback import Playback
 from ..animation.recorded import Recorded
@@ -148,6 +151,9 @@ def fold_layers(
 STEP, STEPS = 1.0, 3
 """Skin comes to rest within 0.1 mm in this many steps of this many seconds."""
 
+Shapes = Mapping[str, Array]
+Lines = Mapping[str, npt.NDArray[Any]]
+
 
 def fold_shapes(face: Face, motion: Motion, families: Motions | None = None) -> FoldShapes:
     """Return the shapes in full motion that the lines of a face are found from, by family.
@@ -277,3 +283,58 @@ def _of_recording(recorded: Recorded, face: Face) -> FoldShapes:
     return FoldShapes.grouped(
         face, [start + w * (moved - start) for w, moved in zip(largest, shapes.values(), strict=True)]
     )
+
+
+# --- the built-in head in full motion, and its lines: found in seconds, they come with the package ----------------
+
+
+OF_HEAD = Path(__file__).parents[1] / "anatomy" / "data" / "folds.npz"
+"""The file, which ``python -m tools.build_folds`` makes anew."""
+
+KEY, SHAPE, LINES = "key", "shape: ", "lines: "
+"""The array that tells of what atlas the others are, and beginnings of their names."""
+
+RESOLUTION = 1e-5
+"""Moves are stored as whole multiples of this, mm."""
+
+
+def stored_folds(atlas: Atlas) -> tuple[Shapes, Lines] | None:
+    """Return the stored shapes (n0, 3) of the mean head, mm, by action unit, and the arrays of its lines.
+
+    None if its skin moves otherwise with the muscles of an atlas.
+
+    Examples
+    --------
+    >>> from facewrinkle.anatomy.atlas import load_atlas, printed_atlas
+    >>> shapes, lines = stored_folds(load_atlas())
+    >>> list(shapes)[:3], lines["names"].tolist()[:2], stored_folds(printed_atlas())
+    (['AU1', 'AU2', 'AU4'], ['forehead', 'brows'], None)
+    """
+    stored = _stored()
+    if str(stored.get(KEY)) != _digest(atlas):
+        return None
+    shapes = {name.removeprefix(SHAPE): _shape(moves) for name, moves in stored.items() if name.startswith(SHAPE)}
+    return shapes, {name.removeprefix(LINES): values for name, values in stored.items() if name.startswith(LINES)}
+
+
+def store_folds(path: Path, atlas: Atlas, shapes: Shapes, lines: Callable[[Shapes], Lines]) -> None:
+    """Store the shapes of the mean head with the muscles of an atlas, and the lines of these, rounded, shapes."""
+    moves = {name: np.rint((at - load_head().points) / RESOLUTION).astype(np.int32) for name, at in shapes.items()}
+    found = lines({name: _shape(whole) for name, whole in moves.items()})
+    arrays = {SHAPE + name: whole for name, whole in moves.items()} | {LINES + name: a for name, a in found.items()}
+    np.savez_compressed(path, **{KEY: np.array(_digest(atlas)), **arrays})  # type: ignore[arg-type]
+
+
+def _shape(moves: npt.NDArray[np.int32]) -> Array:
+    return load_head().points + RESOLUTION * moves
+
+
+def _digest(atlas: Atlas) -> str:
+    """A digest of what skin, muscles and action units of a face take from an atlas."""
+    return hashlib.sha256(repr((atlas.muscles, atlas.action_units, atlas.tissue)).encode()).hexdigest()
+
+
+@cache
+def _stored() -> dict[str, npt.NDArray[Any]]:
+    with np.load(OF_HEAD, allow_pickle=False) as stored:
+        return dict(stored)

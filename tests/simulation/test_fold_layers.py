@@ -23,7 +23,6 @@ import facewrinkle as fw
 from facewrinkle.anatomy.atlas import printed_atlas
 from facewrinkle.anatomy.fitting import mean_face
 from facewrinkle.anatomy.muscles import SheetMuscle
-from facewrinkle.anatomy.stored_folds import stored_folds
 from facewrinkle.animation.playback import Playback
 from facewrinkle.errors import FaceWrinkleWarning, ParameterError, UnknownNameError
 from facewrinkle.geometry import unique_edges
@@ -32,7 +31,7 @@ from facewrinkle.layers.wave_folds import GROUPS, FoldShapes, WaveFolds
 from facewrinkle.layers.wave_folds.families import strength_of, tensors_of, window_of
 from facewrinkle.layers.wave_folds.field import found_lines, lines_of
 from facewrinkle.layers.wave_folds.stripes import Style
-from facewrinkle.simulation.fold_layers import FOLDS, fold_layers, fold_shapes, relaxed_shapes
+from facewrinkle.simulation.fold_layers import FOLDS, fold_layers, fold_shapes, relaxed_shapes, stored_folds
 
 UNREFINED = fw.Refinement(max_level=0)
 
