@@ -208,8 +208,8 @@ class Material:
         Number of lights, the first of them, whose highlights are worked out pixel by pixel.
     behind : str
         A statement that changes `lit` where the back of the surface is seen.
-    shadow : str
-        Shares of the key light's red, green and blue that its shadow takes.
+    seeping : str
+        Shares of the key light's red, green and blue that get into its shadow, from the lit skin around it.
     closed : str
         Shares of red, green and blue that hollows take, for all that their walls throw at each other.
     """
@@ -221,7 +221,7 @@ class Material:
     gloss: str = "1.0"
     sharp: int = 4
     behind: str = ""
-    shadow: str = "0.94, 0.94, 0.94"
+    seeping: str = "0.06, 0.06, 0.06"
     closed: str = "0.67, 0.67, 0.67"
 
     def code(self, lights: int, textured: bool = False, reached: str = "") -> str:
@@ -325,7 +325,7 @@ class Material:
             statement = (SHARP if k in sharp else BLURRED) % {**parts, "number": k}
             # What comes from behind grazes all that is seen: hardly any of it gets into hollows.
             grazing = f"pow(open, vec3(lightDirectionVC{k}.z > 0.0 ? 6.0 : 1.0))"
-            reach = grazing if k else f"1.0 - (1.0 - {parts['key']}) * vec3({self.shadow})"
+            reach = grazing if k else f"mix(open * vec3({self.seeping}), vec3(1.0), {parts['key']})"
             slow += SLOW_OF_LIGHT % {"number": k, "statement": statement, "reach": reach, "bare": parts["bare"]}
         mirrored = "".join(FRAGMENT_OF_LIGHT % {**parts, "number": k} for k in sharp)
         return parts, SLOW % {**parts, "lit": slow}, FRAGMENT % {**parts, "lit": mirrored}
@@ -393,7 +393,7 @@ SKIN_MATERIAL = Material(
     gloss="smoothstep(-0.012, 0.03, albedo.g)",
     sharp=1,
     behind="if (!gl_FrontFacing) lit = vec3(0.085, 0.038, 0.028) * (0.4 + 0.6 * abs(facing));",
-    shadow="0.80, 0.92, 0.93",  # red light comes through the skin
+    seeping="0.20, 0.08, 0.07",
     closed="0.56, 0.67, 0.72",
 )
 CLAY_MATERIAL = replace(  # no light enters it
@@ -401,7 +401,7 @@ CLAY_MATERIAL = replace(  # no light enters it
     below="0.070, 0.062, 0.058",
     above="0.112, 0.112, 0.112",
     bleed="0.14, 0.14, 0.14",
-    shadow=Material.shadow,
+    seeping=Material.seeping,
     closed=Material.closed,
 )
 # In an eye one sees the lamps: soft boxes with a bar across.
