@@ -18,8 +18,8 @@ from ..export import output_folder
 from ..plotting import TearScene, side_by_side
 from ..plotting.views import Style, View, surface_view, whole_view
 from ..simulation import Refinement, Simulation
-from ..tears import DrippingTear, DropShape, Fall, Film, Flow, Route, SheddingTear
-from ..tears.presets import PRESETS, Tear, grouped, preset, surfaces
+from ..tears import SheddingTear
+from ..tears.presets import PRESETS, Tear, dripping, preset, shedding, surfaces
 from .options import FaceOptions, OutputOptions, Report, Whole, given, parse_mixture, parse_numbers, refuse
 from .recorder import Clip, Drawing, Recorder, beside
 
@@ -117,12 +117,8 @@ def _tears_from(places: Sequence[Any], kind: Kind, face: Face, seed: int, runnin
             run = next((run for run in runs if run.drips == drips), None)
             if run is None:
                 continue
-            options = dict(run.options)
-            if drips:
-                tears.append(DrippingTear(face, place, **grouped(options, shape=DropShape, fall=Fall)))
-            else:
-                options |= {**running, "seed": seed + number}
-                tears.append(SheddingTear(face, start=place, **grouped(options, film=Film, flow=Flow, route=Route)))
+            own = {} if drips else {**running, "seed": seed + number}
+            tears.append((dripping if drips else shedding)(face, place, {**run.options, **own}))
     return tears
 
 

@@ -26,13 +26,6 @@ NOTHING = 65535
 FIELDS = ("W", "epsilon", "lambda", "gamma", "theta", "split_gamma", "muscle", "family", "level")
 """Fields that a page can show."""
 
-NAMES = {
-    "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
-    "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset", "lower": "lower by (mm)",
-    "alpha": "sharpness \u03b1",
-}  # fmt: skip
-"""Words for the numbers of formulas; those that are fields are told with the fields."""
-
 
 def colors(name: str) -> list[int]:
     """Return the colors of a field, 64 of red, green and blue, 0 to 255."""
@@ -105,7 +98,12 @@ def probe(frame: pv.PolyData, face: Face, layers: Sequence[Layer], corners: IntA
     if not makers:
         return found | {"made_by": "no fold here"}
     first = makers[0]
-    numbers = {NAMES.get(name, name): round(value, 5) for name, value in first["numbers"].items()}
+    words = {  # for the numbers of formulas; those that are fields are told with the fields
+        "k0": "k0 (mm)", "rate": "contraction", "H At": "H At at k0 = 1", "A": "A(\u03b5)", "D": "depth D (mm)",
+        "L": "wavelength L (mm)", "S": "strength S", "e": "e beyond the onset", "lower": "lower by (mm)",
+        "alpha": "sharpness \u03b1",
+    }  # fmt: skip
+    numbers = {words.get(name, name): round(value, 5) for name, value in first["numbers"].items()}
     return found | {
         "made_by": first["name"] + ("" if values.get("W") else ", flat now"),
         "formula": first["formula"],

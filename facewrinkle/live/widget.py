@@ -16,7 +16,12 @@ from .server import Client, Server, page_files
 if TYPE_CHECKING:
     from aiohttp import web
 
-STYLE = """
+
+def style(files: Mapping[str, tuple[str, bytes]]) -> str:
+    """Return the style of the page, for what is inside of a widget alone."""
+    inner = files["style.css"][1].decode().replace(":root", "&").replace("html, body", "&")
+    inner = re.sub(r"^ *body \{.*\}$", "", inner, flags=re.MULTILINE)
+    return f"""
 .facewrinkle-studio {{ {inner}
   display: grid; grid-template-columns: 280px minmax(0, 1fr); background: var(--panel);
   color: var(--text); min-height: 200px;
@@ -25,12 +30,6 @@ STYLE = """
   .view {{ position: relative; }}
 }}
 """
-
-
-def style(files: Mapping[str, tuple[str, bytes]]) -> str:
-    """Return the style of the page, for what is inside of a widget alone."""
-    inner = files["style.css"][1].decode().replace(":root", "&").replace("html, body", "&")
-    return STYLE.format(inner=re.sub(r"^ *body \{.*\}$", "", inner, flags=re.MULTILINE))
 
 
 class _Comm:

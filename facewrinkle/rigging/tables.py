@@ -69,12 +69,6 @@ VISEMES: Mapping[str, str] = {
 }
 """Other names of visemes and expressions, by plain name."""
 
-CUES: Mapping[str, str] = {
-    "A": "viseme_PP", "B": "viseme_SS", "C": "viseme_E", "D": "viseme_aa", "E": "viseme_O", "F": "viseme_U",
-    "G": "viseme_FF", "H": "viseme_nn", "X": "",
-}  # fmt: skip
-"""Visemes by the mouth shapes of Rhubarb Lip Sync."""
-
 MATRICES = "facialtransformationmatrixes"
 """Plain name under which MediaPipe keeps the turns of heads."""
 
@@ -271,8 +265,13 @@ def _of_face_cap(file: str, lines: list[str]) -> Table:
 
 def _of_cues(starts: Sequence[float], cues: Sequence[str]) -> Table:
     """Return the table of mouth cues, each of which lasts until 0.06 s before the next."""
-    names = sorted({CUES.get(cue, "") for cue in cues} - {""}) or ["viseme_sil"]
-    held = np.array([[float(CUES.get(cue, "") == name) for name in names] for cue in cues])
+    of_cue = {  # the mouth shapes of Rhubarb Lip Sync; X is none
+        "A": "viseme_PP", "B": "viseme_SS", "C": "viseme_E", "D": "viseme_aa", "E": "viseme_O", "F": "viseme_U",
+        "G": "viseme_FF", "H": "viseme_nn",
+    }  # fmt: skip
+    visemes = [of_cue.get(cue, "") for cue in cues]
+    names = sorted({*visemes} - {""}) or ["viseme_sil"]
+    held = np.array([[float(viseme == name) for name in names] for viseme in visemes])
     start = np.array(starts)
     end = np.append(np.maximum(start[1:] - 0.06, start[:-1] + 1e-3), np.nan)
     times = np.stack([start, end], axis=1).ravel()[:-1]

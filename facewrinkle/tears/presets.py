@@ -161,25 +161,23 @@ def preset(name: str, face: Face, *, seed: int = 0, **options: Any) -> list[Tear
         start, larger = lid_point(face, run.side, along), random.uniform(0.92, 1.08)
         given = {**run.options, **(options if run.drips == all_drip else {})}
         if run.drips:
-            given = {**given, "size": larger * given.get("size", 3.0)}
-            tears.append(DrippingTear(face, start, **grouped(given, shape=DropShape, fall=Fall)))
+            tears.append(dripping(face, start, {**given, "size": larger * given.get("size", 3.0)}))
         else:
             given = {**given, "width": larger * given.get("width", 3.0), "seed": int(random.integers(2**31))}
-            tears.append(_shed_tear(face, start, given, tears))
+            tear = shedding(face, start, given)
+            met = next((other for other in tears if isinstance(other, SheddingTear) and tear.meets(other)), None)
+            tears.append(tear if met is None else shedding(face, start, {**given, "into": met}))
     return tears
 
 
-def _shed_tear(face: Face, start: Any, options: Mapping[str, Any], before: Sequence[Tear]) -> SheddingTear:
-    """Return a tear that runs into the first of the tears `before` that it meets."""
+def dripping(face: Face, start: Any, options: Mapping[str, Any]) -> DrippingTear:
+    """Return a tear that drips from a place, given options as those of a :class:`Run`."""
+    return DrippingTear(face, start, **grouped(options, shape=DropShape, fall=Fall))
 
-    def shed(**more: Any) -> SheddingTear:
-        return SheddingTear(face, start=start, **grouped({**options, **more}, film=Film, flow=Flow, route=Route))
 
-    tear = shed()
-    for other in before:
-        if isinstance(other, SheddingTear) and tear.meets(other):
-            return shed(into=other)
-    return tear
+def shedding(face: Face, start: Any, options: Mapping[str, Any]) -> SheddingTear:
+    """Return a tear that runs down from a place, given options as those of a :class:`Run`."""
+    return SheddingTear(face, start=start, **grouped(options, film=Film, flow=Flow, route=Route))
 
 
 def surfaces(tears: Iterable[Tear], t: float, on: pv.PolyData | None = None) -> list[pv.PolyData]:

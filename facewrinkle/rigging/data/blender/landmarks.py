@@ -10,14 +10,6 @@ from .exchange import rest, turn
 ENTRY = "facewrinkle"
 """Custom property of an empty: what the package wrote about the landmark, as JSON, and where it was put."""
 
-NEEDED = {
-    "eye_{}_inner": (0.11, 0.64), "eye_{}_outer": (0.27, 0.64), "brow_{}_mid": (0.22, 0.73), "mouth_{}": (0.15, 0.42),
-    "nose_tip": (0.0, 0.54), "upper_lip_mid": (0.0, 0.45), "lower_lip_mid": (0.0, 0.39),
-}  # fmt: skip
-"""Landmarks that others are estimated from: about where they are, from the middle to a side and from below upwards, in
-shares of the width of a head without its shoulders, and of its height.
-"""
-
 
 def empties(obj):
     """Empties of a mesh by the name of their landmark."""
@@ -32,8 +24,14 @@ def guessed(obj):
     upper = points[above >= 0.5 * above.max(), 0]
     x = (points[:, 0] - 0.5 * (upper.min() + upper.max())) / max(np.ptp(upper), 1e-12)
     y, z = behind / height, above / height
+    # Those that others are estimated from: about where they are, from the middle to a side and from below upwards, in
+    # shares of the width of a head without its shoulders, and of its height.
+    needed = {
+        "eye_{}_inner": (0.11, 0.64), "eye_{}_outer": (0.27, 0.64), "brow_{}_mid": (0.22, 0.73),
+        "mouth_{}": (0.15, 0.42), "nose_tip": (0.0, 0.54), "upper_lip_mid": (0.0, 0.45), "lower_lip_mid": (0.0, 0.39),
+    }  # fmt: skip
     marks = {}
-    for name, (aside, up) in NEEDED.items():
+    for name, (aside, up) in needed.items():
         for side, sign in {"l": 1.0, "r": -1.0}.items():
             off = np.hypot(x - sign * aside, z - up)
             marks[name.format(side)] = {"xyz": points[np.argmin(10.0 * off + y)].tolist()}
