@@ -30,7 +30,7 @@ FEW = ["--frames", str(FRAMES), "--size", str(SIZE)]
 @pytest.fixture(scope="module")
 def surprise(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cli") / "new" / "folder"
-    assert main(["express", "surprise", *FEW, "--series", "--out", str(folder)]) == 0
+    assert main(["express", "surprise", *FEW, "--max-level", "1", "--series", "--out", str(folder)]) == 0
     return folder
 
 

@@ -108,17 +108,17 @@ def test_a_movie_draws_again_only_what_can_be_seen_to_have_moved(face):
 def test_without_imageio_the_movie_is_skipped_with_a_notice(tmp_path, monkeypatch, run):
     missing = MissingPackageError("movies need the package imageio, which is not installed.")
     monkeypatch.setattr(recorder, "movie_writer", Mock(side_effect=missing))
-    stale = tmp_path / "AU4.mp4"
+    pv.Sphere(radius=40.0).save(tmp_path / "ball.ply")
+    stale = tmp_path / "pattern_dimple.mp4"
     stale.write_bytes(b"of an earlier run")
-    out, err = run(
-        "express", "AU4", "--frames", "2", "--size", "48", "--max-level", "1", "--series", "--out", str(tmp_path)
-    )
+    ball = ["--face", str(tmp_path / "ball.ply"), "--units", "mm", "--center", "0,0,40", "--out", str(tmp_path)]
+    out, err = run("pattern", "dimple", *ball, "--frames", "2", "--size", "48", "--series")
     note, *_ = err.splitlines()  # a slow machine tells more
     assert note == "facewrinkle: note: no movie is written: movies need the package imageio, which is not installed."
-    assert "AU4.mp4" not in out
+    assert "pattern_dimple.mp4" not in out
     assert not stale.exists()
-    assert len(read_series(tmp_path / "AU4.vtkhdf")[1]) == 3
-    assert (tmp_path / "AU4_closeup.png").is_file()
+    assert len(read_series(tmp_path / "pattern_dimple.vtkhdf")[1]) == 5
+    assert (tmp_path / "pattern_dimple_closeup.png").is_file()
 
 
 @pytest.mark.parametrize("ending", ["glb", "gltf", "obj", "ply"])

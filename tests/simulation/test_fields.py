@@ -24,7 +24,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "howto" / "fields.rst"
 def simulated(face, folds):
     sim = fw.Simulation(face, folds=folds)
     sim.express("surprise" if folds == "printed" else "paper_surprise")
-    *_, frame = sim.run(40)
+    *_, frame = sim.run(20)
     return sim, frame
 
 

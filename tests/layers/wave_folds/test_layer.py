@@ -230,6 +230,7 @@ def test_the_same_skin_turned_and_in_meters_has_the_same_lines(face, field, othe
     assert np.quantile(across / sizes, 0.05) > 0.99
 
 
+@pytest.mark.slow
 def test_lines_that_are_found_on_other_triangles_are_the_same(face):
     other = fw.fit_face(face.mesh.decimate(0.2), face.landmarks, units="mm")
     gap, near = cKDTree(other.points).query(face.points)
