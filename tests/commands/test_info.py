@@ -1,6 +1,9 @@
 """``facewrinkle info`` and ``atlas`` from outside: names, and the content of files."""
 
 import dataclasses
+import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from glb_files import GltfFile
 import facewrinkle as fw
 from facewrinkle.anatomy.atlas import DEFAULT_ATLAS, load_atlas, read_atlas
 from facewrinkle.cli import main
+from facewrinkle.commands import compile as command
 
 
 def test_info_lists_every_name(run):
@@ -95,3 +99,90 @@ def test_a_file_with_the_changes_is_enough(tmp_path):
     assert mine.muscles["corrugator_l"] == {**usual.muscles["corrugator_l"], "strength": 1.5}
     assert mine.muscles["jaw"] == usual.muscles["jaw"]
     assert mine.tissue == usual.tissue
+
+
+# --- fit: what it finds, and how other commands take it -------------------------------------------
+
+
+@pytest.mark.slow
+def test_fit_finds_a_face_and_express_takes_it(tmp_path, run):
+    head = fw.default_face()
+    head.mesh.scale(0.001).rotate_y(40).flip_faces().save(tmp_path / "head.vtp")
+    (tmp_path / "some.json").write_text(json.dumps({"nose_tip": _turned(head.landmarks["nose_tip"])}))
+    arguments = ["fit", str(tmp_path / "head.vtp"), "--landmarks", str(tmp_path / "some.json"), "--units", "m"]
+    told = run(*arguments, "--out", str(tmp_path / "out")).out
+    assert "4517" in told
+    assert "repaired and separated" in told
+    assert "oriented inward" in told
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "head.face",
+        "head.landmarks.json",
+        "head.png",
+    ]
+    found = json.loads((tmp_path / "out" / "head.landmarks.json").read_text())["landmarks"]
+    assert found["zygion_l"]["estimated"]
+    assert not found["nose_tip"]["estimated"]
+    for name in ("nose_tip", "mouth_l", "eye_r_outer"):
+        np.testing.assert_allclose(found[name]["xyz"], _turned(head.landmarks[name]), atol=0.002)
+    few = ["--frames", "6", "--size", "96", "--no-movie", "--max-level", "1", "--view", "front"]
+    source = ["--face", str(tmp_path / "out" / "head.face")]
+    assert main(["express", "AU4", *source, *few, "--out", str(tmp_path / "out")]) == 0
+    assert (tmp_path / "out" / "AU4.png").is_file()
+    assert (
+        "--units is not for head.face, which has its own: leave it out."
+        in run("express", "AU4", *source, "--units", "mm", code=1).err
+    )
+
+
+def _turned(point):
+    """A place on the head after it was made a thousand times smaller and turned by 40 degrees about y."""
+    cos, sin = np.cos(np.radians(40.0)), np.sin(np.radians(40.0))
+    return [0.001 * (cos * point[0] + sin * point[2]), 0.001 * point[1], 0.001 * (cos * point[2] - sin * point[0])]
+
+
+# --- compile: what commands call afterwards is compiled -------------------------------------------
+
+
+SEVERAL = """
+import sys
+from numba.core.registry import CPUDispatcher
+import facewrinkle as fw
+from facewrinkle.cli import main
+from facewrinkle.files import inputs_kept
+
+def compiled():
+    modules = [module for name, module in sys.modules.items() if name.startswith("facewrinkle.")]
+    kernels = {x for module in modules for x in vars(module).values() if isinstance(x, CPUDispatcher)}
+    return {(kernel.__module__, kernel.__name__, types) for kernel in kernels for types in kernel.signatures}
+
+done = []
+def progress(steps, what, n):
+    for step in steps:
+        done.append(n)
+        yield step
+
+with inputs_kept():  # as the command does
+    fw.compile_ahead(progress)
+assert done == [len(done)] * len(done) and len(done) > 5, done
+before = compiled()
+assert len(before) > 40, len(before)
+for command in (["express", "happiness", "--frames", "20"], ["tear", "one_tear", "--seconds", "1"]):
+    assert main([*command, "--size", "64", "--quiet", "--out", sys.argv[1]]) == 0
+print(compiled() - before)
+"""
+
+
+@pytest.mark.slow
+def test_what_commands_call_is_compiled_ahead(tmp_path):
+    run = [sys.executable, "-c", SEVERAL, str(tmp_path / "out")]
+    done = subprocess.run(run, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.stdout.strip() == "set()", done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+def test_the_command_plays_all_cases(monkeypatch, run):
+    done = []
+    monkeypatch.setattr(command, "_cases", lambda folder: [lambda: done.append(folder.is_dir())] * 3)
+    assert run("compile") == ("", "")
+    fw.compile_ahead()
+    assert done == [True] * 6

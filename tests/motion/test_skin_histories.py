@@ -18,8 +18,11 @@ import pytest
 from skins import held
 
 import facewrinkle as fw
+from analysis.subjects import names, subject
 from facewrinkle.motion.skin import Skin
 from tools.trials.oracle import DEEPEST, Oracle, off_the_way
+from tools.trials.player import Player, can_wrinkle
+from tools.trials.sequences import sequence
 
 
 @pytest.fixture(scope="module")
@@ -216,3 +219,64 @@ def test_the_same_bytes_with_any_number_of_threads():
         count = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "NUMBA_NUM_THREADS"), str(threads))
         digests.add(subprocess.check_output([sys.executable, "-c", PLAYED], env={**os.environ, **count}))
     assert len(digests) == 1
+
+
+# --- a sample of random sequences on many faces ---------------------------------------------------
+
+
+FACES = ("head-1", "ict-0", "ict-1", "makehuman", "mediapipe")
+FRAMES = 120
+NEVER = ("not finite", "energy", "eyes", "inverted", "wrinkles", "teeth", "lips", "not at rest")
+
+
+@pytest.fixture(scope="module")
+def played(request):
+    """The name of a face, and its player."""
+    if request.param not in names():
+        pytest.skip(f"{request.param} is not beside the repository")
+    return request.param, Player(subject(request.param))
+
+
+def faults(player, name, index, simulated=False):
+    trial = player.play(sequence(player.face, 0, name, index), simulated)
+    worst = trial.worst()
+    return len(trial.largest), {
+        f"{kind}, {name} {index}": f"{count} frames, {worst[kind][0]:.3g} in frame {worst[kind][1]}"
+        for kind, count in trial.failed().items()
+        if count and kind in NEVER
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("played", FACES, indirect=True, scope="module")
+def test_a_face_comes_back_from_random_sequences(played):
+    name, player = played
+    found, frames, index = {}, 0, 0
+    while frames < FRAMES:
+        more, faulty = faults(player, name, index)
+        found |= faulty
+        frames, index = frames + more, index + 1
+    assert not found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("played", "index", "simulated"),
+    [
+        ("head-1", 7, True),
+        ("head-1", 17, False),
+        ("head-2", 8, False),
+        ("ict-1", 7, True),
+        ("makehuman", 5, False),
+        ("makehuman", 14, False),
+        ("ict-5", 9, False),
+    ],
+    indirect=["played"],
+    scope="module",
+)
+def test_wrinkles_turn_no_refined_triangle_over_and_what_once_went_wrong_does_not(played, index, simulated):
+    name, player = played
+    assert can_wrinkle(player.face)
+    frames, faulty = faults(player, name, index, simulated)
+    assert frames > 20
+    assert not faulty
