@@ -188,37 +188,42 @@ def _paint(stage: Any, mesh: Any, name: str, model: Model, place: Path) -> list[
     """Bind a preview surface to a mesh, with its colors, or with its picture in a file beside `place`; return that."""
     from pxr import Sdf, UsdShade
 
-    material = UsdShade.Material.Define(stage, f"/Face/Materials/{name}")
-    surface = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Surface")
-    surface.CreateIdAttr("UsdPreviewSurface")
-    surface.CreateInput("roughness", Sdf.ValueTypeNames.Float).Set(roughness(name))
-    color = surface.CreateInput("diffuseColor", Sdf.ValueTypeNames.Color3f)
+    types, folder = Sdf.ValueTypeNames, f"/Face/Materials/{name}"
+
+    def node(title: str, kind: str, **inputs: tuple[Any, Any]) -> Any:
+        """Return a shader whose inputs have types and values."""
+        shader = UsdShade.Shader.Define(stage, f"{folder}/{title}")
+        shader.CreateIdAttr(kind)
+        for title, (of, value) in inputs.items():
+            shader.CreateInput(title, of).Set(value)
+        return shader
+
+    material = UsdShade.Material.Define(stage, folder)
+    surface = node("Surface", "UsdPreviewSurface", roughness=(types.Float, roughness(name)))
+    color = surface.CreateInput("diffuseColor", types.Color3f)
     material.CreateSurfaceOutput().ConnectToSource(surface.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
     if model.png is None or model.uv is None:
-        reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Colors")
-        reader.CreateIdAttr("UsdPrimvarReader_float3")
-        reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("displayColor")
-        reader.CreateInput("fallback", Sdf.ValueTypeNames.Float3).Set(tuple(SKIN_COLOR[:3]))
-        color.ConnectToSource(reader.CreateOutput("result", Sdf.ValueTypeNames.Float3))
+        fallback = types.Float3, tuple(SKIN_COLOR[:3])
+        colors = node("Colors", "UsdPrimvarReader_float3", varname=(types.String, "displayColor"), fallback=fallback)
+        color.ConnectToSource(colors.CreateOutput("result", types.Float3))
         return []
     ending = "png" if model.png.startswith(b"\x89PNG") else "jpg"
     picture = place.with_name(f"{place.stem}_{name}.{ending}")
     write_whole(picture, model.png)
-    reader = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Places")
-    reader.CreateIdAttr("UsdPrimvarReader_float2")
-    reader.CreateInput("varname", Sdf.ValueTypeNames.String).Set("st")
-    texture = UsdShade.Shader.Define(stage, f"/Face/Materials/{name}/Picture")
-    texture.CreateIdAttr("UsdUVTexture")
-    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(Sdf.AssetPath(f"./{picture.name}"))
-    texture.CreateInput("sourceColorSpace", Sdf.ValueTypeNames.Token).Set("sRGB")
-    for side in "ST":
-        texture.CreateInput(f"wrap{side}", Sdf.ValueTypeNames.Token).Set("repeat")
-    places = reader.CreateOutput("result", Sdf.ValueTypeNames.Float2)
-    texture.CreateInput("st", Sdf.ValueTypeNames.Float2).ConnectToSource(places)
-    color.ConnectToSource(texture.CreateOutput("rgb", Sdf.ValueTypeNames.Float3))
+    places = node("Places", "UsdPrimvarReader_float2", varname=(types.String, "st"))
+    texture = node(
+        "Picture",
+        "UsdUVTexture",
+        file=(types.Asset, Sdf.AssetPath(f"./{picture.name}")),
+        sourceColorSpace=(types.Token, "sRGB"),
+        wrapS=(types.Token, "repeat"),
+        wrapT=(types.Token, "repeat"),
+    )
+    texture.CreateInput("st", types.Float2).ConnectToSource(places.CreateOutput("result", types.Float2))
+    color.ConnectToSource(texture.CreateOutput("rgb", types.Float3))
     if model.cutout:
-        opacity = surface.CreateInput("opacity", Sdf.ValueTypeNames.Float)
-        opacity.ConnectToSource(texture.CreateOutput("a", Sdf.ValueTypeNames.Float))
-        surface.CreateInput("opacityThreshold", Sdf.ValueTypeNames.Float).Set(0.5)
+        opacity = surface.CreateInput("opacity", types.Float)
+        opacity.ConnectToSource(texture.CreateOutput("a", types.Float))
+        surface.CreateInput("opacityThreshold", types.Float).Set(0.5)
     return [picture]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, get_args
+from typing import Annotated, get_args
 
 import numpy as np
 
@@ -267,15 +267,3 @@ def ranges(kind: type) -> dict[str, tuple[float, float]]:
     """
     numbers = [(name, get_args(of)) for name, of in kinds_of(kind).items()]
     return {name: (limits[0].least, limits[0].most) for name, (of, *limits) in numbers if of is float and limits}
-
-
-def changed_numbers(one: Any, usual: Any) -> dict[str, Any]:
-    """Return the numbers of a part that are not the usual ones, by name.
-
-    Examples
-    --------
-    >>> changed_numbers(Folds(age=0.5), Folds())
-    {'age': 0.5}
-    """
-    own: Mapping[str, Any] = vars(one)
-    return {name: value for name, value in own.items() if value != getattr(usual, name)}

@@ -26,7 +26,7 @@ from ..simulation import Refinement, Simulation
 from ..simulation.fold_layers import fold_layers
 from ..tears import Flow, Route, SheddingTear
 from .content import Content
-from .parts import Folds, Key, Look, Pattern, Tear, changed_numbers, point_of
+from .parts import Folds, Key, Look, Pattern, Tear, point_of
 from .subject import Subject
 
 TEAR_SPEED, TEAR_STAYS = 24.0, 1e6
@@ -47,7 +47,8 @@ def layers_of(content: Content, face: Face) -> list[Layer]:
 
 def fold_words(content: Content, face: Face) -> dict[str, Any]:
     """Return the words of :func:`fold_layers` for the folds of a session, where they are not the usual ones."""
-    words = changed_numbers(content.folds, Folds())
+    usual = vars(Folds())
+    words = {name: value for name, value in vars(content.folds).items() if value != usual[name]}
     words |= {"age": max(words["age"], face.age)} if "age" in words else {}
     amount = {side: words.pop(side) for side in SIDES if side in words}
     amount |= {name: factor for name, factor in content.regions.items() if factor != 1.0}
