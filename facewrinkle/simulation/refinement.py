@@ -147,8 +147,10 @@ def mark(
     """
     n = len(normals)
     spacing, across, active = np.full(n, np.inf), np.zeros((n, 3)), np.zeros(n, bool)
-    for own in displacements:
-        _take_finest(own.spacing, own.across, own.active, spacing, across, active)
+    for own in displacements:  # of several layers the finest counts
+        finer = np.flatnonzero(own.active & (own.spacing < spacing))
+        spacing[finer], across[finer] = own.spacing[finer], own.across[finer]
+        active |= own.active
     bent, largest = _bends(forest.triangles, normals, vertices.normals, active)
     need = spacing / refinement.samples if refinement.samples else np.full(n, np.inf)
     excess = _excesses(forest.nodes, vertices.points, need, across)
@@ -160,17 +162,6 @@ def mark(
         wanted |= split & active[forest.nodes].any(axis=1)
         wanted[forest.leaf[bent > refinement.gamma_c]] = True
     return wanted, bool(late.mean() > 0.01), largest
-
-
-@compiled
-def _take_finest(own_spacing, own_across, own_active, spacing, across, active):
-    """Take over where a layer is active, and the spacing that it needs at each vertex there, where it is finer."""
-    for v in range(len(spacing)):
-        if own_active[v] and own_spacing[v] < spacing[v]:
-            spacing[v] = own_spacing[v]
-            for c in range(3):
-                across[v, c] = own_across[v, c]
-        active[v] |= own_active[v]
 
 
 @compiled
