@@ -19,9 +19,6 @@ from typing import NoReturn
 SIGNALS = tuple(int(getattr(signal, name)) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals that end the process; Windows has no SIGHUP."""
 
-PATIENCE = 1.0
-"""Seconds until a signal takes effect from another thread, if a long computation keeps the main thread from it."""
-
 
 def program() -> NoReturn:
     """Run the command line and end the process with its code."""
@@ -73,7 +70,7 @@ def _watch(reading: int) -> None:
     while received := os.read(reading, 1):
         number: int = received[0]
         if number in SIGNALS:
-            time.sleep(PATIENCE)
+            time.sleep(1.0)  # if a long computation keeps the main thread from it
             _ended(number)
 
 

@@ -25,9 +25,6 @@ from .progress import only_bars
 USAGE, FAILED = 2, 1
 """Exit codes."""
 
-NARROWEST = 40
-"""Columns of the narrowest terminal that tables are laid out for: on narrower ones names of options were cut."""
-
 COMMON = Parameter(group="Options of all commands", show_default=False)
 
 app = App(
@@ -144,9 +141,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _widen() -> None:
     """Have what is printed laid out at a width that it can be laid out at, however narrow the terminal is."""
-    columns = shutil.get_terminal_size().columns
-    if columns < NARROWEST or os.environ.get("COLUMNS") == "0":
-        os.environ["COLUMNS"] = str(max(columns, NARROWEST))
+    columns, narrowest = shutil.get_terminal_size().columns, 40  # on narrower ones names of options were cut
+    if columns < narrowest or os.environ.get("COLUMNS") == "0":
+        os.environ["COLUMNS"] = str(max(columns, narrowest))
 
 
 def _failure(error: Exception) -> str:

@@ -15,9 +15,6 @@ from difflib import get_close_matches
 LARGEST = 1e50
 """Coordinates must be smaller than this, so that products of six of them do not overflow."""
 
-LISTED = 48
-"""An error lists at most this many known names."""
-
 OPTIONAL = {
     "aiohttp": ("aiohttp", "studio"),
     "anywidget": ("anywidget", "studio"),
@@ -255,10 +252,11 @@ def unknown_name(kind: str, name: object, known: Iterable[str]) -> UnknownNameEr
     close = [each for key in get_close_matches(str(name).casefold(), folded, n=3, cutoff=0.5) for each in folded[key]]
     if not known:
         return UnknownNameError(f"unknown {kind} {name!r}. There is none here.")
-    rest = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    most = 48  # names that are listed
+    rest = f" and {len(known) - most} more" if len(known) > most else ""
     hint = f"Did you mean {' or '.join(repr(c) for c in close)}?"
     if not close:
-        hint = f"Known are: {', '.join(known[:LISTED])}{rest}."
+        hint = f"Known are: {', '.join(known[:most])}{rest}."
     return UnknownNameError(f"unknown {kind} {name!r}. {hint}")
 
 

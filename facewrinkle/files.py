@@ -29,9 +29,6 @@ PARTS = 64
 
 _DEEP = re.compile(rf"(?:[^.,=\[\]{{}}\n]{{1,100}}+\.){{{PARTS}}}")
 
-SCARCE = 2**20
-"""With fewer free bytes than this, what could not be written is taken to have found no room."""
-
 _inside_only: ContextVar[bool] = ContextVar("inside_only", default=False)
 
 _inputs: dict[tuple[int, int], str] | None = None
@@ -332,7 +329,8 @@ def not_written(path: str | Path, problem: OSError | str) -> OutputError:
             f"{str(path)!r} cannot be written: it would be larger than files may be here. What was there before is "
             "untouched. Raise the limit of file sizes (ulimit -f), or write less."
         )
-    if number in (errno.ENOSPC, errno.EDQUOT) or (free is not None and free < SCARCE):
+    # With fewer free bytes, what could not be written is taken to have found no room.
+    if number in (errno.ENOSPC, errno.EDQUOT) or (free is not None and free < 2**20):
         left = "" if free is None else f" ({free / 1e6:.1f} MB are free)"
         return OutputError(
             f"{str(path)!r} cannot be written: no space left on its disk{left}. What was there before is untouched. "

@@ -13,7 +13,7 @@ from functools import cache
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from .errors import ParameterError, type_of, unknown_name
+from .errors import ParameterError, check_name, type_of
 
 WORDS = {
     float: "a number", int: "a whole number", str: "a text", bool: "true or false", list: "a list", tuple: "a list",
@@ -206,8 +206,7 @@ def _filled(value: Any, table: Any, where: str) -> Any:
         _refuse(where, f"must be {WORDS[dict]}", value)
     kinds = kinds_of(table)
     for name in value:
-        if name not in kinds:
-            raise unknown_name(f"entry of {where}".removesuffix(" of "), name, kinds)
+        check_name(f"entry of {where}".removesuffix(" of "), name, kinds)
     for field in fields(table):
         if field.name not in value and field.default is MISSING and field.default_factory is MISSING:
             _refuse(where, f"must have an entry {field.name}", value)

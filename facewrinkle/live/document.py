@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from ..anatomy.atlas import Atlas
-from ..errors import check_name, unknown_name
+from ..errors import check_name
 from ..session import Session
 from ..session.session import START
 
@@ -125,8 +125,7 @@ def _set(data: dict[str, Any], path: Sequence[str], value: Any) -> str:
     check_name("part of the session", path[0] if path else "", vars(START))
     table = data
     for name in path[:-1]:
-        if not isinstance(table.get(name), dict):
-            raise unknown_name("table of the session", name, [key for key in table if isinstance(table[key], dict)])
+        check_name("table of the session", name, [key for key in table if isinstance(table[key], dict)])
         table = table[name]
     if value is None:
         table.pop(path[-1], None)
