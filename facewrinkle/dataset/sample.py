@@ -167,7 +167,7 @@ class SampleMaker(AbstractContextManager["SampleMaker"]):
             If no draw was good.
         """
         refused: list[str] = []
-        for attempt in range(5):
+        for attempt in range(5):  # so many draws are tried
             plan = plan_of(self.spec, index, attempt)
             try:
                 return self._made(plan, refused)

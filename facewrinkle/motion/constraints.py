@@ -48,6 +48,7 @@ def tip_of_nose(face: Face) -> tuple[Array, Array]:
     (True, True)
     """
     tip, base, scale = face.landmarks["nose_tip"], face.landmarks["subnasale"], face.frame.scale
+    # Cartilage reaches 7 mm around the line between them; skin is loose, and lacks most of its tethers, around the tip.
     firm = np.exp(-_squares_from(face.points, tip, base) / (7.0 * scale) ** 2)
     near = np.exp(-((face.points - tip) ** 2).sum(axis=1) / (20.0 * scale) ** 2)
     # Under the base is the anterior nasal spine: skin and cartilage are bound to it by two times more tethers.
@@ -91,7 +92,7 @@ def modioli(face: Face) -> tuple[Array, Array]:
     out = np.array([[0.085, 0.03, -0.02], [-0.085, 0.03, -0.02]])  # [left, up, forward] in distances between the pupils
     knots = corners + face.frame.pupil_distance * out @ face.frame.axes
     square = ((face.points - knots[:, None]) ** 2).sum(axis=2)
-    return corners, np.exp(-0.5 * square / (4.5 * face.frame.scale) ** 2)
+    return corners, np.exp(-0.5 * square / (4.5 * face.frame.scale) ** 2)  # the size of a modiolus
 
 
 def lip_tethers(face: Face) -> tuple[Array, Array]:
@@ -103,7 +104,7 @@ def lip_tethers(face: Face) -> tuple[Array, Array]:
     scale, axes = face.frame.scale, face.frame.axes
     middle = lips_middle(face.landmarks) - 4.0 * scale * axes[2]  # the lips meet behind their red
     square = np.minimum(*(_squares_from(face.points, middle, face.landmarks[f"mouth_{side}"]) for side in "lr"))
-    near = np.exp(-square / (6.0 * scale) ** 2)
+    near = np.exp(-square / (6.0 * scale) ** 2)  # so far the tethers of the lips reach
     half = scale * np.array(ELLIPSE["upper"])
     local = from_lips(face) + np.array([0.0, 0.0, half[1] + face.behind_lips * scale])
     off = unit(np.stack([local[:, 0] / half[0] ** 2, np.zeros(len(local)), local[:, 2] / half[1] ** 2], axis=1))

@@ -167,8 +167,9 @@ class Contacts:
     def _look(self, u: Array) -> Array:
         """Return positions of vertices and eyes; look for solids near them unless they were looked for close by."""
         x = np.concatenate([self._points + u, self._eyes])
+        # Solids are looked for within 3 mm, and anew when the skin has moved by 1 mm.
         moved = x[self._meeting_solids] - self.looked_at[self._meeting_solids]
-        if not np.linalg.norm(moved, axis=1).max(initial=0.0) <= 1.0:  # mm
+        if not np.linalg.norm(moved, axis=1).max(initial=0.0) <= 1.0:
             gaps, of_skin = kernels.gaps_of(x, self.samples, self._placed), self.samples.partners[:, 0] >= 0
             self.looked_at, self._near = x, np.flatnonzero(of_skin | (gaps < self.samples.allowed + 3.0))
         return x

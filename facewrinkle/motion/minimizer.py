@@ -170,7 +170,7 @@ class Minimizer:
         there: Array,
     ) -> tuple[Array, float, float] | None:
         """Return the first of ever shorter steps that lowers the objective enough, its value and its length."""
-        rounding = 1e-13 * abs(value)
+        rounding = 1e-13 * abs(value)  # of an energy: a step may raise it by this much
         for _ in range(12):
             candidate = u + length * direction
             new = self._evaluated(objective, candidate, there)

@@ -63,6 +63,7 @@ def facing_lips(face: Face, area: Array, share_of_jaw: Array) -> Samples:
     for own, other, side in ((~lower, lower, 1.0), (lower, ~lower, -1.0)):
         faces = near & own & (side * looks_up < away)
         surface = (near & other & (side * looks_up > -away))[face.triangles].all(axis=1)
+        # Lips are as round as a ball of 5 mm.
         samples = samples_of(face, faces, STIFFNESS * area, radius=5.0, allowed=LIP_DISTANCE, middles=True)
         found.append(_faced(face, samples, face.triangles[surface].astype(np.int64), side))
     return Samples.joined(found)
@@ -211,7 +212,7 @@ def closing_forces(face: Face, area: Array) -> Array:
     slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up
     flat = squeezed(points, up)
     for side in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
-        for vertex in np.flatnonzero(near & (side * looks_up < -0.2)):
+        for vertex in np.flatnonzero(near & (side * looks_up < -0.2)):  # what looks more aside is not pressed
             beyond = (side * slopes > 1e-12) & (side * middles < side * points[vertex] @ up)
             others = triangles[beyond & (triangles != vertex).all(axis=1)]
             k, shares, beside = closest_triangle(flat, others, flat[vertex])
@@ -266,7 +267,8 @@ def lid_ridges(face: Face) -> IntArray:
         lids = _Lids(face, opening, edges)
         for upper in (True, False):
             ends = lids.edges(upper)
-            highest = _highest(np.linspace(-0.1, 1.1, 481), lids.along[ends], lids.inwards(upper)[ends])
+            everywhere = np.linspace(-0.1, 1.1, 481)  # along the lids
+            highest = _highest(everywhere, lids.along[ends], lids.inwards(upper)[ends])
             found.append(ends[np.unique(highest[highest >= 0])])
     return np.concatenate(found)
 

@@ -215,7 +215,7 @@ class Skin:
         # Van Gelder: springs of this stiffness behave like a membrane of stiffness 1, whatever the triangles.
         firm = 1.0 + self.material.cartilage * tip_of_nose(face)[0][edges].min(axis=1)
         self._stiffness = firm * self._area_of_edge / self._length**2
-        if tied is not None:
+        if tied is not None:  # by springs ten times as stiff
             ties = np.ascontiguousarray(points[tied[:, 1]] - points[tied[:, 0]])
             self._edges, self._rest = np.vstack([self._edges, tied.astype(np.uint32)]), np.vstack([self._rest, ties])
             self._length = np.append(self._length, np.linalg.norm(ties, axis=1))
@@ -461,7 +461,7 @@ class Skin:
         self._minimizer.reset()
         self.contacts.reset()
         self._place(self.rates)
-        for _ in range(6):
+        for _ in range(6):  # steps that take the skin out
             self._velocity = np.zeros_like(self._rest_points)
             self._advance(self.time_step)
         return self.displacement

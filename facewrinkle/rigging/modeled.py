@@ -104,7 +104,7 @@ class Movements:
                 return self.seal(np.zeros_like(self.face.points) if moved is None else moved)
 
     def _aside(self, sign: float) -> Array:
-        """Displacement (n, 3) of a mouth that slides to one side around the dental arch."""
+        """Displacement (n, 3) of a mouth that slides to one side around the dental arch, up to 1.15 from it."""
         local, way, arch = self._local, 0.2, 0.55
         away = np.linalg.norm(local * [1.0, 1.25, 0.8], axis=1) / 1.15
         angle = sign * way / arch * smoothstep((1.0 - away) / 0.8)
@@ -155,7 +155,7 @@ class Movements:
         return self._world(moved)
 
     def _lifted(self) -> Array:
-        """Displacement (n, 3) of an upper lip that the lower one pushes up."""
+        """Displacement (n, 3) of an upper lip that the lower one pushes up by 0.09, with the skin around it."""
         local = self._local - [0.0, 0.06, 0.0]
         weight = np.exp(-((local / [0.3, 0.24, 0.4]) ** 2).sum(axis=1)) * (1.0 - self.face.mandible_share)
         weight = np.where(weight > 0.02, weight - 0.02, 0.0)
@@ -195,7 +195,7 @@ class Movements:
         """Vertices that follow sealed lips, the bending (n, n) of the skin, and what solves its least squares."""
         held = np.zeros(len(self.face.points), bool)
         held[np.concatenate(self.pairs)] = True
-        near = np.linalg.norm(self._local, axis=1) < 0.95
+        near = np.linalg.norm(self._local, axis=1) < 0.95  # so far the sealing moves skin
         free = np.flatnonzero(near & ~held)
         points = self._scaled
         area = vertex_areas(points, self.face.triangles)
@@ -221,7 +221,7 @@ class Movements:
         points = self._scaled
         gaps, partner = cKDTree(points[lower]).query(points[upper])
         other_gaps, other = cKDTree(points[upper]).query(points[lower])
-        close, other_close = gaps < 0.1, other_gaps < 0.1
+        close, other_close = gaps < 0.1, other_gaps < 0.1  # as lips at rest are at most
         pairs = np.concatenate(
             [
                 np.stack([upper[close], lower[partner[close]]], axis=1),

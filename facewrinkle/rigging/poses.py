@@ -134,7 +134,7 @@ class Posing:
             return np.zeros_like(self.rest)
         skin.set_rates(rates)
         before = skin.displacement
-        for _ in range(30):
+        for _ in range(30):  # steps of a second, which suffice
             skin.step()
             now = skin.displacement
             if np.abs(now - before).max() < 0.005:  # mm

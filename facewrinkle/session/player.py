@@ -315,7 +315,7 @@ class Player:
     @property
     def times(self) -> list[float]:
         """The seconds of all pictures of a movie."""
-        length = self.content.timeline.length if self._timed else 2.4
+        length = self.content.timeline.length if self._timed else 2.4  # s
         fps = self.content.look.fps
         return [(number + 1) / fps for number in range(max(round(fps * length), 1))]
 
