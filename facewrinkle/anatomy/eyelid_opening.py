@@ -299,9 +299,9 @@ def _lid_sections(corners: Array, ball: Array) -> LidSections:
 
 def _section(corners: Array, meridian: float) -> Array:
     """Pieces (k, 2, 2) of the skin [up, forward], where triangles (m, 3, 3) cross a meridian."""
-    after = np.roll(corners, -1, axis=1)
-    crossing = (corners[..., 0] > meridian) != (after[..., 0] > meridian)  # two edges of a triangle or none
-    a, b = corners[crossing], after[crossing]
+    beyond = corners[..., 0] > meridian
+    triangle, side = np.nonzero(beyond != np.roll(beyond, -1, axis=1))  # two edges of a triangle or none
+    a, b = corners[triangle, side], corners[triangle, (side + 1) % 3]
     share = ((meridian - a[:, 0]) / (b[:, 0] - a[:, 0]))[:, None]
     return np.asarray((a + share * (b - a))[:, 1:].reshape(-1, 2, 2))
 

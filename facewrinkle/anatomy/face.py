@@ -167,7 +167,7 @@ class Face:
         eyes = place_eyeballs(landmarks, frame, points, triangles, loops, estimated, parts)
         muscles = atlas.place(landmarks, frame)
         face = cls(mesh, dict(landmarks), muscles, eyes, tissue, unit, atlas, estimated, parts=parts, **others)
-        vars(face)["boundary_loops"] = loops  # the cached property: a tenth of a fit is not done twice
+        vars(face).update(boundary_loops=loops, changed_muscles={})  # cached properties, known by now
         return face
 
     @classmethod

@@ -120,7 +120,7 @@ def default_face(identity: Identity | Mapping[str, float] | None = None, *, atla
 
 @lru_cache(maxsize=4)
 def mean_face(atlas: Atlas) -> Face:
-    """Return the mean head with the muscles of an atlas, made once.
+    """Return the mean head with the muscles of an atlas, without paint and hair, made once.
 
     Examples
     --------
@@ -128,7 +128,8 @@ def mean_face(atlas: Atlas) -> Face:
     >>> mean_face(load_atlas()) is mean_face(load_atlas())
     True
     """
-    return default_face(atlas=atlas)
+    head = load_head()
+    return Face.from_landmarks(to_polydata(head.points, head.triangles), head.landmarks, 1.0, atlas)
 
 
 def fit_face(

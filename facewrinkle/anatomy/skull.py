@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 from scipy.sparse import csr_array, diags_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
@@ -113,7 +112,7 @@ def tissue_of(
     stiffness, across = np.exp(weights @ np.log(values[:, 1:3])).T
     if loops:  # at the outer border of an open mesh tethers are 12 times stiffer, as the skin beyond would hold it
         longest = max(loops, key=lambda loop: np.linalg.norm(points[loop] - points[np.roll(loop, 1)], axis=1).sum())
-        away = cKDTree(points[longest]).query(points)[0]
+        away = cKDTree(points[longest]).query(points, distance_upper_bound=size)[0]  # beyond it makes no difference
         stiffness = stiffness * (1.0 + 12.0 * np.exp(-((away / (0.15 * size)) ** 2)))
     smooth = _smoother(points, triangles, 0.12 * size)  # the skull does not follow lips, nostrils and lids
     normals = unit(smooth(vertex_normals(points, triangles)))
@@ -224,14 +223,12 @@ def _lips(
 
 def _harmonic(points: Array, edges: npt.NDArray[np.int32], zero: BoolArray, one: BoolArray) -> Array:
     """The harmonic function (n,) with given vertices at 0 and at 1; edges weigh by their inverse length."""
-    n = len(points)
+    values, free = one.astype(np.float64), ~(zero | one)
+    edges = edges[free[edges].any(axis=1)]
     length = np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
-    laplacian = graph_laplacian(edges, 1.0 / np.maximum(length, 1e-12), n)
-    values = one.astype(np.float64)
-    free = ~(zero | one)
+    rows = graph_laplacian(edges, 1.0 / np.maximum(length, 1e-12), len(points))[free]
     if free.any():
-        right = -(laplacian[free] @ values)
-        values[free] = spsolve(laplacian[free][:, free].tocsc(), right)
+        values[free] = symmetric_factors(rows[:, free].tocsc()).solve(-(rows @ values))
     return np.clip(values, 0.0, 1.0)
 
 

@@ -93,7 +93,8 @@ def side_lengths(corners: NDArray[np.floating]) -> NDArray[np.floating]:
     >>> side_lengths(np.array([[[0.0, 0, 0], [3, 0, 0], [3, 4, 0]]])).tolist()
     [[5.0, 3.0, 4.0]]
     """
-    return np.asarray(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2))
+    sides = corners - np.roll(corners, 1, axis=1)
+    return np.asarray(np.sqrt(np.einsum("mck,mck->mc", sides, sides)))
 
 
 def incident_triangles(elements: NDArray[np.integer]) -> tuple[NDArray[np.int64], IntArray]:

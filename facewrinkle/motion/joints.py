@@ -71,7 +71,7 @@ class Joints:
             share = np.nan_to_num(share)
             angles = np.zeros(len(self._points))
             angles[joint.vertices] = share * joint.angles
-            of_triangles = angles[face.triangles].mean(axis=1)
+            of_triangles = np.mean([angles[corner] for corner in face.triangles.T], axis=0)
             arm = np.linalg.norm(self._points[joint.vertices] - joint.centre, axis=1)
             self._joints[name] = _Joint(
                 joint,

@@ -164,13 +164,14 @@ def behind_lips(face: Face, area: Array) -> Samples:
     """
     points, near = face.points_mm, around_mouth(face)
     normals, triangles = face.normals, face.triangles[near[face.triangles].any(axis=1)]
-    facing, middles = triangle_normals(points, triangles), points[triangles].mean(axis=1)
+    # Coordinate by coordinate, which is faster.
+    facing, middles = (of.T.copy() for of in (triangle_normals(points, triangles), points[triangles].mean(axis=1)))
     vertices, reach = np.flatnonzero(near), 15.0 * face.frame.scale * face.unit  # of the thickest lips, mm
     closest, straight = np.full((2, len(vertices)), -1)
     for v, vertex in enumerate(vertices):
-        way = middles - points[vertex]
-        away = np.linalg.norm(way, axis=1)
-        across, beside = (facing * way).sum(axis=1), way @ normals[vertex]
+        way = middles - points[vertex][:, None]
+        away = np.linalg.norm(way, axis=0)
+        across, beside = (facing * way).sum(axis=0), normals[vertex] @ way
         # A triangle is the other side of the flesh if the way to it goes along its normal, and not along the vertex's.
         through = np.flatnonzero((away < reach) & (across > 0.5 * away) & (beside < 0.3 * away))
         if len(through):
@@ -182,7 +183,7 @@ def behind_lips(face: Face, area: Array) -> Samples:
         (straight, straight != closest, 0.1, 0.1),  # as stiff, lips that roll in would move by fits and starts
     ):
         k, own = k[which], vertices[which]
-        thickness = (facing[k] * (middles[k] - points[own])).sum(axis=1)
+        thickness = (facing[:, k] * (middles[:, k] - points[own].T)).sum(axis=0)
         found.append(of_vertices(own, triangles[k][:, ::-1], least * thickness, soft * STIFFNESS * area))
     return Samples.joined(found)
 
@@ -207,14 +208,14 @@ def closing_forces(face: Face, area: Array) -> Array:
     (True, True)
     """
     points, up, near = face.points_mm, face.frame.axes[1], around_mouth(face)
-    looks_up, forces = face.normals @ up, np.zeros_like(points)
+    looks_up, height, forces = face.normals @ up, points @ up, np.zeros_like(points)
     triangles = face.triangles[near[face.triangles].all(axis=1)]
-    slopes, middles = triangle_normals(points, triangles) @ up, points[triangles].mean(axis=1) @ up
-    flat = squeezed(points, up)
+    slopes, flat = triangle_normals(points, triangles) @ up, squeezed(points, up)
     for side in (1.0, -1.0):  # the upper lip looks down on triangles that look up, and the other way round
+        facing = triangles[side * slopes > 1e-12]
+        middles = side * height[facing].mean(axis=1)
         for vertex in np.flatnonzero(near & (side * looks_up < -0.2)):  # what looks more aside is not pressed
-            beyond = (side * slopes > 1e-12) & (side * middles < side * points[vertex] @ up)
-            others = triangles[beyond & (triangles != vertex).all(axis=1)]
+            others = facing[(middles < side * height[vertex]) & (facing != vertex).all(axis=1)]
             k, shares, beside = closest_triangle(flat, others, flat[vertex])
             if beside < CLOSE_BY:
                 push = area[vertex] * side * up
@@ -279,13 +280,14 @@ class _Lids:
     def __init__(self, face: Face, opening: EyelidOpening, edges: IntArray) -> None:
         points, eye = face.points, opening.eye
         self.along, self.elevation, self.distance = opening.polar(points)
-        self._points, self._edges, self._outwards = points, edges, opening.axes[0]
+        self._points, self._outwards = points, opening.axes[0]
         lines = opening.lines(self.along)
         # Skin farther from the eye, or than 20 degrees from the margin of its lid, does not reach the other one.
         near = (self.distance < 1.3 * eye.radius) & ((points - eye.centre) @ eye.gaze > 0.0)
         near &= (np.abs(self.along - 0.5) < 0.5 + CORNER) & (self.distance >= eye.core)
         self._upper = self.elevation > 0.5 * (lines[0] + lines[1])
         self._near = near & (np.abs(self.elevation - np.where(self._upper, *lines)) < np.deg2rad(20.0))
+        self._edges = edges[self._near[edges].all(axis=1)]
 
     def of(self, upper: bool) -> BoolArray:
         """Return True (n,) for the vertices of one lid."""

@@ -224,11 +224,6 @@ class ReducedFace(Face):
         return dataclasses.replace(opening, upper=upper, lower=lower, rims=(rims[0], rims[1]))
 
     @cached_property
-    def behind_lips(self) -> float:
-        """See :class:`Face`."""
-        return self.whole.behind_lips
-
-    @cached_property
     def lining(self) -> Lining:
         """See :class:`Face`."""
         return self.whole.lining.of_vertices(self.points, self.vertices)
@@ -254,4 +249,6 @@ def reduced_face(face: Face, vertices: IntArray, triangles: npt.NDArray[np.int32
         "bound_hair": {},
         "parts": {},
     }
-    return ReducedFace(**own, whole=face, vertices=vertices)
+    reduced = ReducedFace(**own, whole=face, vertices=vertices)
+    vars(reduced).update({name: getattr(face, name) for name in ("behind_lips", "mouth_opens", "mouth_half_open")})
+    return reduced

@@ -358,7 +358,7 @@ def zones(muscles: Sequence[Muscle], points: Array, triangles: npt.NDArray[np.in
         near = within(points, *muscle.reach)
         inside[near, k] = muscle.wrinkling_region(points[near])
         centre, reach = muscle.reach
-        large = np.flatnonzero(longest > 0.5 * reach)
+        large = np.flatnonzero((longest > 0.5 * reach) & (reach > 0.0))
         large = large[np.linalg.norm(points[triangles[large, 0]] - centre, axis=1) < reach + longest[large]]
         places = (WITHIN @ points[triangles[large]]).reshape(-1, 3)
         between[large, k] = muscle.wrinkling_region(places).reshape(-1, len(WITHIN)).any(axis=1)

@@ -98,6 +98,8 @@ class Ground:
         the other, each with its four parts, and so on.
     row : ndarray of int, shape (m0,)
         Number of each base triangle in the zone, -1 for those outside.
+    used : ndarray of int, shape (k,)
+        Base vertices of the zone: its vertices, if it is not split.
     points : ndarray, shape (n, 3)
         Places of the vertices, mm.
 
@@ -112,13 +114,13 @@ class Ground:
 
     def __init__(self, face: Face, zone: BoolArray, level: int) -> None:
         self.level, self.base = level, face.triangles
-        used, corners = np.unique(face.triangles[zone], return_inverse=True)
+        self.used, corners = np.unique(face.triangles[zone], return_inverse=True)
         forest = RedGreenForest(corners.reshape(-1, 3), level)
         for _ in range(level):
             forest.split(np.arange(len(forest.triangles)))
         self.triangles = forest.triangles
         self.row = np.where(zone, np.cumsum(zone) - 1, -1)
-        self._at = used[forest.corners].astype(np.int32), forest.barycentric
+        self._at = self.used[forest.corners].astype(np.int32), forest.barycentric
         self.points = self.at(face.points_mm)
 
     def at(self, values: Array) -> Array:
@@ -270,8 +272,8 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
     """
     onto = fitted_map(face.landmarks, home.landmarks, face.frame, home.frame)
     tree = BoxTree(home.points, home.triangles)
-    near = _closest(home, tree, onto(face.points))
-    out = {}
+    mapped, out = onto(face.points), {}
+    near = _closest(home, tree, mapped)
     for name, own in lines.items():
         compression = interpolated(own.compression[:, None], near.corners, near.barycentric)[:, 0]
         zone = zone_of(face, compression)
@@ -279,12 +281,14 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
             continue
         ground = Ground(face, zone, level_for(face, zone, length))
         places = ground.points / face.unit
-        there = _closest(home, tree, onto(places)) if ground.level else near.taken(np.unique(face.triangles[zone]))
+        start = onto(places) if ground.level else mapped[ground.used]
+        there = _closest(home, tree, start) if ground.level else near.taken(ground.used)
         inside = np.flatnonzero(own.zone[there.host])
         n = len(places)
         phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
         phase[inside], share[inside], waves = own.at(there, inside)
-        wave[inside] = (home.unit / face.unit) * _carried_back(waves, onto, places[inside], 0.5 / face.unit)
+        waves = waves * (home.unit / face.unit)
+        wave[inside] = _carried_back(waves, onto, places[inside], start[inside], 0.5 / face.unit)
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 
@@ -298,12 +302,11 @@ def _closest(home: Face, tree: BoxTree, places: Array) -> SurfacePoints:
     )
 
 
-def _carried_back(waves: Array, onto: Callable[[Array], Array], points: Array, step: float) -> Array:
-    """Return wave vectors (n, 3) at points that a map takes to where they are `waves` (n, 3).
+def _carried_back(waves: Array, onto: Callable[[Array], Array], points: Array, start: Array, step: float) -> Array:
+    """Return wave vectors (n, 3) at points that a map takes to `start` (n, 3), where they are `waves` (n, 3).
 
     They are products with the slopes of the map, which is taken to be linear over a `step` along each axis.
     """
-    start = onto(points)
     slopes = [((onto(points + step * axis) - start) * waves).sum(axis=1) / step for axis in np.eye(3)]
     return np.stack(slopes, axis=1)
 
