@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import hypothesis
 import numpy as np
 import pytest
-from real_faces import FACES
+from real_faces import FACES, built_in
 
 if "PYTEST_XDIST_WORKER" not in os.environ:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the workers have the cores
@@ -97,9 +97,7 @@ def small_disk(tmp_path):
 @pytest.fixture(scope="session")
 def face():
     """The built-in face. Not to be changed."""
-    import facewrinkle as fw
-
-    face = fw.default_face()
+    face = built_in()
     before = fingerprint(face.mesh)
     yield face
     assert fingerprint(face.mesh) == before, "a test changed the mesh of the shared face"

@@ -5,6 +5,7 @@ from functools import lru_cache
 import numpy as np
 import pyvista as pv
 from expressions import after
+from real_faces import built_in
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene
@@ -18,7 +19,7 @@ def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
     """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed. Its lines are twice
     as deep as those of the young, so that they are seen in small pictures.
     """
-    face = fw.default_face()
+    face = built_in()
     return after(fw.Simulation(face, layers=fold_layers(face, "wave", depth=2.0) if wrinkles else []), expression, 15)
 
 

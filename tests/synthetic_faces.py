@@ -10,6 +10,7 @@ from functools import lru_cache, partial
 import numpy as np
 import pyvista as pv
 from eyelids_of_faces import rims
+from real_faces import built_in
 
 import facewrinkle as fw
 from facewrinkle.anatomy.eyeball import Eyeball
@@ -37,17 +38,17 @@ BAG = ((0.5, 3.0), (5.0, 4.0), (9.5, 4.0), (14.0, 4.0), (13.0, 7.0), (7.0, 7.5),
 @lru_cache(maxsize=8)
 def head_with(*kinds: str) -> Face:
     """The built-in head with kinds of lids and mouth, which are the names in `MAKERS`. Not to be changed."""
-    return Face.from_landmarks(to_polydata(*skin_with(*kinds)), fw.default_face().landmarks, 1.0)
+    return Face.from_landmarks(to_polydata(*skin_with(*kinds)), built_in().landmarks, 1.0)
 
 
 @lru_cache(maxsize=4)
 def head_with_balls(*kinds: str) -> Face:
     """The same with two plain spheres as eyes, fitted like a file that has all of it in one mesh."""
     mesh = to_polydata(*skin_with(*kinds))
-    for eye in fw.default_face().eyes:
+    for eye in built_in().eyes:
         mesh += pv.Sphere(radius=BALL * eye.radius, center=eye.centre, theta_resolution=24, phi_resolution=16)
     with warnings.catch_warnings(action="ignore", category=fw.FaceWrinkleWarning):  # separate parts
-        return fw.fit_face(mesh, fw.default_face().landmarks, units="mm")
+        return fw.fit_face(mesh, built_in().landmarks, units="mm")
 
 
 @lru_cache(maxsize=1)
@@ -55,7 +56,7 @@ def half_sewn() -> tuple[Face, np.ndarray, np.ndarray]:
     """The built-in head with skin across the right half of its mouth's hole, as scans of closed mouths have; and the
     vertices of the upper and of the lower rim that are still apart, from the middle to the left corner.
     """
-    face = fw.default_face()
+    face = built_in()
     loop = Mouth(face).loop
     across = (face.points[loop] - face.landmarks["upper_lip_mid"]) @ face.frame.axes[0]
     loop, across = (np.roll(each, -int(np.argmin(across))) for each in (loop, across))
@@ -74,7 +75,7 @@ def half_sewn() -> tuple[Face, np.ndarray, np.ndarray]:
 
 def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
     """Points and triangles of :func:`head_with`."""
-    face = fw.default_face()
+    face = built_in()
     points, triangles = face.points, face.triangles
     for kind in kinds:
         for loop, rings, closed in MAKERS[kind](face):
@@ -88,7 +89,7 @@ def skin_with(*kinds: str) -> tuple[np.ndarray, np.ndarray]:
 
 def ring(kind: str, number: int) -> np.ndarray:
     """Vertices of the rings of a number, 0 for the rims, of a head that is of this kind alone."""
-    face = fw.default_face()
+    face = built_in()
     first, found = face.mesh.n_points, []
     for loop, rings, closed in MAKERS[kind](face):
         n = len(loop)

@@ -48,8 +48,8 @@ def check(face: fw.Face, view: str) -> None:
 @pytest.mark.parametrize(
     "view", ["front", *(pytest.param(view, marks=pytest.mark.slow) for view in VIEWS if view != "front")]
 )
-def test_one_face_and_two_eyes_are_found(view):
-    check(fw.default_face(), view)
+def test_one_face_and_two_eyes_are_found(face, view):
+    check(face, view)
 
 
 @pytest.mark.slow

@@ -22,19 +22,18 @@ READERS = {"atlas": read_atlas, "landmarks": read_landmarks, "specification": Sp
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory):
+def files(face, tmp_path_factory):
     """A scan with a photo and landmarks, a recording, and their bytes."""
     folder = tmp_path_factory.mktemp("files")
-    head = fw.default_face()
-    fw.write_mesh(head.mesh, folder / "scan.obj", head)
+    fw.write_mesh(face.mesh, folder / "scan.obj", face)
     shutil.move(folder / "scan_texture.png", folder / "scan.png")
-    places = {name: place.tolist() for name, place in head.landmarks.items()}
+    places = {name: place.tolist() for name, place in face.landmarks.items()}
     (folder / "marks.json").write_text(json.dumps(places))
     meters = {name: [0.001 * value for value in place] for name, place in places.items()}
     (folder / "meters.json").write_text(json.dumps(meters))
     shutil.copy(folder / "scan.obj", folder / "surprise.obj")
-    fw.write_mesh(head.mesh, folder / "head.glb", head)
-    sim = fw.Simulation(head, refinement=None)
+    fw.write_mesh(face.mesh, folder / "head.glb", face)
+    sim = fw.Simulation(face, refinement=None)
     sim.express("paper_surprise")
     fw.export.write_series(sim.run(2), [0.1, 0.2], folder / "recording.vtkhdf")
     return folder
@@ -107,11 +106,10 @@ def test_settings_are_ordinary_files(tmp_path, what):
         READERS[what](tmp_path)
 
 
-def test_devices_and_pipes_are_not_replaced(tmp_path):
+def test_devices_and_pipes_are_not_replaced(face, tmp_path):
     pipe = tmp_path / "pipe.glb"
     os.mkfifo(pipe)
-    head = fw.default_face()
-    for write in (lambda: fw.write_mesh(head.mesh, pipe), lambda: fw.write_atlas(head.atlas, pipe)):
+    for write in (lambda: fw.write_mesh(face.mesh, pipe), lambda: fw.write_atlas(face.atlas, pipe)):
         with pytest.raises(OutputError, match="is not a regular file, so nothing is written"):
             write()
     assert pipe.is_fifo()

@@ -136,9 +136,8 @@ def test_lids_belong_to_emotions():
         assert raised + drawn > 0.2
 
 
-def test_a_smile_widens_the_mouth_as_spontaneous_smiles_do():
+def test_a_smile_widens_the_mouth_as_spontaneous_smiles_do(face):
     """By 27 %, the corners rising at 47 degrees (Tarantili, Halazonetis and Spyropoulos, 2005)."""
-    face = fw.default_face()
     corners = [
         int(np.linalg.norm(face.points - face.landmarks[name], axis=1).argmin()) for name in ("mouth_l", "mouth_r")
     ]

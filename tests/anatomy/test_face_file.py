@@ -166,9 +166,8 @@ DAMAGE = {
 
 
 @pytest.fixture(scope="module")
-def arrays_of_all(tmp_path_factory):
+def arrays_of_all(face, tmp_path_factory):
     """The arrays of a file of a face with all that may be in one."""
-    face = fw.default_face()
     ball = pv.Sphere(radius=12.0, center=face.eyes[0].centre)
     whole = dataclasses.replace(
         face,

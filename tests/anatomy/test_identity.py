@@ -264,14 +264,14 @@ def near_margin(face: Face) -> np.ndarray:
     return (away < 0.045 * eye.radius) & (np.abs(face.points[:, 0] - eye.centre[0]) < 4.0)
 
 
-def test_anatomy_follows_the_face() -> None:
-    wide, mean = fw.default_face({"width": 1.0, "eye_spacing": 1.0}), fw.default_face()
+def test_anatomy_follows_the_face(face: Face) -> None:
+    wide, mean = fw.default_face({"width": 1.0, "eye_spacing": 1.0}), face
     assert wide.eyes[0].centre[0] > mean.eyes[0].centre[0] + 3.0
     assert wide.muscles["corrugator_l"].insertion[0] > mean.muscles["corrugator_l"].insertion[0] + 1.0
     assert np.abs(wide.skull.points).max(axis=0)[0] > np.abs(mean.skull.points).max(axis=0)[0] + 3.0
-    for face in (wide, mean):
-        skin = face.mesh
-        for name, place in face.landmarks.items():
+    for who in (wide, mean):
+        skin = who.mesh
+        for name, place in who.landmarks.items():
             if not name.endswith("centre"):
                 closest = skin.find_closest_cell(place, return_closest_point=True)[1]
                 assert np.linalg.norm(closest - place) < 1e-3

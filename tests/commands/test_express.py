@@ -54,10 +54,10 @@ def test_express_movie_shows_face_and_closeup_there_and_back(surprise):
     assert away[-1] < 0.8 * max(away)
 
 
-def test_express_series_holds_every_step(surprise):
+def test_express_series_holds_every_step(face, surprise):
     meshes = read_series(surprise / "surprise.vtkhdf")[1]
     assert len(meshes) == STEPS
-    assert meshes[-1].n_points >= fw.default_face().mesh.n_points
+    assert meshes[-1].n_points >= face.mesh.n_points
 
 
 def test_express_reports_what_it_did_in_a_folder_of_a_safe_name(tmp_path, monkeypatch, run):

@@ -23,30 +23,30 @@ def test_a_face_with_another_atlas(tmp_path):
     assert "brows" in face.bound_hair
 
 
-def test_a_face_of_somebody():
-    face = FaceOptions(identity="jaw=0.5, age=1").load()
+def test_a_face_of_somebody(face):
+    somebody = FaceOptions(identity="jaw=0.5, age=1").load()
     expected = fw.default_face(fw.Identity(jaw=0.5, age=1.0))
-    assert np.array_equal(face.points, expected.points)
-    assert not np.array_equal(face.points, fw.default_face().points)
+    assert np.array_equal(somebody.points, expected.points)
+    assert not np.array_equal(somebody.points, face.points)
 
 
-def test_a_face_of_a_file_has_an_age_alone(tmp_path):
-    face, path = fw.default_face(), tmp_path / "mine.face"
+def test_a_face_of_a_file_has_an_age_alone(face, tmp_path):
+    path = tmp_path / "mine.face"
     fw.write_face(face, path)
     older = FaceOptions(identity="age=0.6", face=path).load()
     assert older.age == 0.6
     np.testing.assert_allclose(older.points, face.aged(0.6).points, atol=1e-9)
 
 
-def test_a_session_stands_for_its_face(tmp_path):
+def test_a_session_stands_for_its_face(face, tmp_path):
     """What it has itself is not given beside it."""
     session = fw.Session(identity={"jaw": 0.5})
     path = tmp_path / "mine.json"
     session.write(path)
     assert FaceOptions(face=path).session() == session
-    face = FaceOptions(face=path).load()
-    assert np.array_equal(face.points, session.subject().face.points)
-    assert not np.array_equal(face.points, fw.default_face().points)
+    own = FaceOptions(face=path).load()
+    assert np.array_equal(own.points, session.subject().face.points)
+    assert not np.array_equal(own.points, face.points)
     with pytest.raises(ParameterError, match="--atlas is not for mine.json"):
         FaceOptions(face=path, atlas=DEFAULT_ATLAS).load()
     with pytest.raises(ParameterError, match="--identity is not for mine.json"):

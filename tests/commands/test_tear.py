@@ -32,10 +32,10 @@ def test_it_writes_pictures_movie_and_series(weeping):
     assert image.shape[:2] == (SIZE, 4 * SIZE + 3 * 4)
 
 
-def test_series_hold_the_face_and_closed_tears_that_grow(weeping):
+def test_series_hold_the_face_and_closed_tears_that_grow(face, weeping):
     faces, tears = (read_series(weeping / f"tear_{what}.vtkhdf")[1] for what in ("weeping", "weeping_tears"))
     assert len(faces) == len(tears) == 4
-    assert all(face.n_points >= fw.default_face().mesh.n_points for face in faces)
+    assert all(frame.n_points >= face.mesh.n_points for frame in faces)
     assert all(tear.n_open_edges == 0 for tear in tears)
     volume = np.array([tear.volume for tear in tears])
     assert volume[-1] > volume[0] > 0.0

@@ -399,7 +399,6 @@ def test_a_scan_and_the_head_have_the_same_entries(tmp_path):
     assert names == [("anna.face", False, False), ("", True, True)]
 
 
-def test_mixtures_are_texts_that_expressions_take():
+def test_mixtures_are_texts_that_expressions_take(face):
     mixture = {"AU9": 0.25, "happiness": 0.5}
-    atlas = fw.default_face().atlas
-    assert atlas.contractions(mixture_text(mixture)) == atlas.contractions(mixture)
+    assert face.atlas.contractions(mixture_text(mixture)) == face.atlas.contractions(mixture)

@@ -10,6 +10,7 @@ import pytest
 import pyvista as pv
 from expressions import after
 from glb_files import read_glb
+from real_faces import built_in
 
 import facewrinkle as fw
 from facewrinkle.anatomy.parts import Part
@@ -25,7 +26,7 @@ PHOTO = np.random.default_rng(8).integers(0, 256, (12, 20, 3), dtype=np.uint8)
 @pytest.fixture(scope="module")
 def moment():
     """A face with a seam from brow to chin and a photo of its own in another unit, and a wrinkled frame of it."""
-    head = fw.default_face()
+    head = built_in()
     mesh = to_polydata(0.1 * head.points, head.triangles)
     uv = np.asarray(head.mesh.active_texture_coordinates, dtype=float)
     left = (head.points[head.triangles][:, :, 0].mean(axis=1) > 0.0)[:, None, None]

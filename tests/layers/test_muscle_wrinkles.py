@@ -231,13 +231,13 @@ def heights(face, layer):
     return np.asarray(frame["W"])[: len(face.points)]
 
 
-def test_folds_of_muscles_lie_on_the_skin_that_is_seen():
-    face, skin = head_with("sockets", "bag"), fw.default_face()
-    outer, n = outer_skin(face), len(skin.points)
+def test_folds_of_muscles_lie_on_the_skin_that_is_seen(face):
+    other = head_with("sockets", "bag")
+    outer, n = outer_skin(other), len(face.points)
     assert set(np.unique(outer)) == {0.0, 1.0}
-    assert (outer[:n] == outer_skin(skin)).mean() > 0.97
+    assert (outer[:n] == outer_skin(face)).mean() > 0.97
     assert outer[n:].mean() < 0.1
     for layer in (fw.MuscleWrinkles(), fw.Creases()):
-        found = heights(face, layer)
+        found = heights(other, layer)
         assert not found[outer == 0.0].any()
         assert np.ptp(found) > 0.1

@@ -17,6 +17,7 @@ import pytest
 import pyvista as pv
 from PIL import Image
 from pytest_pyvista.pytest_pyvista import RegressionError
+from real_faces import built_in
 
 import facewrinkle as fw
 from facewrinkle.plotting import Scene, Style, TearScene, View
@@ -115,7 +116,7 @@ def _forget():
 @lru_cache(maxsize=4)
 def frame(kind, name, factor=1.0):
     """A frame with an expression held, with folds as waves or the papers', or a pattern; heights times a factor."""
-    face = fw.default_face()
+    face = built_in()
     if kind == "pattern":
         simulation = fw.Simulation(face, layers=fw.PatternLayer.presets(name, face), motion=fw.Still(face))
     else:
@@ -135,7 +136,7 @@ def plaster(mesh, view):
     Under the lights of the studio, 2.5 % are too little for a byte to tell. Nothing but shape is seen here: eyes, brows
     and the color of the skin can change and leave these pictures as they are.
     """
-    with Scene(fw.default_face(), Style((SIDE, SIDE), view, quick=True)) as aimed:
+    with Scene(built_in(), Style((SIDE, SIDE), view, quick=True)) as aimed:
         camera = aimed.plotter.camera.copy()
     plotter = pv.Plotter(off_screen=True, window_size=(SIDE, SIDE), lighting="none")
     plotter.camera = camera
@@ -181,7 +182,7 @@ def test_wrinkles_and_a_change_of_a_fortieth_in_height(kind, name, view, verify)
 @pytest.mark.parametrize("name", ["rest", "happiness", pytest.param("happiness_eye", marks=pytest.mark.slow)])
 def test_looks(name, verify):
     expression, view = LOOKS[name]
-    with Scene(fw.default_face(), style(view)) as scene:
+    with Scene(built_in(), style(view)) as scene:
         scene.draw(frame("expression", expression))
         verify(scene.plotter, f"looks_{name}")
 
@@ -191,7 +192,7 @@ def test_looks(name, verify):
     [name if name in ("W", "gamma", "muscle") else pytest.param(name, marks=pytest.mark.slow) for name in FIELDS],
 )
 def test_fields(name, verify):
-    with Scene(fw.default_face(), style("forehead", scalars=name)) as scene:
+    with Scene(built_in(), style("forehead", scalars=name)) as scene:
         scene.show(frame("paper", "paper_surprise"))
         for bar in list(scene.plotter.scalar_bars.keys()):  # text depends on the fonts of a machine
             scene.plotter.remove_scalar_bar(bar, render=False)
@@ -204,7 +205,7 @@ def test_fields(name, verify):
 )
 def test_tears(name, verify):
     of, time = TEARS[name]
-    face = fw.default_face()
+    face = built_in()
     with TearScene(face, style(CHEEKS)) as scene:
         scene.draw(face.mesh, surfaces(preset(of, face), time))
         verify(scene.plotter, f"tears_{name}")

@@ -22,24 +22,23 @@ SIZE = (240, 240)
 
 
 @pytest.fixture(scope="module")
-def seamed():
+def seamed(face):
     """The built-in head with a photo whose left half lies at one end of it, and the right half at the other: red, then
     green, then blue.
     """
-    head = fw.default_face()
-    mesh = head.mesh.copy()
-    x, y = (head.points[head.triangles][:, :, axis] for axis in (0, 1))
+    mesh = face.mesh.copy()
+    x, y = (face.points[face.triangles][:, :, axis] for axis in (0, 1))
     left = x.mean(axis=1, keepdims=True) > 0.0
     u = np.where(left, 0.05, 0.95) + 0.0005 * x
     corners = np.stack([u, 0.5 + 0.001 * y], axis=-1)
     uv = np.zeros((mesh.n_points, 2))
-    uv[head.triangles.ravel()[::-1]] = corners.reshape(-1, 2)[::-1]
+    uv[face.triangles.ravel()[::-1]] = corners.reshape(-1, 2)[::-1]
     mesh.point_data["uv"] = uv
     mesh.point_data.active_texture_coordinates_name = "uv"
     add_seams(mesh, corners)
     photo = np.empty((8, 100, 3), np.uint8)
     photo[:, :30], photo[:, 30:70], photo[:, 70:] = RED, GREEN, BLUE
-    return replace(head, mesh=mesh, texture=photo, bound_hair={})
+    return replace(face, mesh=mesh, texture=photo, bound_hair={})
 
 
 def points_of(scene, name):
@@ -53,19 +52,18 @@ def hue(image, channel):
     return image[..., channel].astype(int) > 1.15 * np.maximum(*others)
 
 
-def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(tmp_path):
-    head = fw.default_face()
-    uv = head.mesh.active_texture_coordinates
-    rows = ["v {} {} {}".format(*p) for p in head.points] + ["vt {} {}".format(*p) for p in uv]
-    rows += ["f {0}/{0} {1}/{1} {2}/{2}".format(*f) for f in head.triangles + 1]
+def test_a_photo_lies_on_the_mesh_at_rest_as_it_was_read(face, tmp_path):
+    uv = face.mesh.active_texture_coordinates
+    rows = ["v {} {} {}".format(*p) for p in face.points] + ["vt {} {}".format(*p) for p in uv]
+    rows += ["f {0}/{0} {1}/{1} {2}/{2}".format(*f) for f in face.triangles + 1]
     (tmp_path / "scan.obj").write_text("\n".join(rows))
     photo = np.full((8, 8, 3), BLUE, np.uint8)
-    face = fw.fit_face(tmp_path / "scan.obj", head.landmarks, units="mm", texture=photo)
+    scan = fw.fit_face(tmp_path / "scan.obj", face.landmarks, units="mm", texture=photo)
     style = Style(SIZE, eyes=False, brows=False)
-    assert hue(picture(face.mesh, face, style), 2).sum() > 0.2 * SIZE[0] * SIZE[1]
-    both = face.mesh.copy()
+    assert hue(picture(scan.mesh, scan, style), 2).sum() > 0.2 * SIZE[0] * SIZE[1]
+    both = scan.mesh.copy()
     both.point_data.active_scalars_name = both.point_data.active_texture_coordinates_name
-    np.testing.assert_array_equal(picture(both, face, style), picture(face.mesh, face, style))
+    np.testing.assert_array_equal(picture(both, scan, style), picture(scan.mesh, scan, style))
 
 
 def test_a_photo_with_a_seam_is_not_smeared_across_it(seamed):

@@ -101,8 +101,7 @@ def test_points_that_moved_in_place_are_noticed(face):
     np.testing.assert_array_equal(after, Relief(dataclasses.replace(face), 0.05, 800).on(mesh))
 
 
-def test_old_skin_has_larger_fields_and_deeper_furrows():
-    face = fw.default_face()
+def test_old_skin_has_larger_fields_and_deeper_furrows(face):
     sent = [Relief(dataclasses.replace(face, age=age), 0.05, 800).on(face.mesh) for age in (0.0, 1.0)]
     assert (np.ptp(sent[1][:, :3], axis=0) < np.ptp(sent[0][:, :3], axis=0)).all()
     some = sent[0][:, 3] % 1.0 > 0.1

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from judging import judged, path_of_chromium, shot
 from PIL import Image
+from real_faces import built_in
 from scipy.ndimage import gaussian_filter
 
 import facewrinkle as fw
@@ -36,7 +37,7 @@ SHAPES = {
 def face(request, real_face):
     """Somebody whose lines are seen on a page, as those of the young are faint: built in, or a real one by its name."""
     stem = getattr(request, "param", None)
-    return replace(real_face(stem) if stem else fw.default_face(), age=0.4)
+    return replace(real_face(stem) if stem else built_in(), age=0.4)
 
 
 @pytest.fixture(scope="module")

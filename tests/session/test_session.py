@@ -16,6 +16,7 @@ import pytest
 import pyvista as pv
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from real_faces import built_in
 
 import facewrinkle as fw
 from facewrinkle.cli import main
@@ -29,7 +30,7 @@ from facewrinkle.session.parts import point_of, ranges
 from facewrinkle.session.player import Player
 from facewrinkle.session.session import START
 
-FACE = fw.default_face()
+FACE = built_in()
 UNITS = [*FACE.atlas.action_units, *FACE.atlas.expressions, *FACE.atlas.muscles]
 FRONT = np.flatnonzero(
     (FACE.points[:, 2] > FACE.landmarks["nose_tip"][2] - 35.0)

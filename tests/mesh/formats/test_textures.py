@@ -344,14 +344,14 @@ def test_other_things_are_no_images(image):
         as_texture(image)
 
 
-def test_a_face_takes_the_image_of_its_file_or_the_one_that_is_given(tmp_path):
+def test_a_face_takes_the_image_of_its_file_or_the_one_that_is_given(face, tmp_path):
     (tmp_path / "photo.png").write_bytes(png(PHOTO))
     path = obj(tmp_path, "newmtl skin\nmap_Kd photo.png\n")
     np.testing.assert_array_equal(fw.surface(path).texture, PHOTO)
     np.testing.assert_array_equal(fw.surface(path, texture=OTHER).texture, OTHER)
     np.testing.assert_array_equal(fw.surface(fw.read_surface(path)).texture, PHOTO)
     with pytest.raises(MeshError, match="no texture coordinates"):
-        fw.surface(fw.default_face().skull, texture=OTHER)
+        fw.surface(face.skull, texture=OTHER)
     with warnings.catch_warnings(action="error"):  # an image for which there are no coordinates is not asked for
         (tmp_path / "photo.png").unlink()
         path.write_text(path.read_text().replace("1/1 2/2 3/3 4/4", "1 2 3 4"))
