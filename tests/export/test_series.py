@@ -117,35 +117,34 @@ def test_a_frame_may_be_filled_again(tmp_path):
     assert [set(mesh.points[:, 2].tolist()) for mesh in meshes] == [{float(height)} for height in range(6)]
 
 
-@pytest.mark.parametrize("times", [[], [0.0, 0.0], [1.0, 0.0], [0.0, np.nan], [0.0, np.inf]])
-def test_series_needs_increasing_times(tmp_path, times):
-    with pytest.raises(ParameterError, match="times must be finite and increase"):
-        write_series([frame(0)] * len(times), times, tmp_path / "series.vtkhdf")
+def unlike(data: str) -> pv.PolyData:
+    """A frame without an array of the others, or with one that they lack."""
+    other = frame(1)
+    if data == "none":
+        other.point_data.remove("W")
+    else:
+        other.field_data["more"] = [1.0]
+    return other
+
+
+@pytest.mark.parametrize(
+    ("frames", "times", "message"),
+    [
+        *(
+            (lambda times=times: [frame(0)] * len(times), times, "times must be finite and increase")
+            for times in ([], [0.0, 0.0], [1.0, 0.0], [0.0, np.nan], [0.0, np.inf])
+        ),
+        (lambda: [frame(0), frame(1)], [0, 1, 2], "3 times need as many frames, received 2 frames"),
+        (lambda: [frame(0)] * 3, [0, 1], "received 2 times and more frames"),
+        (lambda: [frame(0), unlike("none")], [0, 1], "arrays of the first.*frame 1 has other ones: {'W': 'none'}"),
+        (lambda: [frame(0), unlike("field data")], [0, 1], "the first.*1 has other ones: {'more': 'field data'}"),
+    ],
+)
+def test_frames_that_make_no_series_are_refused_and_leave_nothing(tmp_path, capfd, frames, times, message):
+    with pytest.raises(ParameterError, match=message):
+        write_series(frames(), times, tmp_path / "series.vtkhdf")
     assert not list(tmp_path.iterdir())
-
-
-def test_series_needs_one_time_for_each_frame(tmp_path, capfd):
-    path = tmp_path / "series.vtkhdf"
-    with pytest.raises(ParameterError, match="3 times need as many frames, received 2 frames"):
-        write_series([frame(0), frame(1)], [0, 1, 2], path)
-    assert not path.exists()
-    with pytest.raises(ParameterError, match="received 2 times and more frames"):
-        write_series([frame(0)] * 3, [0, 1], path)
-    assert not path.exists()
     assert capfd.readouterr() == ("", "")
-
-
-def test_series_needs_the_same_arrays(tmp_path):
-    other = frame(1)
-    other.point_data.remove("W")
-    with pytest.raises(ParameterError, match=r"the arrays of the first.*frame 1 has other ones: {'W': 'none'}"):
-        write_series([frame(0), other], [0, 1], tmp_path / "series.vtkhdf")
-    other = frame(1)
-    other.field_data["more"] = [1.0]
-    with pytest.raises(
-        ParameterError, match=r"the arrays of the first.*frame 1 has other ones: {'more': 'field data'}"
-    ):
-        write_series([frame(0), other], [0, 1], tmp_path / "series.vtkhdf")
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,23 @@
-"""Folds that run through each other; long runs that are stopped and go on, whatever becomes of their processes."""
+"""Folds that run through each other; long runs that are stopped and go on, whatever becomes of their processes;
+dirty faces, and meshes to try things on; ``python -m tools.trials corpus`` goes through more of them, and finds
+their landmarks too.
+"""
 
 import os
 import time
+import warnings
+from functools import lru_cache
 
 import numpy as np
 import pytest
+import pyvista as pv
 
 import facewrinkle as fw
+from facewrinkle.errors import FaceWrinkleWarning
+from facewrinkle.geometry import topology
+from facewrinkle.geometry.normals import double_areas
 from tools.trials import runner
+from tools.trials.corpus import clean_faces, crossed, flaws, flaws_in_motion, spoiled, verdict
 from tools.trials.crossings import AGES, Folded, _near, poses
 from tools.trials.runner import DIED, run
 
@@ -60,3 +70,99 @@ def test_what_a_process_does_not_come_back_from_is_an_outcome(tmp_path, play, ca
     path = tmp_path / "run.jsonl"
     assert run(path, play, [(case,)], seconds=1) == {(case,): DIED}
     assert path.read_text().count(DIED) == 1
+
+
+# --- dirty faces in the proportions met in the wild: each is fitted to a sound mesh that moves, or refused
+
+
+COUNT, SEED = 18, 2
+
+
+@lru_cache(maxsize=2)
+def dirty_faces(count=COUNT, seed=SEED):
+    return [spoiled(count, seed, number) for number in range(count)]
+
+
+@pytest.mark.slow
+def test_the_corpus_is_dirty():
+    """The faults that mending is for are in the meshes."""
+    kinds = dict.fromkeys(("not manifold", "degenerate", "badly oriented", "self-intersecting"), 0)
+    clean = {name: crossed(*mesh) for name, mesh, _ in clean_faces()}  # lips and lids do
+    for dirty in dirty_faces():
+        triangles, points = np.asarray(dirty.mesh.regular_faces), np.asarray(dirty.mesh.points)
+        if "self-intersecting" in dirty.faults:  # but where the pinched skin was torn away
+            of_clean = clean[dirty.name.partition(" ")[2].partition(":")[0]]
+            kinds["self-intersecting"] += crossed(points, triangles) > of_clean
+        proper = triangles[(triangles != np.roll(triangles, 1, axis=1)).all(axis=1)]
+        kinds["not manifold"] += len(topology.non_manifold_edges(proper)) > 0
+        kinds["badly oriented"] += not topology.is_oriented(proper)
+        kinds["degenerate"] += double_areas(points, triangles).min() < 1e-12 * np.ptp(points, axis=0).max() ** 2
+    assert min(kinds.values()) >= 2, kinds
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(COUNT))
+def test_a_dirty_face_is_fitted_or_refused(number, fingerprint):
+    dirty = dirty_faces()[number]
+    before = fingerprint(dirty.mesh)
+    end, report = verdict(dirty)
+    assert end in ("fitted", "refused"), (dirty.name, end, report)
+    if end == "refused":  # only those that lack a part of the face
+        assert "ragged" in dirty.name, report
+    assert fingerprint(dirty.mesh) == before
+
+
+@pytest.mark.slow
+def test_mended_faces_keep_their_shape():
+    """Points stay where they were, but at triangles that were turned over, which is reported, and neighbors."""
+    kept = 0
+    for dirty in dirty_faces():
+        if dirty.faults and set(dirty.faults) <= {"not manifold", "degenerate", "badly oriented"}:
+            with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+                face = fw.fit_face(dirty.mesh, dirty.landmarks)
+            moved = (face.points != np.asarray(dirty.mesh.points)[face.source_points]).any(axis=1)
+            flat = [int(line.split()[-1].rstrip(".")) for line in face.report if "turned over" in line]
+            assert moved.sum() <= 4 * sum(flat), (dirty.name, face.report)
+            kept += not moved.any()
+    assert kept >= 2
+
+
+@pytest.mark.slow
+def test_a_dirty_face_is_found():
+    dirty = next(d for d in dirty_faces() if d.name.split()[1] == "head:" and d.faults)
+    end, report = verdict(dirty, find=True)
+    assert end == "fitted", (dirty.name, end, report)
+
+
+OTHERS = {
+    "a sphere inside out": pv.Sphere(theta_resolution=12, phi_resolution=12).flip_faces(),
+    "a torus": pv.ParametricTorus(u_res=16, v_res=12, w_res=8),
+    "two triangles": pv.Plane(i_resolution=1, j_resolution=1).triangulate(),
+    "crossing sheets": pv.Plane().triangulate().append_polydata(pv.Plane(direction=(1, 0, 0)).triangulate()),
+    "a tetrahedron": pv.Tetrahedron(),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_shapes_are_surfaces_that_move(name, fingerprint):
+    mesh = OTHERS[name]
+    before = fingerprint(mesh)
+    with warnings.catch_warnings(action="ignore", category=FaceWrinkleWarning):
+        face = fw.surface(mesh)
+    assert flaws(face) + flaws_in_motion(face) == []
+    assert fingerprint(mesh) == before
+
+
+# --- the meshes to try things on -------------------------------------------------------------------
+
+
+def test_the_pig_is_closed_and_turned_outwards():
+    pig = fw.examples.load_pig()
+    assert (pig.n_cells, pig.n_points - pig.n_cells // 2, pig.n_open_edges) == (16_000, 2, 0)  # Euler: a sphere
+    assert pig.volume > 0
+
+
+def test_each_call_makes_a_mesh_of_its_own():
+    pig = fw.examples.load_pig()
+    pig.points[:] = 0
+    assert fw.examples.load_pig().length > 300
