@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from skins import settled
 
 import facewrinkle as fw
-from facewrinkle.anatomy.atlas import atlas_text, load_atlas, parse_weights, read_atlas, split_names, write_atlas
+from facewrinkle.anatomy.atlas import atlas_text, load_atlas, read_atlas, split_names, write_atlas
 from facewrinkle.anatomy.landmarks import frame_of, mirrored_name
 from facewrinkle.errors import FaceWrinkleError, OutputError, ParameterError, UnknownNameError
 
@@ -251,11 +251,6 @@ def test_intensities_outside_zero_and_one_are_refused(value):
         load_atlas().contractions("AU12", value)
 
 
-def test_numbers_without_a_usual_one_have_to_be_given():
-    with pytest.raises(ParameterError, match=r"jaw=0.5,age=1; received 'jaw'"):
-        parse_weights("jaw", usual=None)
-
-
 # --- placing ------------------------------------------------------------------------------------
 
 
@@ -362,11 +357,6 @@ def test_an_atlas_of_ones_own(read):
     assert atlas.action_units == {"AU99": both("m", rate=0.5), "AU99L": {"m_l": 0.5}, "AU99R": {"m_r": 0.5}}
     assert atlas.action_unit_names == {"AU99": "Test"}
     assert atlas.expressions == {"odd": {"m_l": 0.25}, "neutral": {}}
-
-
-def test_an_atlas_that_is_not_there(tmp_path):
-    with pytest.raises(FaceWrinkleError, match="cannot read the atlas"):
-        read_atlas(tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize(

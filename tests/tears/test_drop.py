@@ -119,7 +119,7 @@ def test_never_in_the_skin_on_lids_of_all_kinds(any_face, side):
         (lambda face: fw.DrippingTear(down=(0.0, 0.0, 0.0)), ParameterError, "down"),
         (lambda face: fw.DrippingTear(resolution=3), ParameterError, "resolution"),
         (lambda face: fw.DrippingTear(face, (0.0, 0.0, 500.0)), ParameterError, "must lie on the surface"),
-        (lambda face: fw.DrippingTear(face, "m"), UnknownNameError, "side"),
+        (lambda face: fw.DrippingTear(face, "m"), UnknownNameError, "unknown side 'm'"),
         (lambda face: fw.DrippingTear(pv.Sphere(radius=50.0), "l"), ParameterError, "only be named on a Face"),
         (lambda face: fw.DrippingTear(face, "l", size=200.0), ParameterError, "smaller than"),
         (lambda face: fw.DrippingTear(face, "l").surface(0.4, pv.Sphere()), MeshError, "another surface"),

@@ -8,7 +8,7 @@ from synthetic_faces import head_with, skin_with
 
 import facewrinkle as fw
 from facewrinkle.anatomy.face import Face
-from facewrinkle.errors import ParameterError, UnknownNameError
+from facewrinkle.errors import ParameterError
 from facewrinkle.mesh import to_polydata
 from facewrinkle.tears import lid_point
 from facewrinkle.tears import path as paths
@@ -52,11 +52,6 @@ def test_paths_that_stay_apart_are_not_merged():
 
 
 # --- where it begins --------------------------------------------------------------------------------
-
-
-def test_a_side_that_is_none(face):
-    with pytest.raises(UnknownNameError, match="unknown side 'middle'"):
-        lid_point(face, "middle")
 
 
 def test_a_surface_has_no_lids(face):
