@@ -223,10 +223,15 @@ def test_help_loads_no_heavy_package():
         pytest.param(
             ["express", "AU4", "--frames", "2"], ("Preparing the skin", "Frames", "Drawing"), marks=pytest.mark.slow
         ),
-        (["pattern", "dimple_l", "--frames", "2"], ("Preparing the skin", "Frames", "Pictures")),
+        (
+            ["pattern", "dimple", "--face", "ball.ply", "--units", "mm", "--center", "0,0,40", "--frames", "2"],
+            ("Frames", "Pictures"),
+        ),
     ],
 )
 def test_progress_is_shown_on_a_terminal_only(tmp_path, monkeypatch, run, command, shown):
+    monkeypatch.chdir(tmp_path)
+    pv.Sphere(radius=40.0).save("ball.ply")
     command = [*command, "--no-movie", "--size", "60", "--out", str(tmp_path)]
     assert run(*command).err == ""
     monkeypatch.setattr("rich.console.Console.is_terminal", True)

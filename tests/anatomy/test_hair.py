@@ -15,9 +15,12 @@ PEOPLE = [
     {"sex": -0.9},
     *(
         pytest.param(person, marks=pytest.mark.slow)
-        for person in ({"child": 0.9, "age": -0.9}, {"width": 1.0, "length": -1.0})
+        for person in (
+            {"child": 0.9, "age": -0.9},
+            {"width": 1.0, "length": -1.0},
+            {"width": -1.0, "length": 1.0, "jaw": 1.0, "cheeks": 1.0, "brow": 1.0},
+        )
     ),
-    {"width": -1.0, "length": 1.0, "jaw": 1.0, "cheeks": 1.0, "brow": 1.0},
 ]
 
 
@@ -69,7 +72,10 @@ def test_it_hangs_beside_the_face(grown):
         assert not hidden(face, [face.landmarks[name] for name in sides], [0.0, 0.0, 1.0]).any()
 
 
-@pytest.mark.parametrize("person", [{"hair_density": -0.9}, {"hair_density": 0.9, "width": 0.5, "length": -0.5}])
+@pytest.mark.parametrize(
+    "person",
+    [{"hair_density": -0.9}, pytest.param({"hair_density": 0.9, "width": 0.5, "length": -0.5}, marks=pytest.mark.slow)],
+)
 def test_a_fringe_hides_the_more_of_the_forehead_the_more_it_is_combed_there_and_no_eye(person):
     covered = []
     for combed in (0.0, -0.5, -1.0):
@@ -174,7 +180,11 @@ def test_women_have_longer_hair_than_men():
 # --- long hair that is tied back -------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module", params=[(0.2, 0.1), (0.3, 0.9), (0.9, 0.2), (1.0, 0.8)], ids=str)
+@pytest.fixture(
+    scope="module",
+    params=[(0.2, 0.1), (1.0, 0.8), *(pytest.param(each, marks=pytest.mark.slow) for each in ((0.3, 0.9), (0.9, 0.2)))],
+    ids=str,
+)
 def tied(request):
     """A face whose hair is tied in a knot or a tail, low or high."""
     length, combed = request.param
