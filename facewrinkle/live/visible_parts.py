@@ -276,7 +276,7 @@ def _normals(mesh: pv.PolyData) -> Array:
 
 
 def _indices(triangles: IntArray) -> npt.NDArray[Any]:
-    small = not len(triangles) or triangles.max() <= 65535
+    small = not len(triangles) or triangles.max() <= LARGEST
     return np.ascontiguousarray(triangles, np.uint16 if small else np.uint32).ravel()
 
 

@@ -296,23 +296,22 @@ class Skin:
         m = self.material
         pull, pulled = np.zeros((len(self.names), len(self._rest_points), 3)), 1.0 - on_gums(face)
         corners, knots = modioli(face)
-        shares = [np.linalg.norm(muscle.force(corners), axis=1) for muscle in face.muscles.values()]
         places, normals, around = face.points, self._normals, None
         if self._joints_of_face is not None:
             places, normals = places[face.edges].mean(axis=1), unit(normals[face.edges].mean(axis=1))
             ends, area, middles = face.edges.T.ravel(), np.tile(self._area_of_edge, 2), np.arange(len(places))
             around = csr_array((area / np.bincount(ends, area)[ends], (ends, np.tile(middles, 2))))
-        for k, muscle in enumerate(face.muscles.values()):
+        for k, (name, muscle) in enumerate(face.muscles.items()):
             near, force = within(places, *muscle.reach), np.zeros_like(places)
             force[near] = self._pulled(muscle, places[near], normals[near])
             force = force if around is None else around @ force
-            tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * (shares[k] @ knots)
+            at_corners = np.linalg.norm(muscle.force(corners), axis=1) @ knots
+            tied = muscle.modiolus * muscle.strength * m.pull / m.decay**2 * at_corners
             pull[k] = (force - tied[:, None] * self._normals) * (self._area * pulled)[:, None]
-        for k, name in enumerate(self.names):
             if (free := self.joints.free_share(name)) is not None:
                 pull[k][free[0]] *= free[1][:, None]
             elif name in face.eyes_without_lids:
-                closes = isinstance(face.muscles[name], SphincterMuscle)  # and has nothing left to do
+                closes = isinstance(muscle, SphincterMuscle)  # and has nothing left to do
                 pull[k] *= 0.0 if closes else (1.0 - face.shut_lids)[:, None]
         closing = np.array([muscle.closing * muscle.strength for muscle in face.muscles.values()])
         some = np.flatnonzero(closing)
