@@ -67,10 +67,6 @@ class Held(Undriven):
         """Hold the face in a pose."""
         self.base, self.rates, self.mandible = pose.base, pose.rates, pose.mandible
 
-    def rates_of(self, rates: Mapping[str, float]) -> Array:
-        """Return the rates of the pose."""
-        return self.rates
-
     def step(self) -> Array:
         """Return the positions (n, 3) of the pose."""
         return self.base
