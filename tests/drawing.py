@@ -1,6 +1,6 @@
 """Shared by tests of pictures: held expressions, places on the screen, differences of pictures."""
 
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 import pyvista as pv
@@ -14,7 +14,7 @@ from facewrinkle.simulation.fold_layers import fold_layers
 SMALL = (160, 200)
 
 
-@lru_cache(maxsize=4)
+@cache
 def held(expression: str, wrinkles: bool = True) -> pv.PolyData:
     """The built-in face with an expression, or action unit, held for 15 frames. Not to be changed. Its lines are twice
     as deep as those of the young, so that they are seen in small pictures.
