@@ -21,6 +21,9 @@ from .support_surface import SupportSurface, directions, support_surface
 SHARPEST = 0.3228764
 """The t at which the pointed end is slimmest: its half angle's tangent is 2 / (ratio t sin(2 pi t))."""
 
+NODES, NODE_WEIGHTS = np.polynomial.legendre.leggauss(48)
+"""Nodes in [-1, 1], and weights, of the quadrature over the drop: finding them takes a millisecond."""
+
 
 @dataclass(frozen=True)
 class DropShape:
@@ -366,10 +369,9 @@ def moments(t: float, alpha: float, beta: float) -> tuple[float, float]:
     >>> round(moments(0.2, 1.0, 5.0)[0], 4), round(moments(0.4, 1.0, 5.0)[0], 4)
     (1.7496, 11.3555)
     """
-    nodes, weights = np.polynomial.legendre.leggauss(48)
-    u = 0.5 * np.pi * (nodes + 1.0)
+    u = 0.5 * np.pi * (NODES + 1.0)
     radius, axis = profile(u, t, alpha, beta)
-    share = 0.5 * np.pi * weights * np.pi * radius**2 * beta * t * np.sin(t * u)
+    share = 0.5 * np.pi * NODE_WEIGHTS * np.pi * radius**2 * beta * t * np.sin(t * u)
     return float(share.sum()), float(share @ axis / share.sum())
 
 
