@@ -66,7 +66,7 @@ def test_a_held_face_is_shown_again(face, fingerprint, folds):
     kept, asked = (fw.Simulation(given.face, given.refinement, layers=given.layers) for _ in range(2))
     for layer in asked.layers:
         layer.timeless = False
-    for name, frames in (("surprise", 75), (None, 30), ("frowning", 75)):  # it rests in the last of them
+    for name, frames in (("surprise", 65), (None, 5), ("frowning", 65)):  # it rests in the last of them
         for sim in (kept, asked):
             sim.express(name) if name else sim.look(yaw=20)
         for one, other in zip(kept.run(frames, ramp=0.2), asked.run(frames, ramp=0.2), strict=True):
