@@ -284,11 +284,11 @@ def carried(lines: Mapping[str, Stripes], home: Face, face: Face, length: Array)
         start = onto(places) if ground.level else mapped[ground.used]
         there = _closest(home, tree, start) if ground.level else near.taken(ground.used)
         inside = np.flatnonzero(own.zone[there.host])
-        n = len(places)
-        phase, share, wave = np.zeros(n), np.zeros(n), np.zeros((n, 3))
+        wave, (phase, share) = np.zeros_like(places), np.zeros((2, len(places)))
         phase[inside], share[inside], waves = own.at(there, inside)
-        waves = waves * (home.unit / face.unit)
-        wave[inside] = _carried_back(waves, onto, places[inside], start[inside], 0.5 / face.unit)
+        wave[inside] = _carried_back(
+            waves * (home.unit / face.unit), onto, places[inside], start[inside], 0.5 / face.unit
+        )
         out[name] = Stripes(ground, wave, phase, share, compression)
     return out
 
