@@ -11,6 +11,7 @@ import re
 from functools import cache
 from pathlib import Path
 
+import mypy.api
 import numpy as np
 import pytest
 from scipy.sparse import coo_array
@@ -126,3 +127,13 @@ def test_every_name_of_the_top_level_is_there():
         assert getattr(fw, name) is not None
     with pytest.raises(AttributeError, match="Simulatoin"):
         fw.Simulatoin  # noqa: B018
+
+
+@pytest.mark.slow
+def test_every_name_of_the_top_level_has_types_for_strict_checks(tmp_path, monkeypatch):
+    monkeypatch.setenv("MYPYPATH", str(PACKAGE.parent))
+    script = tmp_path / "script.py"
+    script.write_text("\n".join(["import facewrinkle as fw", *(f"print(fw.{name})" for name in fw.__all__)]) + "\n")
+    options = "--strict", "--follow-imports=silent", "--config-file=", f"--cache-dir={tmp_path}"
+    out, err, status = mypy.api.run([*options, str(script)])
+    assert (status, err) == (0, ""), out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from io import FileIO
 from itertools import chain, count
 from pathlib import Path
@@ -16,7 +17,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from ..array_types import Array
 from ..errors import ParameterError
-from ..files import not_written, output_file, replaced, write_whole, written
+from ..files import not_written, output_file, replaced, write_whole
 
 
 def write_series(frames: Iterable[pv.PolyData], times: Iterable[float], path: str | Path) -> Path:
@@ -93,11 +94,11 @@ def _write_pvd(frames: Iterator[pv.PolyData], times: Array, path: Path) -> Path:
     """Write each frame as a .vtp file in a folder beside, and then the list of them, with their times."""
     root = ElementTree.Element("VTKFile", type="Collection", version="0.1")
     collection = ElementTree.SubElement(root, "Collection")
-    for number, (frame, time) in enumerate(zip(frames, times.tolist(), strict=True)):
-        name = f"{path.stem}/{path.stem}_{number:04}.vtp"
-        with written(path.parent / name) as whole:
-            frame.save(whole)
-        ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=name)
+    with ExitStack() as files:  # all take their places at the end
+        for number, (frame, time) in enumerate(zip(frames, times.tolist(), strict=True)):
+            name = f"{path.stem}/{path.stem}_{number:04}.vtp"
+            frame.save(files.enter_context(replaced(path.parent / name)))
+            ElementTree.SubElement(collection, "DataSet", timestep=repr(time), part="0", file=name)
     return write_whole(path, ElementTree.tostring(root))
 
 

@@ -101,9 +101,6 @@ def test_pyvista_reads_a_series_back(tmp_path):
         reader.set_active_time_value(time)
         (mesh,) = reader.read()
         assert mesh == own
-    with pytest.raises(ParameterError, match="4 times need as many frames"):
-        write_series(iter(frames), [0, 1, 2, 3], tmp_path / "short.pvd")
-    assert not (tmp_path / "short.pvd").exists()
 
 
 def test_a_frame_may_be_filled_again(tmp_path):
@@ -127,6 +124,7 @@ def unlike(data: str) -> pv.PolyData:
     return other
 
 
+@pytest.mark.parametrize("ending", ["vtkhdf", "pvd"])
 @pytest.mark.parametrize(
     ("frames", "times", "message"),
     [
@@ -140,9 +138,9 @@ def unlike(data: str) -> pv.PolyData:
         (lambda: [frame(0), unlike("field data")], [0, 1], "the first.*1 has other ones: {'more': 'field data'}"),
     ],
 )
-def test_frames_that_make_no_series_are_refused_and_leave_nothing(tmp_path, capfd, frames, times, message):
+def test_frames_that_make_no_series_are_refused_and_leave_nothing(tmp_path, capfd, frames, times, message, ending):
     with pytest.raises(ParameterError, match=message):
-        write_series(frames(), times, tmp_path / "series.vtkhdf")
+        write_series(frames(), times, tmp_path / f"series.{ending}")
     assert not list(tmp_path.iterdir())
     assert capfd.readouterr() == ("", "")
 
@@ -152,14 +150,15 @@ def test_frames_that_make_no_series_are_refused_and_leave_nothing(tmp_path, capf
     [RuntimeError("the solver failed"), KeyboardInterrupt(), FileNotFoundError(2, "gone", "skin.png")],
 )
 @pytest.mark.parametrize("good", [False, True])
-def test_an_error_in_the_frames_comes_through(tmp_path, problem, good, capfd):
+@pytest.mark.parametrize("ending", ["vtkhdf", "pvd"])
+def test_an_error_in_the_frames_comes_through(tmp_path, problem, good, ending, capfd):
     def frames():
         if good:
             yield frame(0)
         raise problem
 
     with pytest.raises(type(problem)) as caught:
-        write_series(frames(), range(40), tmp_path / "series.vtkhdf")
+        write_series(frames(), range(40), tmp_path / f"series.{ending}")
     assert caught.value is problem
     assert not list(tmp_path.iterdir())
     assert capfd.readouterr() == ("", "")
