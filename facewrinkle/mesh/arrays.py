@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray
 
 from ..array_types import Array
-from ..errors import MeshError, unknown_name
+from ..errors import MeshError, check_name
 from ..geometry import BoxTree, barycentric, interpolated, nearest_values, split_vertices, vertex_normals
 
 ARRAYS: Mapping[str, str] = MappingProxyType(
@@ -416,8 +416,7 @@ def values_at(frame: pv.PolyData, name: str, places: npt.ArrayLike) -> np.ndarra
     >>> height.shape, bool(abs(height[0]) < 3.0)
     ((1,), True)
     """
-    if name not in frame.point_data:
-        raise unknown_name("array of the frame", name, frame.point_data.keys())
+    check_name("array of the frame", name, frame.point_data)
     rest, triangles = rest_of(frame), np.asarray(frame.regular_faces, np.int32)
     cells, near = closest_places(to_polydata(rest, triangles), np.asarray(places, np.float64))
     corners = triangles[cells]

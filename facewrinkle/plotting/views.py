@@ -10,7 +10,7 @@ import pyvista as pv
 
 from ..anatomy import NAMES, Face, mirrored_name
 from ..array_types import Array
-from ..errors import ParameterError, check_name, check_range, check_whole, unknown_name
+from ..errors import ParameterError, check_name, check_range, check_whole
 from ..geometry import unit, vertex_areas
 
 
@@ -48,8 +48,8 @@ class View:
                 raise ParameterError(f"{name} must be three numbers, received {getattr(self, name)!r}.")
         if not np.hypot(self.direction[0], self.direction[2]) > 1e-6 * abs(self.direction[1]):
             raise ParameterError(f"direction must not be zero or straight up or down, received {self.direction!r}.")
-        if self.landmark is not None and self.landmark not in NAMES:
-            raise unknown_name("landmark", self.landmark, NAMES)
+        if self.landmark is not None:
+            check_name("landmark", self.landmark, NAMES)
         check_range("height", self.height, 1e-3, 1e3)
 
     def mirrored(self) -> View:
@@ -104,9 +104,6 @@ VIEWS: dict[str, View] = {
     **CLOSE,
 }
 """All views that have a name."""
-
-OBLIQUE, CLOSE_MARGIN = 0.45, 1.3
-"""Tangent of the angle at which a view of a place on a surface looks at it; its height in sizes of what is there."""
 
 VIEW_ANGLE = 15.0
 """Angle of the camera from the lower to the upper border of the picture, degrees."""
@@ -167,8 +164,8 @@ class Style:
     microrelief: bool = True
 
     def __post_init__(self) -> None:
-        if not isinstance(self.view, View) and str(self.view) not in VIEWS:
-            raise unknown_name("view", self.view, VIEWS)
+        if not isinstance(self.view, View):
+            check_name("view", str(self.view), VIEWS)
         if not isinstance(self.size, Sequence) or len(self.size) != 2:
             raise ParameterError(f"size must be width and height in pixels, received {self.size!r}.")
         for pixels in self.size:
@@ -212,9 +209,9 @@ def surface_view(face: Face, point: Array, normal: Array, height: float) -> View
     side = np.array([out[2], 0.0, -out[0]])
     if np.linalg.norm(side) < 0.1:  # seen from straight above
         out, side = out + np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
-    x, y, z = (out + OBLIQUE * side / np.linalg.norm(side)).tolist()
+    x, y, z = (out + 0.45 * side / np.linalg.norm(side)).tolist()
     u, v, w = ((point - face.frame.origin) @ axes.T / size).tolist()
-    return View((x, y, z), None, (u, v, w), CLOSE_MARGIN * height / size)
+    return View((x, y, z), None, (u, v, w), 1.3 * height / size)
 
 
 def whole_view(style: Style) -> View:
