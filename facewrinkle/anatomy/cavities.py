@@ -22,9 +22,6 @@ from .landmarks import FaceFrame
 STEP = 0.5
 """Spacing of the map's grid."""
 
-MAP_HALF_WIDTH, MAP_ABOVE_NOSE, MAP_BELOW_LIPS = 34.0, 16.0, 30.0
-"""Half width of the map, and how far it reaches above the base of the nose and below the lower lip."""
-
 BACK_OF_MAP, BACK_OF_MOUTH = 40.0, 130.0
 """Skin farther behind the eyes than the first is not in the map; points farther behind the map than the second are on
 the other side of the head.
@@ -81,8 +78,9 @@ class Cavities:
         self.frame = frame
         marks = {name: frame.local_mm(place) for name, place in landmarks.items()}
         nose, lower_lip = marks["subnasale"][1], marks["lower_lip_mid"][1]
-        self._low = np.array([-MAP_HALF_WIDTH, lower_lip - MAP_BELOW_LIPS])
-        shape = np.ceil((np.array([MAP_HALF_WIDTH, nose + MAP_ABOVE_NOSE]) - self._low) / STEP).astype(int) + 1
+        # The map reaches 34 mm to either side, 16 mm above the base of the nose and 30 mm below the lower lip.
+        self._low = np.array([-34.0, lower_lip - 30.0])
+        shape = np.ceil((np.array([34.0, nose + 16.0]) - self._low) / STEP).astype(int) + 1
         front = _front(frame.local_mm(points)[triangles], self._low, shape)
         x, y = (low + STEP * np.arange(n) for low, n in zip(self._low, shape, strict=True))
         self._nose, self._lowest = nose, 0.5 * (lower_lip + marks["menton"][1])

@@ -27,21 +27,6 @@ SHORTEST, LONGEST, FEMININE = 7.0, 16.0, 22.0
 TOP, SIDES = 42.0, (0.25, 0.75)
 """What combed hair has beyond on top of the head; upward parts of the normals at the ends of its sides and its top."""
 
-THIN = 0.2
-"""Share of that length that hairs have where hardly any grow."""
-
-SLOPE, BENT = (0.2, 0.6), 0.5
-"""Least and largest slope of hairs out of the skin, and the share of it that they lose up to their tips."""
-
-BEARD_HAIRS, CLEAR = 36000, [1.0, 0.0]
-"""Hairs of a beard, of which those grow that stand where it is dense; and how far beside and above lips none grow."""
-
-THINNEST, WHIRLS = 0.7, 0.4
-"""Share of hairs that the barest places within a beard have, and strength of its whirls relative to how it grows."""
-
-STUBBLE, FULL_BEARD = 0.7, 11.0
-"""Mean length of stubble, and of a full beard where it is dense."""
-
 
 def cropped_hair(
     head: Head, length: float, sex: float = 0.0, combed: float = 0.0, border: float = np.inf
@@ -94,7 +79,7 @@ def cropped_hair(
         way = top[:, None] * np.tanh((roots[:, :1] - 22.0) / 8.0) * [1.0, 0.0, 0.25]
     comb = unit(roots - [8.0, 115.0, -62.0])  # hair grows away from its whorl, at the back of the crown
     comb += 3.0 * styled * way  # a comb is three times as strong
-    longest *= THIN + (1.0 - THIN) * smoothstep(cover)
+    longest *= 0.2 + 0.8 * smoothstep(cover)  # a fifth of the length where hardly any grow
     return grown_hairs(head, triangle, weights, comb, longest, random, loose=1.0 - 0.4 * styled)
 
 
@@ -123,10 +108,10 @@ def grown_hairs(
     turn = random.normal(0.0, 0.35 * loose, (count, 1))  # radians: single hairs go astray
     way = np.cos(turn) * way + np.sin(turn) * np.cross(up, way)
     reach = longest[:, None] * random.uniform(0.6, 1.1, (count, 1))
-    slope = loose * random.uniform(*SLOPE, (count, 1))
+    slope = loose * random.uniform(0.2, 0.6, (count, 1))  # out of the skin
     flat = np.sqrt(1.0 - slope**2) * reach * along
-    # They bend around a scalp of a radius of 90 mm.
-    heights = slope * reach * (along - BENT * along**2) - (reach * along) ** 2 / (2.0 * 90.0)
+    # They lose all of the slope up to their tips, and bend around a scalp of a radius of 90 mm.
+    heights = slope * reach * (along - 0.5 * along**2) - (reach * along) ** 2 / (2.0 * 90.0)
     # Hairs go straight ahead in the plane of the triangle in which they are rooted, also past its sides.
     edges = points[corners[:, 1:]] - points[corners[:, :1]]
     steps = np.einsum("kei,ki->ke", np.linalg.pinv(edges.swapaxes(1, 2)), way)
@@ -174,17 +159,20 @@ def beard_hairs(head: Head, fullness: float) -> BoundHairs:
     corners = frame.local_mm(head.points)[head.triangles]
     share = beard(corners.reshape(-1, 3), head.landmarks, frame).reshape(-1, 3).max(axis=1)
     share *= double_areas(head.points, head.triangles)
-    triangle = random.choice(len(share), BEARD_HAIRS, p=share / share.sum())
-    weights = random.dirichlet(np.ones(3), BEARD_HAIRS)
+    count = 36000  # of which those grow that stand where a beard is dense
+    triangle = random.choice(len(share), count, p=share / share.sum())
+    weights = random.dirichlet(np.ones(3), count)
     where = np.einsum("kc,kci->ki", weights, corners[triangle])
-    mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + CLEAR
+    mouth = 0.5 * np.array([2.0 * corner[0], upper[1] - lower[1]]) + [1.0, 0.0]  # none grow 1 mm beside the lips
     off_lips = np.linalg.norm((where[:, :2] - [0.0, 0.5 * (upper[1] + lower[1])]) / mouth, 4, axis=1) - 1.0
     # Nobody's grows evenly: it varies from vertex to vertex, and thins out over the border.
     uneven = random.uniform(-1.0, 1.0, (len(head.points), 4))
     thin, *whirl = np.einsum("kc,kci->ik", weights, uneven[head.triangles[triangle]])
     dense = beard(where, head.landmarks, frame) ** 1.5 * smoothstep(6.0 * off_lips)
-    dense *= THINNEST + (1.0 - THINNEST) * smoothstep(0.6 + thin)
-    grown = random.uniform(0.0, 1.0, BEARD_HAIRS) < dense
-    longest = STUBBLE + fullness**2 * (FULL_BEARD - STUBBLE) * dense[grown]
-    comb = unit(where[grown] - frame.local_mm(head.landmarks["sellion"])) + WHIRLS * np.transpose(whirl)[grown]
+    thinnest = 0.7  # share of hairs that the barest places within a beard have
+    dense *= thinnest + (1.0 - thinnest) * smoothstep(0.6 + thin)
+    grown = random.uniform(0.0, 1.0, count) < dense
+    stubble, full = 0.7, 11.0  # mean lengths, mm, where a beard is dense
+    longest = stubble + fullness**2 * (full - stubble) * dense[grown]
+    comb = unit(where[grown] - frame.local_mm(head.landmarks["sellion"])) + 0.4 * np.transpose(whirl)[grown]
     return grown_hairs(head, triangle[grown], weights[grown], comb, longest, random)

@@ -51,9 +51,6 @@ LID_THICKNESS = 0.06
 
 # --- The opening as it is seen ------------------------------------------------------------------------------
 
-MARGIN_ENDS, TO_CANTHUS = ((0.01, 0.1), (0.9, 0.99)), 0.1
-"""Ranges of the places at which margins end, inner and outer, and how far beyond these ends they meet the canthi."""
-
 LINING_DEPTH = 0.7
 """Depth that the lining of a socket is taken to have, from the margins (0) to the ball (1): it is in their shadow."""
 
@@ -62,17 +59,9 @@ EYE_WIDTH, EYE_DEPTH = 1.4, 1.5
 
 # --- The ball behind the lids ----------------------------------------------------------------------------------
 
-SMALLEST_EYE, LARGEST_EYE = 0.75, 1.08
-"""Radii of eyeballs, relative to an adult's."""
-
 LID_ROOM, LID_QUANTILE = 0.975, 0.1
 """The ball's radius is the first share of its centre's distance from the margins of the lids, whose edges must not cut
 it. The distance is this quantile over the margins' vertices, so that single ones do not count.
-"""
-
-HOLD = np.array([0.5, 0.2, 0.1, 0.25])
-"""Weights that hold a ball, as it is fitted to the margins, at its place (up, aside, ahead) and at its size. The least
-is that of its depth, which the landmarks show least.
 """
 
 
@@ -134,8 +123,9 @@ class EyelidOpening:
 
     def _line(self, lid: int, along: Array) -> Array:
         at, elevation, _ = self.rims[lid]
-        ends = np.clip([at[0], at[-1]], *np.transpose(MARGIN_ENDS))
-        place = np.concatenate([[ends[0] - TO_CANTHUS], at, [ends[1] + TO_CANTHUS]])
+        # Margins end within these places, inner and outer, and meet the canthi 0.1 beyond.
+        ends = np.clip([at[0], at[-1]], [0.01, 0.9], [0.1, 0.99])
+        place = np.concatenate([[ends[0] - 0.1], at, [ends[1] + 0.1]])
         return np.interp(along, place, np.concatenate([self.canthi[:1], elevation, self.canthi[1:]]))
 
     def rim(self, along: Array, upper: BoolArray) -> Array:
@@ -411,10 +401,11 @@ def place_eyeballs(
             continue
         front = points[np.unique(np.concatenate([opening.upper, opening.lower]))]
         margin = opening.back_edges(points, triangles) if opening.thick else front
-        if name in estimated or not SMALLEST_EYE * radius < _room(eye.centre, margin) < LARGEST_EYE * radius:
+        smallest, largest = 0.75 * radius, 1.08 * radius  # that eyeballs are, by an adult's
+        if name in estimated or not smallest < _room(eye.centre, margin) < largest:
             eye = replace(eye, centre=_fitted_centre(margin, eye))
         room = _room(eye.centre, margin)
-        eyes.append(replace(eye, radius=float(np.clip(room, SMALLEST_EYE * radius, LARGEST_EYE * radius))))
+        eyes.append(replace(eye, radius=float(np.clip(room, smallest, largest))))
     return eyes
 
 
@@ -424,11 +415,13 @@ def _room(centre: Array, margin: Array) -> float:
 
 
 def _fitted_centre(margin: Array, eye: Eyeball) -> Array:
-    """Centre of the ball that fits the margins best, while the weights `HOLD` hold it (Gauss-Newton)."""
+    """Centre of the ball that fits the margins best, while weights hold it (Gauss-Newton)."""
     start = np.append(eye.centre, eye.radius / LID_ROOM)
     hold = np.zeros((4, 4))
-    hold[:3, :3] = HOLD[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
-    hold[3, 3] = HOLD[3]
+    # They hold it at its place (up, aside, ahead) and at its size. The landmarks show its depth least.
+    weights = np.array([0.5, 0.2, 0.1, 0.25])
+    hold[:3, :3] = weights[:3, None] * np.stack([eye.up, np.cross(eye.up, eye.gaze), eye.gaze])
+    hold[3, 3] = weights[3]
     n, found = len(margin), start
     for _ in range(12):
         offset = found[:3] - margin

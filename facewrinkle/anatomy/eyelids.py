@@ -21,15 +21,6 @@ from .muscles import JointWeights
 SHELL = 1.5
 """Skin farther from the centre of the eye than this many radii is not part of a lid."""
 
-PLATE = 1.3
-"""The stiff plate of a lid ends this many radii from the centre; from there to `SHELL` its hold on the skin fades."""
-
-MARGIN_FADE = np.deg2rad(20.0)
-"""Angle above the margin within which the motion of the upper lid fades to nothing (14 to 22 degrees in captured
-blinks).
-"""
-
-
 CORNER = 0.08
 """Beyond the canthi, the motion fades to nothing over this length, in distances between the canthi."""
 
@@ -113,7 +104,8 @@ def lid_weights(opening: EyelidOpening, points: Array, triangles: IntArray) -> L
     meeting = bottom + 0.12 * height  # the line where the lids meet
     overlap = np.minimum(0.0 if opening.thick else OVERLAP, MOST_OVERLAP * height)
     angles = np.where(is_upper, top - meeting + overlap, bottom - meeting) * fade * between
-    hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - PLATE) / (SHELL - PLATE))) * between
+    # The stiff plate of a lid ends 1.3 radii from the centre: from there its hold on the skin fades.
+    hold = fade**2 * (1.0 - smoothstep((distance / eye.radius - 1.3) / (SHELL - 1.3))) * between
     across = along * opening.width / eye.radius
     angles = _without_folds(np.where(near, angles, 0.0), elevation, across, triangles, shear=3.0)
     # A positive turn about up x gaze turns the gaze down.
@@ -150,9 +142,10 @@ def _fade(opening: EyelidOpening, along: Array, distance: Array, beyond: Array, 
     # Over a tenth of a radius, skin beyond the margin passes from the outside of a lid to its inside.
     outside = smoothstep((distance - opening.rim(along, is_upper)) / (0.1 * opening.eye.radius) + 0.5)
     to_brow = np.interp(along, *opening.brow[:2]) - opening.lines(along)[0]
-    upper = np.clip(0.6 * to_brow, 0.25 * MARGIN_FADE, MARGIN_FADE)
-    reach = np.where(is_upper, upper, 0.6 * MARGIN_FADE)
-    return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * MARGIN_FADE)))
+    most = np.deg2rad(20.0)  # 14 to 22 degrees in captured blinks
+    upper = np.clip(0.6 * to_brow, 0.25 * most, most)
+    reach = np.where(is_upper, upper, 0.6 * most)
+    return np.asarray(1.0 - smoothstep(beyond / (outside * reach + (1.0 - outside) * 2.5 * most)))
 
 
 def _without_folds(angles: Array, elevation: Array, across: Array, triangles: IntArray, shear: float) -> Array:

@@ -36,11 +36,6 @@ T = TypeVar("T")
 LID_MUSCLES = ("orbicularis_oculi_{}", "orbicularis_oculi_palpebral_{}")
 """Muscles that close an eye and tighten its lower lid."""
 
-MOUTH = np.array([0.3, 0.25, 0.6])
-"""The opening of a mouth reaches within these [left, up, forward] of the middle of the lips, in distances between the
-pupils.
-"""
-
 
 class Muscles(dict[str, Muscle]):
     """Muscles by name. It shows the names alone: all that muscles hold would fill pages.
@@ -324,9 +319,10 @@ class Face:
             return 0
         middle = self.frame.local(lips_middle(self.landmarks))
         away = self.frame.local(self.points) - middle
-        bag = (np.abs(away[:, :2]) < MOUTH[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
+        reach = np.array([0.3, 0.25, 0.6])  # [left, up, forward], in distances between the pupils
+        bag = (np.abs(away[:, :2]) < reach[:2]).all(axis=1) & (self.cavities.depth(self.points) > IN_MOUTH)
         rims = [np.vstack([away[loop], away[loop].mean(axis=0)]) for loop in self.boundary_loops]
-        found = np.concatenate([away[bag, 0], *(rim[(np.abs(rim) < MOUTH).all(axis=1), 0] for rim in rims)])
+        found = np.concatenate([away[bag, 0], *(rim[(np.abs(rim) < reach).all(axis=1), 0] for rim in rims)])
         # It reaches a side if it goes a quarter of the way from the middle to the corner.
         ends = [0.25 * float((self.frame.local(self.landmarks[f"mouth_{s}"]) - middle)[0]) for s in "lr"]
         return int((found > ends[0]).any()) + int((found < ends[1]).any())

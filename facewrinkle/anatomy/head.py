@@ -25,9 +25,6 @@ from .eyeball import Eyeball
 DATA = Path(__file__).parent / "data"
 MIRROR = np.array([-1.0, 1.0, 1.0])
 
-SEAT = 0.25
-"""Gap between eyeball and lid margin, mm: more than the edges of the margin cut into the ball."""
-
 
 HAIR_COLOR = (50.0, 38.0, 31.0)
 """Red, green and blue of cropped hair."""
@@ -45,7 +42,8 @@ def seated(points: Array, share: Array, centre: Array, radius: float) -> Array:
     """Points (n, 3) with the lids' inner margin, where `share` (n,) is 1, on the eyeball, and all others outside it."""
     away = points - centre
     distance = np.linalg.norm(away, axis=1)
-    wanted = np.maximum(distance + share**2 * (radius + SEAT - distance), radius + SEAT)
+    seat = radius + 0.25  # mm: more than the edges of the margin cut into the ball
+    wanted = np.maximum(distance + share**2 * (seat - distance), seat)
     return np.asarray(centre + away * (wanted / distance)[:, None])
 
 

@@ -41,29 +41,14 @@ below -30.
 GRAYING, GRAY = 0.2, np.array([152.0, 145.0, 136.0])
 """The age at which hair begins to turn gray, and its color then."""
 
-BROWS_SHARE = 0.5
-"""Brows differ from those of the mean head by this share of what hair does."""
-
-CHILD, ADULT = 0.24, 0.31
-"""Height of the face from the root of the nose to the chin, times how far the tip of the nose stands out before its
-base, both in distances between the pupils: both grow with the years. Adults have at least the second (0.31 to 0.51 on
-thirty-two labeled faces).
-"""
-
 CHILDS_FOLDS, YOUNG_FOLDS = 0.25, 0.6
 """Depth of the fine folds of a child, and of a face of age -1, relative to those of an adult."""
-
-STOUTEST = 1.0
-"""Heads and noses of plausible people are at most by this much wider than long."""
 
 EVEN = (*COLORS, "age", "eye_fold")
 """Parameters of which random people have all values alike; the others are mostly near the mean, as measures are."""
 
 FIRST = 20
 """So many parameters of random people are drawn before all others: parameters that come later change nobody's."""
-
-ON_EYE = (1.17, 1.76)
-"""Distances from the middle of an eyeball, in its radii, up to which aging skin stays, and from which it goes whole."""
 
 # --- The hairline around the scalp; mm on a face of average size ---
 
@@ -77,12 +62,6 @@ HAIRLINE = np.array(
     dtype=np.float64,
 )
 """The line over the forehead, down the temple before the ear, and around the ear to the nape."""
-
-HEAD_RADIUS = 80.0
-"""Radius about the upright axis of the head at which azimuths are measured as lengths."""
-
-FOREHEAD, TEMPLE = 30.0, 60.0
-"""The line follows the trichion up to the first of these azimuths, the zygion from the second one on."""
 
 
 @dataclass(frozen=True)
@@ -283,8 +262,8 @@ class Identity:
         child = max(self.child, 0.0)
         age = min(self.age, -child) if child > 0.0 else self.age
         sex = float(np.clip(self.sex, child - 1.0, 1.0 - child))
-        head = 0.5 * max(self.width - self.length - STOUTEST, 0.0)
-        nose = 0.5 * max(self.nose_width - self.nose_length - STOUTEST, 0.0)
+        head = 0.5 * max(self.width - self.length - 1.0, 0.0)
+        nose = 0.5 * max(self.nose_width - self.nose_length - 1.0, 0.0)
         return dataclasses.replace(
             self,
             width=self.width - head,
@@ -342,10 +321,11 @@ def head_of(identity: Identity) -> Head:
     # hair that falls from a parting.
     gray, border = 0.85 * old, 0.9 * max(old * identity.sex, float(falls))
     # Brows that are not gray have at most 60 % of the color of the forehead.
-    own = np.minimum(tint**BROWS_SHARE * mean.brows.color, 0.6 * skin * TONES[4, 1:])
+    brows_share = 0.5  # of the difference of hair from that of the mean head, which brows have
+    own = np.minimum(tint**brows_share * mean.brows.color, 0.6 * skin * TONES[4, 1:])
     strands, brows = (
         (1.0 - share * gray) * color + share * gray * GRAY
-        for color, share in ((tint * HAIR_COLOR, 1.0), (own, BROWS_SHARE))
+        for color, share in ((tint * HAIR_COLOR, 1.0), (own, brows_share))
     )
     color, texture = (
         dataclasses.replace(paint, tint=skin, hair=strands, density=identity.hair_density, border=border, bare=bare)
@@ -399,7 +379,8 @@ def aged_flesh(places: Array, away: Array) -> Array:
     array([-2., -0.])
     """
     cage = {name: np.array(place) for name, place in cage_data()["points"].items()}
-    free = smoothstep((away - ON_EYE[0]) / (ON_EYE[1] - ON_EYE[0]))
+    stays, goes = 1.17, 1.76  # up to the first distance skin stays, and from the second on it goes whole
+    free = smoothstep((away - stays) / (goes - stays))
     return free[:, None] * _handled(_typed()["flesh"], cage, places)
 
 
@@ -436,12 +417,13 @@ def hair_cover(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
     # The upright axis of the head lies 12 mm behind the zygion.
     azimuth = np.degrees(np.arctan2(np.abs(where[:, 0]), where[:, 2] - ear[2] + 12.0))
     line = HAIRLINE.copy()
-    share = smoothstep((line[:, 0] - FOREHEAD) / (TEMPLE - FOREHEAD))
-    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (
-        ear[1] + 16.0
-    )  # 16 mm below the eyes on the built-in head
-    flat = np.radians(azimuth) * HEAD_RADIUS
-    line[:, 0] = np.radians(line[:, 0]) * HEAD_RADIUS
+    # The line follows the trichion up to an azimuth of 30 degrees and the zygion from 60 on, which is 16 mm below the
+    # eyes on the built-in head.
+    share = smoothstep((line[:, 0] - 30.0) / 30.0)
+    line[:, 1] += (1.0 - share) * (top[1] - line[0, 1]) + share * (ear[1] + 16.0)
+    radius = 80.0  # at which azimuths are measured as lengths, mm
+    flat = np.radians(azimuth) * radius
+    line[:, 0] = np.radians(line[:, 0]) * radius
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(line, axis=0).T)))
     dense = np.linspace(0.0, along[-1], 600)
     curve = np.stack([np.interp(dense, along, line[:, c]) for c in range(2)], axis=1)
@@ -463,7 +445,8 @@ def childlike(landmarks: Mapping[str, Array], frame: FaceFrame) -> float:
     """
     height = np.linalg.norm(landmarks["nasion"] - landmarks["menton"]) / frame.pupil_distance
     out = (landmarks["nose_tip"] - landmarks["subnasale"]) @ frame.axes[2] / frame.pupil_distance
-    return float(smoothstep((ADULT - height * max(out, 0.0)) / (ADULT - CHILD)))
+    child, adult = 0.24, 0.31  # of the product, which grows with the years: 0.31 to 0.51 on thirty-two labeled faces
+    return float(smoothstep((adult - height * max(out, 0.0)) / (adult - child)))
 
 
 def fold_depth(landmarks: Mapping[str, Array], frame: FaceFrame, age: float) -> float:

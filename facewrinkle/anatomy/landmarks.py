@@ -22,9 +22,6 @@ from ..files import LARGEST_SETTINGS, bytes_of, write_whole
 from ..geometry import unit
 from ..mesh import CONNECT, Surface, closest_places
 
-OFF_MESH = 0.2
-"""A landmark may lie this far from the mesh, in distances between the pupils."""
-
 MIDLINE = [
     "trichion",
     "forehead_mid",
@@ -482,12 +479,13 @@ def check_on_surface(
         return
     places = np.array([given[n] for n in names])
     distance = np.linalg.norm(places - closest_places(surface, places)[1], axis=1) / size
-    off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > OFF_MESH]
-    apart = places[distance > OFF_MESH]
+    most = 0.2  # distances between the pupils
+    off = [f"{n} ({d:.2g})" for n, d in zip(names, distance, strict=True) if d > most]
+    apart = places[distance > most]
     if (
         off
         and others is not None
-        and np.linalg.norm(apart - closest_places(others.mesh, apart)[1], axis=1).max() < (OFF_MESH * size)
+        and np.linalg.norm(apart - closest_places(others.mesh, apart)[1], axis=1).max() < (most * size)
     ):
         raise MeshError(
             f"the surface under the landmarks is in pieces: {', '.join(off)} lie that far from the largest, in "
@@ -496,5 +494,5 @@ def check_on_surface(
     if off:
         raise LandmarkError(
             f"landmarks off the mesh, with their distance from it in distances between the pupils: {', '.join(off)}; "
-            f"at most {OFF_MESH:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
+            f"at most {most:g} is allowed. Are mesh and landmarks in the same unit and coordinates?"
         )

@@ -39,12 +39,6 @@ WORDS = {
 # those of the built-in head, whose eyes have a radius of 0.19.
 
 
-BALL_RADII = (0.7, 2.6)
-"""Range of the radius of an eyeball relative to an adult's; the largest are of children and cartoons, whose two balls
-touch.
-"""
-
-
 @dataclass(frozen=True, eq=False)
 class Part:
     """Something that comes with a face besides its skin.
@@ -312,8 +306,9 @@ def _eyeball(points: Array, centre: Array, adult: float) -> tuple[Array, float] 
     # Points of a cornea lie up to a quarter of the radius off the sphere.
     is_round = np.abs(np.linalg.norm(points - middle, axis=1) - radius).max() < 0.25 * radius
     is_here = np.linalg.norm(middle - centre) < radius
-    # Of some eyes only the front is modeled; an iris is narrower.
-    fits = BALL_RADII[0] < radius / adult < BALL_RADII[1] and extent[1] > 1.2 * radius
+    # The largest are of children and cartoons, whose two balls touch. Of some eyes only the front is modeled; an iris
+    # is narrower.
+    fits = 0.7 < radius / adult < 2.6 and extent[1] > 1.2 * radius
     return (middle, radius) if is_round and is_here and fits else None
 
 

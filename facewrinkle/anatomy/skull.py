@@ -142,14 +142,6 @@ def _smoother(points: Array, triangles: npt.NDArray[np.int32], radius: float):  
 
 # --- the mandible: a bone that turns about its hinge, and the skin that goes with it ----------------------------------
 
-# Lengths are in distances between the pupils; heights are above the plane through hinge and mouth.
-
-FIXED_ABOVE = 0.16
-"""Skin higher than this stays with the skull."""
-
-TURNING_BELOW = 0.24
-"""Skin lower than this goes with the mandible."""
-
 
 def jaw_weights(
     jaw: JawMuscle, points: Array, edges: npt.NDArray[np.int32], landmarks: Mapping[str, Array], frame: FaceFrame
@@ -181,15 +173,17 @@ def jaw_weights(
     up = _normal_of_plane(axis, mouth - hinge, frame.axes[1])
     over = (points - hinge) @ up / size
     under = (landmarks["menton"] - points) @ _normal_of_plane(axis, border, frame.axes[1]) / size
-    # Near the middle of the mouth both bounds shrink to a fifth.
+    # Skin above the first of these bounds stays with the skull, skin below the second goes with the mandible, in
+    # distances between the pupils. Near the middle of the mouth both shrink to a fifth.
+    fixed, turning = 0.16, -0.24
     aside = np.minimum(0.2 + np.abs((points - mouth) @ frame.axes[0]) / (0.4 * size), 1.0)
     behind = (points - hinge) @ frame.axes[2] < 0.0
     # The lips, and the skin beyond both bounds above and below them, lie within this distance from the mouth.
     near = (np.linalg.norm(points - mouth, axis=1) < 1.2 * size) & ~behind
-    upper, lower = _lips(points, edges, near & (over > FIXED_ABOVE), near & (over < -TURNING_BELOW), near)
+    upper, lower = _lips(points, edges, near & (over > fixed), near & (over < turning), near)
     # Far below the lower border of the mandible skin stays; in between, the neck follows less and less.
-    fixed_up = ((over > FIXED_ABOVE * aside) & ~lower) | behind | (under > 0.55)
-    fixed_down = (over < -TURNING_BELOW * aside) & ~upper & (under < 0.0) & ~fixed_up
+    fixed_up = ((over > fixed * aside) & ~lower) | behind | (under > 0.55)
+    fixed_down = (over < turning * aside) & ~upper & (under < 0.0) & ~fixed_up
     share = _harmonic(points, edges, fixed_up, fixed_down)
     vertices = np.flatnonzero(share > 1e-4)
     return JointWeights(vertices, jaw.angle * share[vertices], np.zeros(len(vertices)), hinge, axis, bone=True)

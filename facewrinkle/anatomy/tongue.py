@@ -43,9 +43,6 @@ OUT = (
 )
 """The same of a tongue that is put out; places of the last two are from the crest of the lower lip."""
 
-RAISED_AT = 0.4
-"""Share by which a tongue is put out whose tip is over the incisors."""
-
 RINGS, ABOVE, BELOW = 44, 28, 12
 """Rings of points from the root to the tip, and points of each on the back of the tongue and on its lower side."""
 
@@ -55,11 +52,6 @@ UPPER = np.maximum(np.sin(TURN), 0.0)
 TIP = np.clip((ALONG - 0.7) / (1.0 - 0.7), 0.0, 1.0)  # the share of the length that is rounded
 CAP, BLUNT = np.sqrt(1.0 - TIP**3), np.sqrt(1.0 - TIP**5)
 GRAIN = CAP * np.random.default_rng(0).normal(size=(RINGS, ABOVE + BELOW)) * UPPER
-
-BACK, SIDE, FURROWED = np.array([198.0, 116.0, 112.0]), np.array([184.0, 86.0, 84.0]), 0.25
-"""Colors of the back of the tongue, which is coated, and of its sides, and the share of the light that its furrow
-lacks.
-"""
 
 
 def lip_crest(lip: Array) -> Array:
@@ -98,7 +90,8 @@ def tongue_points(out: float, crest: Array) -> Array:
     """
     over_lip = np.array(OUT)
     over_lip[-2:, :2] += crest
-    coming, going = out / RAISED_AT, (out - RAISED_AT) / (1.0 - RAISED_AT)
+    raised = 0.4  # share by which a tongue is put out whose tip is over the incisors
+    coming, going = out / raised, (out - raised) / (1.0 - raised)
     shares = np.array([(1.0 - out) * (1.0 - coming), coming * (1.0 - going), out * going])  # the parabola through all
     stage = np.tensordot(shares, [IN_MOUTH, RAISED, over_lip], axes=1)
     spline = CubicSpline(np.linspace(0.0, 1.0, len(OUT)), stage)
@@ -118,8 +111,9 @@ def tongue_paint() -> Array:
     >>> bool((tongue_paint()[:, 0] > tongue_paint()[:, 1]).all())
     True
     """
-    furrow = FURROWED * CAP**2 * np.exp(-((7.0 * np.cos(TURN)) ** 2)) * UPPER
-    tint = SIDE + np.sqrt(UPPER)[:, None] * (BACK - SIDE)
+    furrow = 0.25 * CAP**2 * np.exp(-((7.0 * np.cos(TURN)) ** 2)) * UPPER  # the share of the light that it lacks
+    back, side = np.array([198.0, 116.0, 112.0]), np.array([184.0, 86.0, 84.0])  # the back is coated
+    tint = side + np.sqrt(UPPER)[:, None] * (back - side)
     return _points(tint * (1.0 + 0.045 * GRAIN - furrow)[..., None])
 
 

@@ -22,33 +22,9 @@ from ..landmarks import MOUTH_LANDMARKS, FaceFrame
 from .template import Grid, Pose, depth_map, openings_closed, template
 
 MOUTH_GRID = Grid(0.015, (-1.0, -2.0), (1.0, -0.45))
-
-# --- The furrow between the lips: concavity is the second derivative of depth
-# times the size of the furrow or bulge, so it has no unit.
-FURROW_SIZE = 0.03
-"""Size of a furrow: the standard deviation of the Gaussian that smooths the depth."""
-START = (0.12, 0.15)
-"""Half the breadth and the height of the place where the furrow begins."""
-# --- The path along the furrow to its end: the one with the largest sum of strength, less these costs.
-DISTANCE_COST = 50.0
-"""Cost of an end far from its expected place, per square of the distance."""
-# --- The lower lip: a place below the furrow between the lips, by its concavity.
-LIP_SIZE = 0.04
-"""Size of the bulges and furrows down the middle of a mouth, and half the breadth of the strip on which they are seen.
-"""
-LIP_HEIGHT = 0.3
-"""Distance from the meeting of the lips to the bulge, and from the bulge to the fold, at most."""
-
-# --- The chin: its profile is seen from before and below, where the bend is foremost ---
-FROM_BELOW = np.radians(45.0)
 PROFILE = Grid(0.01, (-0.04, -2.7), (0.04, 0.0))
 
-
-SAME = 0.15
-"""Depths beside each other that differ by more are of two surfaces: the nearer has a rim or a hole there."""
-
-NEAR_MENTON = 0.3
-"""The bend is looked for up to here from the expected lowest place of the chin, along the profile."""
+# --- the mouth: concavity is the second derivative of depth, times the size of the furrow or bulge: it has no unit ----
 
 
 def furrow(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float] | None:
@@ -103,14 +79,16 @@ def below_furrow(points: Array, triangles: IntArray, pose: Pose, x: float, meeti
         The height at which the lips meet.
     """
     depth, _ = openings_closed(depth_map(pose.local(points), triangles, MOUTH_GRID), MOUTH_GRID)
-    middle = depth[:, np.abs(MOUTH_GRID.x - x) < LIP_SIZE].mean(axis=1)
-    concavity = gaussian_filter1d(middle, LIP_SIZE / MOUTH_GRID.step, order=2)  # of furrows it is positive
+    size = 0.04  # of the bulges and furrows, and half the breadth of the strip on which they are seen
+    middle = depth[:, np.abs(MOUTH_GRID.x - x) < size].mean(axis=1)
+    concavity = gaussian_filter1d(middle, size / MOUTH_GRID.step, order=2)  # of furrows it is positive
     up, inner = MOUTH_GRID.y[1:-1], concavity[1:-1]
     bulges = up[(inner < concavity[:-2]) & (inner <= concavity[2:]) & (inner < 0.0) & (up < meeting)]
-    if not len(bulges) or meeting - bulges[-1] > LIP_HEIGHT:
+    most = 0.3  # from the meeting of the lips to the bulge, and from there to the fold
+    if not len(bulges) or meeting - bulges[-1] > most:
         return None
     folds = up[(inner > concavity[:-2]) & (inner >= concavity[2:]) & (inner > 0.0) & (up < bulges[-1])]
-    if not len(folds) or bulges[-1] - folds[-1] >= LIP_HEIGHT:
+    if not len(folds) or bulges[-1] - folds[-1] >= most:
         return None
     return float(bulges[-1] - 0.37 * (bulges[-1] - folds[-1]))
 
@@ -119,9 +97,8 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
     """The ends (2, 2) of the longest and deepest furrow near the middle of the lips, and its height there."""
     depth, known = openings_closed(depth_map(local, triangles, MOUTH_GRID), MOUTH_GRID)
     strength, middle = np.where(known, furrows(depth, MOUTH_GRID), 0.0), expected.mean(axis=0)
-    columns = np.abs(MOUTH_GRID.x - middle[0]) < START[0]
-    below = np.abs(MOUTH_GRID.y - middle[1])
-    profile = np.where(below < START[1], strength[:, columns].mean(axis=1), -np.inf)
+    columns, below = np.abs(MOUTH_GRID.x - middle[0]) < 0.12, np.abs(MOUTH_GRID.y - middle[1])  # where it begins
+    profile = np.where(below < 0.15, strength[:, columns].mean(axis=1), -np.inf)
     clear = 3.5 * float(np.median(np.abs(strength[below < 0.35])))  # beyond the roughness of the skin around it
     start, best, ends = int(np.argmin(np.abs(MOUTH_GRID.x - middle[0]))), -np.inf, None
     for row in range(1, len(profile) - 1):
@@ -141,10 +118,10 @@ def _ends(local: Array, triangles: IntArray, expected: Array) -> tuple[Array, fl
 
 def furrows(depth: Array, grid: Grid) -> Array:
     """Strength of furrows (rows, columns): the largest concavity in any direction, an eigenvalue of the Hessian."""
-    sigma = FURROW_SIZE / grid.step
+    size = 0.03  # of a furrow: the standard deviation of the Gaussian that smooths the depth
 
     def second(order: tuple[int, int]) -> Array:
-        return np.asarray(gaussian_filter(depth, sigma, order=order)) * FURROW_SIZE / grid.step**2
+        return np.asarray(gaussian_filter(depth, size / grid.step, order=order)) * size / grid.step**2
 
     down, across, both = second((2, 0)), second((0, 2)), second((1, 1))
     return np.asarray(0.5 * (down + across) + np.hypot(0.5 * (down - across), both))
@@ -152,18 +129,21 @@ def furrows(depth: Array, grid: Grid) -> Array:
 
 def _end(gain: Array, rows: BoolArray, start: int, side: int, expected: Array) -> tuple[float, Array]:
     """Sum and end (2,) of the path with the largest sum: outwards from the middle, by at most one row per column,
-    which costs a tenth.
+    which costs a tenth. An end costs 50 times the square of its distance from the expected place.
     """
     grid = MOUTH_GRID
     total, best, end = np.where(rows, gain[:, start], -np.inf), -np.inf, expected
     for column in range(start + side, gain.shape[1] if side > 0 else -1, side):
         above, below = np.append(total[1:], -np.inf), np.append(-np.inf, total[:-1])
         total = np.maximum(total, np.maximum(above, below) - 0.1) + gain[:, column]
-        square = (grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2
-        row = int(np.argmax(total - DISTANCE_COST * square))
-        if total[row] - DISTANCE_COST * square[row] > best:
-            best, end = float(total[row] - DISTANCE_COST * square[row]), np.array([grid.x[column], grid.y[row]])
+        sums = total - 50.0 * ((grid.x[column] - expected[0]) ** 2 + (grid.y - expected[1]) ** 2)
+        row = int(np.argmax(sums))
+        if sums[row] > best:
+            best, end = float(sums[row]), np.array([grid.x[column], grid.y[row]])
     return best, end
+
+
+# --- the chin: its profile is seen from before and below, where the bend is foremost ----------------------------------
 
 
 def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tuple[Array, float | None]:
@@ -180,17 +160,22 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     expected : ndarray, shape (3,)
         Expected lowest place, in the face's coordinates.
     """
-    cos, sin = np.cos(FROM_BELOW), np.sin(FROM_BELOW)
+    from_below = np.radians(45.0)
+    cos, sin = np.cos(from_below), np.sin(from_below)
     tilt = np.array([[1.0, 0.0, 0.0], [0.0, cos, sin], [0.0, -sin, cos]])
     x, y, _ = tilt @ expected
     low = (x + PROFILE.low[0], PROFILE.low[1])
     depth = depth_buffer(pose.local(points) @ tilt.T, triangles, low, PROFILE.step, PROFILE.shape)
-    with np.errstate(invalid="ignore"):  # what is seen behind a rim, or through a hole, is no chin
-        seen = np.abs(depth - np.median(depth, axis=1, keepdims=True)) < SAME
+    # Depths beside each other that differ by more are of two surfaces: the nearer has a rim or a hole there, and what
+    # is seen behind it is no chin.
+    same = 0.15
+    with np.errstate(invalid="ignore"):
+        seen = np.abs(depth - np.median(depth, axis=1, keepdims=True)) < same
     known = seen.mean(axis=1) >= 0.5  # rims are ragged
     middle = np.where(seen, depth, 0.0).sum(axis=1) / np.maximum(seen.sum(axis=1), 1)
-    known[1:] &= np.abs(np.diff(middle)) < SAME
-    start = int(np.argmin(np.abs(PROFILE.y - y - NEAR_MENTON)))
+    known[1:] &= np.abs(np.diff(middle)) < same
+    near_menton = 0.3  # up to which the bend is looked for from the expected place, along the profile
+    start = int(np.argmin(np.abs(PROFILE.y - y - near_menton)))
     gaps = np.flatnonzero(~known)
     first = int(gaps[gaps < start].max(initial=-1)) + 1
     last = int(gaps[gaps > start].min(initial=len(known)))
@@ -205,7 +190,7 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
     slope = gaussian_filter1d(np.gradient(profile, PROFILE.step), 0.1 / PROFILE.step, mode="nearest")  # of large bends
     bend = -np.gradient(slope, PROFILE.step) / (1.0 + slope**2) ** 1.5
     along = np.append(0.0, np.cumsum(np.hypot(PROFILE.step, np.diff(profile))))
-    near = np.flatnonzero(np.abs(up - y) < NEAR_MENTON)
+    near = np.flatnonzero(np.abs(up - y) < near_menton)
     at = int(near[np.argmax(bend[near])]) if len(near) else 0
     # The bend has a curvature of 2.4 to 5.0 on thirty-one labeled faces. The skin goes on beyond it: at the rim of a
     # mask nothing tells that the chin turns under.
@@ -213,7 +198,7 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
         if up[0] > y:
             return expected, None
         # The profile leans back by at least 50 degrees at the lowest place of the chin (42 to 71 on labeled faces).
-        under = np.flatnonzero((np.arctan(slope) + FROM_BELOW > np.radians(50.0)) & (up < y + NEAR_MENTON))
+        under = np.flatnonzero((np.arctan(slope) + from_below > np.radians(50.0)) & (up < y + near_menton))
         return place(min(float(np.interp(y, up, np.arange(len(up)))), float(under.max(initial=0)))), None
     # From the bend along the profile to the lowest place of the chin (0 to 0.12 there), and up to the most prominent
     # place of its front (0.16 to 0.23).
@@ -226,12 +211,6 @@ def chin(points: Array, triangles: IntArray, pose: Pose, expected: Array) -> tup
 # Lengths are in distances between the pupils.
 PHOTO_STEP = 0.02
 """Spacing of the grid on which the photo is seen from the front."""
-
-SHIFTS = np.arange(-0.24, 0.2 + 1e-9, PHOTO_STEP)
-"""Heights above the expected brows at which they are looked for."""
-
-BAND, AROUND = 0.03, 0.11
-"""Standard deviations of the Gaussians that smooth the photo: over the height of a brow, and over the skin around."""
 
 
 DARKER = 0.06
@@ -254,21 +233,24 @@ def rise_of_dark_bands(
     frame : FaceFrame
     """
     marks = {name: frame.local(place) for name, place in landmarks.items()}
+    shifts = np.arange(-0.24, 0.2 + 1e-9, PHOTO_STEP)  # heights above the expected brows at which they are looked for
+    # Standard deviations of the Gaussians that smooth the photo: over the height of a brow, and over the skin around.
+    band, around = 0.03, 0.11
     rows = []
     for side in "lr":
         brow = np.array([marks[f"brow_{side}_{part}"][:2] for part in ("inner", "mid", "outer")])
         brow = brow[np.argsort(brow[:, 0])]
         x = np.arange(brow[0, 0], brow[-1, 0], PHOTO_STEP)
-        low = np.array([x[0], brow[:, 1].min() + SHIFTS[0] - 2.0 * AROUND])
-        high = np.array([x[-1], brow[:, 1].max() + SHIFTS[-1] + 2.0 * AROUND])
+        low = np.array([x[0], brow[:, 1].min() + shifts[0] - 2.0 * around])
+        high = np.array([x[-1], brow[:, 1].max() + shifts[-1] + 2.0 * around])
         bright, known = _brightness(mesh, image, frame, low, high)
         if known.mean() < 0.5 or not bright.any():
             return 0.0
-        dark = 1.0 - _smoothed(bright, known, BAND) / np.maximum(_smoothed(bright, known, AROUND), 1.0)
+        dark = 1.0 - _smoothed(bright, known, band) / np.maximum(_smoothed(bright, known, around), 1.0)
         expected = np.interp(x, *brow.T)
         floor = marks[f"eye_{side}_centre"][1] + 0.18  # below, dark bands are lids
         found = []
-        for shift in SHIFTS:
+        for shift in shifts:
             y = expected + shift
             row, column = np.rint((y - low[1]) / PHOTO_STEP).astype(int), np.rint((x - low[0]) / PHOTO_STEP).astype(int)
             seen = (y > floor) & known[row, column]
@@ -276,8 +258,8 @@ def rise_of_dark_bands(
         rows.append(found)
     strength = np.mean(rows, axis=0)
     best = int(np.argmax(strength))
-    inner = 0 < best < len(SHIFTS) - 1 and np.isfinite(strength[best - 1])
-    return float(SHIFTS[best]) if inner and strength[best] > DARKER else 0.0
+    inner = 0 < best < len(shifts) - 1 and np.isfinite(strength[best - 1])
+    return float(shifts[best]) if inner and strength[best] > DARKER else 0.0
 
 
 def _smoothed(values: Array, known: npt.NDArray[np.bool_], size: float) -> Array:

@@ -21,16 +21,8 @@ from .matching import FINE, Match, certain, share
 from .search import NO_FACE, check_surface, searched
 from .template import AT_REST, UNMEASURED, Pose, peak, pose_from_landmarks, template
 
-OFF_FRONT = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
-"""Landmarks that cannot be read off the front view: completed from the template and the others."""
-
 CHIN = ("pogonion", "menton")
 """Landmarks of the chin, which goes along with the mouth."""
-
-UNSEEN, SEEN = 0.5, 0.7
-"""Factor of the confidence in a lower lip that is not seen, and in a chin that is not seen to turn under; confidence in
-one that is, at least.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,9 +173,9 @@ def placed_landmarks(
         # The second is the correlation of faces that are like the template there.
         certainty[name] = share(certainty[name], (0.70, 0.95))
     if not (matches[mouth].mouth_open or "lower_lip_mid" in measured):
-        certainty["lower_lip_mid"] *= UNSEEN
-    for name in CHIN:
-        certainty[name] = max(certainty[name], SEEN) if name in measured else UNSEEN * certainty[name]
+        certainty["lower_lip_mid"] *= 0.5
+    for name in CHIN:  # measured where it is seen to turn under
+        certainty[name] = max(certainty[name], 0.7) if name in measured else 0.5 * certainty[name]
     tip = peak(match.surface.depth, FINE, match.pose.local(places["nose_tip"])[:2])
     places["nose_tip"] = _raised(match, tip[None], match.surface.depth)[0]
     estimated = tuple(name for name in UNMEASURED if name not in measured)
@@ -205,7 +197,9 @@ def _consensus(
     """
     with_mouth = (*MOUTH_LANDMARKS, "subnasale", *CHIN) if mouth >= len(AT_REST) else ()
     rest = len(AT_REST)
-    names = [name for name in NAMES if name not in OFF_FRONT]
+    # Some cannot be read off the front view: they are completed from the template and the others.
+    off_front = ("trichion", "zygion_l", "zygion_r", "gonion_l", "gonion_r", "eye_l_centre", "eye_r_centre")
+    names = [name for name in NAMES if name not in off_front]
     by_variant = np.array([_placed(match, variants[k], names) for k, match in enumerate(matches)])
     certainty = {name: float(values[:rest].mean()) for name, values in correlations.items()}
     places = {}

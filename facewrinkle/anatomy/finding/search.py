@@ -232,8 +232,6 @@ NO_FACE = (
 # The parts of a mesh that are searched.
 FEWEST_TRIANGLES = 200
 """Triangles of a mesh, at least: spread over a face, they are a third of the distance between the pupils in size."""
-MOST_LAYERS = 50.0
-"""Largest area of a mesh over the squared diagonal of its box: that of heads is about 1, that of noise 100 and more."""
 
 
 def searched(points: Array, triangles: IntArray, pose: Pose | None, progress: Progress) -> tuple[list[Match], IntArray]:
@@ -317,10 +315,11 @@ def check_surface(points: Array, triangles: IntArray) -> None:
     low, high = np.quantile(centres, (0.01, 0.99), axis=0)  # points far off do not make the box larger
     inside = ((low <= centres) & (centres <= high)).all(axis=1)
     layers = 0.5 * double_areas(points, triangles[inside]).sum() / max(float(((high - low) ** 2).sum()), 1e-300)
-    if layers > MOST_LAYERS:
+    most = 50.0  # that of heads is about 1, that of noise 100 and more
+    if layers > most:
         raise LandmarkError(
             "no face was found on the mesh: its triangles are no surface, as their area is "
-            f"{layers:.0f} times the squared diagonal of their box; {MOST_LAYERS:g} times is the most, and faces have "
+            f"{layers:.0f} times the squared diagonal of their box; {most:g} times is the most, and faces have "
             "about 1. Is it noise, or do its faces use wrong points? Export the mesh again, or give at "
             "least three landmarks that are not in a line."
         )

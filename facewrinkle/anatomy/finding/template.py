@@ -29,9 +29,6 @@ from ..skull import jaw_weights
 NEAREST, FARTHEST = 1.1, -1.5
 """Range of depth of a face, in distances between the pupils; the tip of the nose is at 0.6."""
 
-PEAK_RADIUS = 0.12
-"""Size of the surroundings to which a peak's paraboloid is fitted; farther from the start it is another bulge's."""
-
 
 @dataclass(frozen=True)
 class Grid:
@@ -120,9 +117,10 @@ def peak(depth: Array, grid: Grid, start: Array) -> Array:
     """
     x, y = np.meshgrid(grid.x, grid.y)
     place = np.asarray(start, dtype=np.float64)
+    radius = 0.12  # of the surroundings to which the paraboloid is fitted; a peak farther off is another bulge's
     for _ in range(3):
         u, v = x - place[0], y - place[1]
-        weight = np.exp(-1.5 * (u * u + v * v) / PEAK_RADIUS**2)
+        weight = np.exp(-1.5 * (u * u + v * v) / radius**2)
         near = weight > 0.05
         u, v, root = u[near], v[near], np.sqrt(weight[near])
         terms = np.stack([np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v], axis=1)
@@ -131,7 +129,7 @@ def peak(depth: Array, grid: Grid, start: Array) -> Array:
             return start
         step = -np.linalg.solve([[p, q], [q, r]], [a, b])
         place = place + step * min(1.0, 0.08 / max(float(np.linalg.norm(step)), 1e-12))
-    return place if np.linalg.norm(place - start) < PEAK_RADIUS else start
+    return place if np.linalg.norm(place - start) < radius else start
 
 
 # --- the template -----------------------------------------------------------------------------------------------------
