@@ -279,9 +279,6 @@ def _mixed(first: Array, second: Array, t: Array) -> Array:
     return np.asarray(first * (1.0 - share) + second * share)
 
 
-END = 0.96
-"""Distance from the centre of the ball, in its radii, at which the flesh ends inside the ball."""
-
 DEPTHS = np.linspace(0.0, 1.0, 5)
 """Depths of the rings of vertices, from the rim (0) to the end (1)."""
 
@@ -327,7 +324,7 @@ class LidMargin:
         """Return the strip, with `paint` (rgb), between the lids of a face with vertices at `points` (n, 3)."""
         offset = points[self.loop] - self.eye.centre
         distance = np.linalg.norm(offset, axis=1, keepdims=True)
-        end = np.minimum(END * self.eye.radius, distance - 0.02 * self.eye.radius)
+        end = np.minimum(0.96 * self.eye.radius, distance - 0.02 * self.eye.radius)
         away = distance + DEPTHS[:, None, None] * (end - distance)
         strip = (self.eye.centre + away * (offset / distance)).reshape(-1, 3)
         mesh = to_polydata(strip, self._triangles)

@@ -17,23 +17,8 @@ from .hair import HairCards, HairLines
 COUNT, KNOTS = 7, 14
 """Fibers of a muscle, and points of each."""
 
-SPREAD = 0.5
-"""Angle from the middle of a linear muscle to its outermost fiber, relative to that at which its pull ends."""
-
-RINGS, ARCS = 4, 3
-"""Rings of a sphincter, and the fibers of which each is made."""
-
 RELAXED, CONTRACTED = np.array([226.0, 196.0, 176.0]), np.array([150.0, 8.0, 20.0])
 """Colors of fibers, 0 to 255."""
-
-AROUND = 6
-"""Vertices of the skin that a point of a fiber goes along with."""
-
-SMOOTHED = 6
-"""Steps of smoothing along fibers: vertices under which they lie change abruptly."""
-
-WIDTH = 0.018
-"""Width of a fiber at its belly, in distances between the pupils."""
 
 OPACITY = 0.75
 """Of fibers: they are seen through the skin, as if it were translucent."""
@@ -79,8 +64,8 @@ class Fibers:
         along, belly = np.linspace(0.0, 1.0, KNOTS), np.sin(np.linspace(0.15, np.pi - 0.15, KNOTS))
         ring = np.array([isinstance(face.muscles[name], SphincterMuscle) for name in found], bool)[self.muscle]
         self._share = np.where(ring[:, None], 1.0, along)[..., None]
-        self.half = 0.5 * WIDTH * face.frame.pupil_distance * np.where(ring[:, None], 0.6, belly)
-        away, nearest = cKDTree(face.points).query(lines, k=AROUND)
+        self.half = 0.009 * face.frame.pupil_distance * np.where(ring[:, None], 0.6, belly)
+        away, nearest = cKDTree(face.points).query(lines, k=6)  # vertices that a point goes along with
         weights = 1.0 / (away + 1e-3 * face.frame.pupil_distance) ** 2
         weights /= weights.sum(axis=-1, keepdims=True)
         self._rest = _in_flesh(lines, nearest, weights[..., None], face)
@@ -139,8 +124,8 @@ def _in_flesh(lines: Array, nearest: IntArray, weights: Array, face: Face) -> Ar
     )
     normals = unit(normals)
     moved = np.array(lines)
-    for step in range(1 + SMOOTHED):
-        if step:
+    for step in range(7):
+        if step:  # vertices under which they lie change abruptly
             moved[:, 1:-1] = 0.25 * (moved[:, :-2] + 2.0 * moved[:, 1:-1] + moved[:, 2:])
         height = ((moved - on_skin) * normals).sum(axis=-1, keepdims=True)
         moved += (np.clip(height, -depth, -0.2 * depth) - height) * normals
@@ -151,9 +136,10 @@ def _lines(muscle: Muscle, face: Face) -> Array:
     """Return the fibers (k, knots, 3) of a muscle as straight lines, or as arcs; none if it does not pull the skin."""
     along, across = np.linspace(0.0, 1.0, KNOTS)[:, None], np.linspace(0.0, 1.0, COUNT)[:, None]
     if isinstance(muscle, SphincterMuscle):
-        angle = np.linspace(0.0, 2.0 * np.pi, ARCS * (KNOTS - 1) + 1)
-        arcs = angle[(KNOTS - 1) * np.arange(ARCS)[:, None] + np.arange(KNOTS)]
-        radius = np.linspace(muscle.inner, 1.0, RINGS)[:, None, None, None]
+        # Four rings, each of three fibers.
+        angle = np.linspace(0.0, 2.0 * np.pi, 3 * (KNOTS - 1) + 1)
+        arcs = angle[(KNOTS - 1) * np.arange(3)[:, None] + np.arange(KNOTS)]
+        radius = np.linspace(muscle.inner, 1.0, 4)[:, None, None, None]
         axes = muscle.semi_major * muscle.lateral, muscle.semi_minor * muscle.vertical
         ring = np.cos(arcs)[..., None] * axes[0] + np.sin(arcs)[..., None] * axes[1]
         return np.asarray(muscle.centre + radius * ring).reshape(-1, KNOTS, 3)
@@ -163,7 +149,7 @@ def _lines(muscle: Muscle, face: Face) -> Array:
         way = muscle.insertion - muscle.attachment
         vertex = face.mesh.find_closest_point(muscle.insertion)
         aside = muscle.length * unit(np.cross(face.tissue.normals[vertex], way))
-        angle = SPREAD * muscle.max_angle * (2.0 * across - 1.0)
+        angle = 0.5 * muscle.max_angle * (2.0 * across - 1.0)  # half of that at which the pull ends
         begin, end = muscle.attachment, muscle.attachment + np.cos(angle) * way + np.sin(angle) * aside
     else:
         return np.empty((0, KNOTS, 3))

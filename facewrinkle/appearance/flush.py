@@ -13,9 +13,6 @@ from ..geometry import cotangent_laplacian, symmetric_factors, vertex_areas
 ABSORBANCE = np.array([0.012, 0.22, 0.165])
 """Of the blood in skin at rest, for red, green and blue light: hemoglobin takes most of the green."""
 
-SPREAD = 9.0
-"""Distance over which blood gets from gathered to stretched skin, mm on a face of average size."""
-
 LEAST, MOST = -0.06, 0.35
 """How much less and more blood than at rest, by its share, skin holds at most."""
 
@@ -54,6 +51,6 @@ def _at_rest(face: Face) -> tuple[Array, BoolArray, SuperLU]:
     for name, joint in face.joint_weights.items():
         if not isinstance(face.muscles[name], JawMuscle):
             still[joint.vertices] = True
-    reach = (SPREAD * face.frame.scale) ** 2
-    spread = diags_array(areas) + reach * cotangent_laplacian(face.points, face.triangles)
+    reach = 9.0 * face.frame.scale  # over which blood gets from gathered to stretched skin: 9 mm on an average face
+    spread = diags_array(areas) + reach**2 * cotangent_laplacian(face.points, face.triangles)
     return areas, still, symmetric_factors(csc_array(spread))

@@ -13,9 +13,6 @@ from ..array_types import Array, IntArray
 from ..geometry import BoxTree, height_above, ring_quads, smoothstep, unit
 from ..mesh.arrays import reshaped
 
-WIDER = 0.75
-"""Exponent of the width of hairs that stand for many: thinner than all of them side by side, as they overlap."""
-
 
 @dataclass(frozen=True, eq=False)
 class HairLines:
@@ -111,9 +108,9 @@ class Hairs:
     def cards(self, pixel: float, every: int = 1) -> HairCards:
         """Return the ribbons of a picture whose pixels are so wide, in the unit of the mesh.
 
-        With `every`, only one hair of so many, each the wider.
+        With `every`, only one hair of so many, each the wider, but thinner than all of them side by side: they overlap.
         """
-        return HairCards(every**WIDER * self.half[::every], self.tint[::every], pixel)
+        return HairCards(every**0.75 * self.half[::every], self.tint[::every], pixel)
 
 
 class Brows(Hairs):

@@ -17,14 +17,6 @@ from ..geometry import ring_triangles, smoothstep, unit, vertex_normals
 from ..geometry.depth_buffer import depth_buffer
 from ..mesh import reshaped, to_polydata
 
-PARTED = 0.012
-"""Lips are parted if they are farther apart than at rest by more than this, in distances between the pupils."""
-
-FARTHEST, FADING = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
-"""Shares of red, green and blue light that are left far back in a mouth, and the depths over which light fades to a
-third, in distances between the pupils: the flesh around reflects red.
-"""
-
 TONGUE_COLOR = (176, 92, 88)
 
 POCKET_COLORS = np.array([[116, 52, 48], [72, 29, 27], [30, 11, 11], [12, 4, 5]])
@@ -38,25 +30,6 @@ relative to their width.
 SKIN_STEP, SKIN_LOW, SKIN_HIGH = 0.02, np.array([-0.6, -1.0]), np.array([0.6, 0.4])
 """Grid on which the skin before the lower gum is looked for: [left, up] from the middle of the lips, in
 distances between the pupils.
-"""
-
-BEHIND_SKIN, FROM_OPENING = 0.01, 0.06
-"""Depth behind this skin that the gum keeps, but not within the second distance from an opening; in distances between
-the pupils.
-"""
-
-GUM_FROM = 0.16
-"""Depth below the middle of the lips from which there is gum and no tooth, in distances between the pupils."""
-
-
-LIP_HALF_WIDTH, LIP_MIDDLE, LIP_HEIGHT = 16.0, 6.0, 12.0
-"""Half width of the lower lip, and of the upper one, between which the tongue comes out, and how far above and below
-the edges of the lower incisors they reach, mm on a face of average size.
-"""
-
-ROOM, TUCKED = 11.6, 0.35
-"""Height of the room above the lower lip at which the tongue comes all the way out, mm on a face of average size, and
-the share of its way on which it stays behind closed teeth.
 """
 
 
@@ -116,11 +89,15 @@ class Mouth:
         self._parts["tongue"] = self._part(coming_out, tongue_triangles().astype(np.int32), tongue_paint())
 
     def _lips_at_tongue(self, face: Face) -> tuple[IntArray, IntArray]:
-        """Vertices of the upper and of the lower lip between which the tongue comes out."""
+        """Vertices of the upper and of the lower lip between which the tongue comes out.
+
+        They are up to 6 and 16 mm to either side, and 12 mm above and below the edges of the lower incisors.
+        """
         left, up, forward = self._from_incisors(face.points).T
-        near = (np.abs(left) < LIP_HALF_WIDTH) & (np.abs(up) < LIP_HEIGHT) & (forward > 0.0)
+        near = (np.abs(left) < 16.0) & (np.abs(up) < 12.0) & (forward > 0.0)
         lower = face.mandible_share > 0.5
-        return np.flatnonzero(near & ~lower & (np.abs(left) < LIP_MIDDLE)), np.flatnonzero(near & lower)
+        middle = np.abs(left) < 6.0
+        return np.flatnonzero(near & ~lower & middle), np.flatnonzero(near & lower)
 
     def _from_incisors(self, points: Array) -> Array:
         """Places (n, 3), [left, up, forward] from the edges of the lower incisors, mm on a face of average size."""
@@ -144,7 +121,10 @@ class Mouth:
     def _part(self, points: Array, triangles: IntArray, paint: npt.ArrayLike) -> pv.PolyData:
         """A mesh in the mouth at rest with its normals, and with paint that is darker and redder the farther back."""
         back = np.maximum((self._centre - points) @ self._axes[2] / self._size - 0.2, 0.0)[:, None]
-        shaded = np.rint(np.asarray(paint) * (FARTHEST + 0.84 * np.exp(-back / FADING))).astype(np.uint8)
+        # Shares of red, green and blue light that are left far back, and the depths over which light fades to a third,
+        # in distances between the pupils: the flesh around reflects red.
+        least, fading = np.array([0.07, 0.025, 0.025]), np.array([0.26, 0.22, 0.215])
+        shaded = np.rint(np.asarray(paint) * (least + 0.84 * np.exp(-back / fading))).astype(np.uint8)
         return to_polydata(points, triangles, {"Normals": vertex_normals(points, triangles), "paint": shaded})
 
     def _facing(self, normals: Array) -> Array:
@@ -157,8 +137,10 @@ class Mouth:
         return self.bag or len(self.loop) > 0
 
     def parted(self, points: Array) -> bool:
-        """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest."""
-        return self.opens and self._gap(points) - self._rest_gap > PARTED * self._size
+        """Return True if the lips of a face with vertices at `points` (n, 3) are farther apart than at rest, by more
+        than 1.2 % of the distance between the pupils.
+        """
+        return self.opens and self._gap(points) - self._rest_gap > 0.012 * self._size
 
     def pocket(self, points: Array, jaw_angle: float | None = None, mandible: Array | None = None) -> pv.PolyData:
         """Return the dark pocket, with `paint` (rgb), behind the lips of a face with vertices at `points` (n, 3).
@@ -227,8 +209,8 @@ class Mouth:
             if name == "upper_teeth":
                 continue
             places = rest @ turn.T + shift
-            if name == "lower_teeth":
-                gum = (self._centre - rest) @ self._axes[1] > GUM_FROM * self._size
+            if name == "lower_teeth":  # below the middle of the lips by this, there is gum and no tooth
+                gum = (self._centre - rest) @ self._axes[1] > 0.16 * self._size
                 places = np.where(gum[:, None], self._behind_skin(places, points), places)
             parts[name] = reshaped(part, places, normals @ turn.T)
         return parts
@@ -242,27 +224,29 @@ class Mouth:
         upper, lower = ((points[lip] - shift) @ turn for lip in self._lips)
         roof = np.vstack([upper, (self.teeth[0].edge - shift) @ turn])
         crest = lip_crest(self._from_incisors(lower))
-        room = (self._from_incisors(roof)[:, 1].min() - max(crest[0], 0.0)) / ROOM
-        places, blank = self._tongue(min(out, max(room, TUCKED)), crest), self._parts["tongue"]
+        # It comes all the way out where there are 11.6 mm, and stays behind closed teeth on 0.35 of its way.
+        room = (self._from_incisors(roof)[:, 1].min() - max(crest[0], 0.0)) / 11.6
+        places, blank = self._tongue(min(out, max(room, 0.35)), crest), self._parts["tongue"]
         return reshaped(blank, places, vertex_normals(places, blank.regular_faces))
 
     def _behind_skin(self, places: Array, points: Array) -> Array:
         """Places (k, 3) in the mouth, moved back where they came out of skin with vertices at `points` (n, 3).
 
-        Teeth have one size and chins many: gums and the pocket would come through those that recede.
+        Teeth have one size and chins many: gums and the pocket would come through those that recede. They keep 0.01 of
+        the distance between the pupils behind skin that is farther than 0.06 from an opening.
         """
         local = (points - self._centre) @ self._axes.T / self._size
         shape = np.rint((SKIN_HIGH - SKIN_LOW) / SKIN_STEP).astype(int) + 1
         low = float(SKIN_LOW[0]), float(SKIN_LOW[1])
         depths = -1.0, np.inf  # skin farther back is seen through the mouth
         front = depth_buffer(local, self._skin, low, SKIN_STEP, (int(shape[1]), int(shape[0])), depths)
-        open_near = binary_dilation(~np.isfinite(front), iterations=round(FROM_OPENING / SKIN_STEP))
+        open_near = binary_dilation(~np.isfinite(front), iterations=round(0.06 / SKIN_STEP))
         nearest = np.where(open_near, np.inf, minimum_filter(front, size=3))
         inside = (places - self._centre) @ self._axes.T / self._size
         column, row = np.rint((inside[:, :2] - SKIN_LOW) / SKIN_STEP).astype(int).T
         within = (column >= 0) & (column < shape[0]) & (row >= 0) & (row < shape[1])
         most = np.full(len(places), np.inf)
-        most[within] = nearest[row[within], column[within]] - BEHIND_SKIN
+        most[within] = nearest[row[within], column[within]] - 0.01
         inside[:, 2] = np.minimum(inside[:, 2], most)
         return np.asarray(self._centre + self._size * inside @ self._axes)
 

@@ -20,9 +20,6 @@ from .mouth import TONGUE_COLOR, Mouth
 from .skin_paint import SkinPainter, cavity_shading
 from .smooth_skin import SmoothSkin
 
-FEWER_LASHES, FEWER_BROWS = 2, 6
-"""Meshes for other programs have one ribbon for so many hairs: there is no end of pixels that would be worth more."""
-
 
 class Appearance:
     """Paint, eyes, mouth and hair of a face.
@@ -186,12 +183,13 @@ class Seen:
     @cached_property
     def hairs(self) -> dict[str, pv.PolyData]:
         """Painted brows and lashes as ribbons that do not depend on a picture, with `paint` (rgba), by name."""
+        # One ribbon for two lashes or six hairs of brows: there is no end of pixels that would be worth more.
         found = {
-            f"lashes_{row.eye.side}": row.cards(0.0, FEWER_LASHES).along(self.lashes[row.eye.side].every(FEWER_LASHES))
+            f"lashes_{row.eye.side}": row.cards(0.0, 2).along(self.lashes[row.eye.side].every(2))
             for row in self._of.lashes
         }
         if brows := self._of.bound_hair.get("brows"):
-            found["brows"] = brows.cards(0.0, FEWER_BROWS).along(self.bound_hair["brows"].every(FEWER_BROWS))
+            found["brows"] = brows.cards(0.0, 6).along(self.bound_hair["brows"].every(6))
         return found
 
     @cached_property

@@ -47,35 +47,18 @@ TINTS: tuple[tuple[str, tuple[float, float, float], float, tuple[float, float, f
     ("gonion", (0, -40, 0), 34, (204, 158, 128), 0.45),
 )
 
-BEARD_COLOR, BEARD_STRENGTH = (142.0, 118.0, 110.0), 0.13
-
 SHAVED = 0.10
 """Share of the hair's color on a shaved head: more looks like a cap, and ends in a line as coarse as the mesh."""
-
-WHOLE_HEAD = 25.0
-"""A mesh is a whole head if it reaches this far above the hairline, and twice as far behind the ears."""
 
 LIP_COLOR = (176.0, 106.0, 95.0)
 
 CAVITY_COLORS = (((134.0, 66.0, 60.0), 1.5, 5.0), ((34.0, 13.0, 12.0), 6.0, 14.0))
 """Colors in mouth and nostrils, the depths at which they begin, and the further depth over which they grow to full."""
 
-NOSTRIL_RATE, NOSTRIL_RIM = 2.2, 1.3
-"""Nostrils darken faster than the mouth by the first factor, from the second depth on: above it, rims are rounded."""
-
-NOSTRIL_TILT = 40.0
-"""Depth in nostrils is measured as seen from this far below, degrees: from the front, wings and sill hide it."""
-
-HIDDEN_DEPTH = 11.0
-"""Lining that cannot be seen from the front has the color of this depth."""
-
 LID, FLESH, DEEP_FLESH = (
     np.array(color, dtype=np.float64) for color in ((208, 150, 132), (190, 112, 100), (120, 58, 52))
 )
 """Colors of the flesh between lids and eyeballs, at the margins, behind them, and at the ball."""
-
-LID_STRENGTH = 0.75
-"""Share of these colors in the paint of thick lids near their margins; it grows to 1 at the ball."""
 
 
 class SkinPainter:
@@ -97,7 +80,8 @@ class SkinPainter:
     def __init__(self, face: Face) -> None:
         self._face = face
         self._cavities = face.cavities
-        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(NOSTRIL_TILT))
+        # Depth in nostrils is measured as seen from 40 degrees below: from the front, wings and sill hide it.
+        self._nostrils = Cavities(face.points, face.triangles, face.landmarks, face.frame.tilted(40.0))
         self._lining = face.lining
         self._openings = [opening for opening in face.eyelid_openings.values() if opening.thick]
         self._tree, normals = cKDTree(face.points), face.normals
@@ -106,7 +90,8 @@ class SkinPainter:
         ]
         where = face.frame.local_mm(face.points)
         ear, top = (face.frame.local_mm(face.landmarks[name]) for name in ("zygion_l", "trichion"))
-        self._hair = bool((where[:, 1].max() > top[1] + WHOLE_HEAD) & (where[:, 2].min() < ear[2] - 2.0 * WHOLE_HEAD))
+        # A mesh is a whole head if it reaches far above the hairline and behind the ears.
+        self._hair = bool((where[:, 1].max() > top[1] + 25.0) & (where[:, 2].min() < ear[2] - 50.0))
 
     def __call__(self, points: Array) -> npt.NDArray[np.uint8]:
         """Return the colors (n, 3) of points of the face at rest."""
@@ -119,16 +104,18 @@ class SkinPainter:
         if self._hair:
             hair = SHAVED * smoothstep(hair_cover(points, landmarks, frame) / 14.0)[:, None]
             color += hair * (np.array(HAIR_COLOR) - color)
-        depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = HIDDEN_DEPTH  # farther than is seen from the front
-        far = smoothstep(2.0 * depth / HIDDEN_DEPTH - 1.0)  # so far behind what is seen, there are no rims of nostrils
+        hidden = 11.0  # the depth whose color lining has that cannot be seen from the front
+        depth[self._lining.holds(points) & (depth < INSIDE_DEPTH)] = hidden
+        far = smoothstep(2.0 * depth / hidden - 1.0)  # so far behind what is seen, there are no rims of nostrils
         rims = (1.0 - far) * self._cavities.at_nostrils(points)
-        for where, inside in ((1.0 - rims, depth), (rims, NOSTRIL_RATE * (self._nostrils.depth(points) - NOSTRIL_RIM))):
+        # Nostrils darken 2.2 times as fast as the mouth, from 1.3 mm on: above, rims are rounded.
+        for where, inside in ((1.0 - rims, depth), (rims, 2.2 * (self._nostrils.depth(points) - 1.3))):
             for tint, begin, over in CAVITY_COLORS:
                 color += (where * smoothstep((inside - begin) / over))[:, None] * (np.array(tint) - color)
         away, nearest = self._tree.query(points)
         for opening, facing in zip(self._openings, self._facing, strict=True):
             behind = opening.behind(points, facing[nearest] & (away == 0.0))
-            strength = smoothstep(behind / 0.3) * (LID_STRENGTH + (1.0 - LID_STRENGTH) * behind)
+            strength = smoothstep(behind / 0.3) * (0.75 + 0.25 * behind)  # whole at the ball
             color += strength[:, None] * (flesh(behind) - color)
         return np.asarray(np.rint(color), dtype=np.uint8)
 
@@ -160,7 +147,7 @@ def complexion(points: Array, landmarks: Mapping[str, Array], frame: FaceFrame) 
             centre = frame.local_mm(landmarks[of_side(stem, side)]) + np.array(offset) * [sign, 1.0, 1.0]
             cover = np.maximum(cover, np.exp(-0.5 * ((where - centre) ** 2).sum(axis=1) / reach**2))
         color += strength * cover[:, None] * (np.array(tint) - color)
-    color += BEARD_STRENGTH * beard(where, landmarks, frame)[:, None] * (np.array(BEARD_COLOR) - color)
+    color += 0.13 * beard(where, landmarks, frame)[:, None] * ([142.0, 118.0, 110.0] - color)
     return color
 
 
@@ -234,19 +221,13 @@ def relief_strength(points: Array, face: Face) -> Array:
 
 # --- the shading of furrows -------------------------------------------------------------------------------------------
 
-FURROW_SHADE, FURROW_DEPTH = 0.22, 0.6
-"""Share of the light that deep furrows are held to lose, and the depth at which they lose two thirds of that, mm."""
-
-STEEPER, DARKEST, FLOOR = 2.0, 0.6, 0.15
-"""Loss of light at the floor of a furrow relative to that by its mean slopes; the largest; the depth of a floor, mm."""
-
-FURROW_RINGS = 3
-"""Rings of triangles around a vertex that tell furrows from pits: the width of a furrow, as refinement samples it."""
-
 
 def furrow_shade(height: Array) -> Array:
-    """Return about the share (n,) of the light that furrows lose, by the heights (n,) of their vertices, mm."""
-    return np.asarray(-FURROW_SHADE * np.expm1(np.minimum(height, 0.0) / FURROW_DEPTH))
+    """Return about the share (n,) of the light that furrows lose, by the heights (n,) of their vertices, mm.
+
+    Deep ones are held to lose 0.22 of it, and two thirds of that at a depth of 0.6 mm.
+    """
+    return np.asarray(-0.22 * np.expm1(np.minimum(height, 0.0) / 0.6))
 
 
 def cavity_shading(skin: pv.PolyData, unit: float = 1.0) -> npt.NDArray[np.uint8]:
@@ -257,11 +238,12 @@ def cavity_shading(skin: pv.PolyData, unit: float = 1.0) -> npt.NDArray[np.uint8
     alone. The `unit` of the mesh is in mm.
     """
     height = np.ascontiguousarray(skin.point_data["W"], np.float64)
-    dark = np.clip(-height / FLOOR, 0.0, 1.0)
+    dark = np.clip(-height / 0.15, 0.0, 1.0)  # 1 at the floor of a furrow, mm
     if dark.any():
         rest = rest_of(skin)  # without its furrows
         coherence, square = _slopes(rest, height / unit, skin.regular_faces, dark > 0.0)
-        dark *= np.minimum(STEEPER * coherence**2 * (1.0 - 1.0 / np.sqrt(1.0 + square)), DARKEST)
+        # Floors lose twice the light that the mean slopes tell, and 0.6 of it at the most.
+        dark *= np.minimum(2.0 * coherence**2 * (1.0 - 1.0 / np.sqrt(1.0 + square)), 0.6)
     factors = np.empty((len(dark), 3), np.uint8)
     factors[:, 0], factors[:, 1:] = np.rint(255.0 - 191.25 * dark), np.rint(255.0 - 255.0 * dark)[:, None]
     return factors
@@ -271,10 +253,10 @@ def _slopes(points: Array, height: Array, triangles: IntArray, deep: BoolArray) 
     """Coherence (n,) of the directions in which a height rises, and its mean square slope, around vertices `deep` (n,).
 
     Coherence is that of the structure tensor, ((p - q) / (p + q))^2 with its two eigenvalues p and q: 1 on a furrow, 0
-    in a round pit. Both are means over some rings of triangles.
+    in a round pit. Both are means over some rings of triangles: the width of a furrow, as refinement samples it.
     """
-    around = deep.copy()
-    for _ in range(FURROW_RINGS):
+    around, rings = deep.copy(), 3
+    for _ in range(rings):
         near = triangles[around[triangles].any(axis=1)]
         around[near] = True
     i, j, k = near.T
@@ -286,7 +268,7 @@ def _slopes(points: Array, height: Array, triangles: IntArray, deep: BoolArray) 
     tensor = (rise[:, :, None] * rise[:, None]).reshape(-1, 9)
     to_corners = csr_array((np.repeat(double, 3), near.ravel(), np.arange(0, near.size + 1, 3)), (len(near), len(deep)))
     sums, area = to_corners.T @ tensor, to_corners.T @ np.ones(len(near))
-    for _ in range(FURROW_RINGS - 1):
+    for _ in range(rings - 1):
         means = sums / np.maximum(3.0 * area, 1e-300)[:, None]
         sums = to_corners.T @ means[near].sum(axis=1)
     trace = sums[:, [0, 4, 8]].sum(axis=1)

@@ -17,9 +17,6 @@ LONGEST, BEND, SAGITTA = 8.0, np.radians(5.0), 0.06
 """Longer edges are split, mm on a face of average size, as are those that turn by more, radians, if the arc over them
 rises by more than the last, mm: less than a pixel of a portrait."""
 
-STEP = 2.0
-"""Width of the rays that tell how open a place is, mm on a face of average size."""
-
 
 class SmoothSkin:
     """The smooth surface of a frame.
@@ -111,7 +108,7 @@ class SmoothSkin:
 
 def open_to(face: Face, points: Array) -> Array:
     """Share (n0,) of the light from all sides that reaches the vertices of a face when they are at `points` (n0, 3)."""
-    step, upright = STEP * face.frame.scale, vertex_normals(points, face.triangles)
+    step, upright = 2.0 * face.frame.scale, vertex_normals(points, face.triangles)  # rays are 2 mm wide
     out, hair = openness(points, upright, (points, face.triangles), step=step), _hair_of(face)
     if hair is None:
         return out
