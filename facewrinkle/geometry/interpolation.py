@@ -14,15 +14,6 @@ from .compilation import compiled
 from .normals import double_areas, tangent_axes, vertex_normals
 from .refinement import RedGreenForest, frozen
 
-TOLERANCE = 0.02
-"""Points that lie outside a triangle by less than this, in barycentric coordinates, count as inside."""
-
-BRANCHES = 8
-"""Boxes in the next larger one, where the closest points of a mesh are looked for."""
-
-PLASTIC = np.array([0.7548776662466927, 0.5698402909980532])
-"""1 / p and 1 / p^2 of the plastic number p: their multiples fill the square evenly (Roberts 2018)."""
-
 
 def interpolated(values: Array, corners: npt.NDArray[np.int32], barycentric: Array) -> Array:
     """Linear interpolation of (n0, d) values at n points with barycentric coordinates in three base vertices each.
@@ -128,7 +119,8 @@ def height_above(points: Array, up: Array, mesh: tuple[Array, npt.NDArray[np.int
     near = overlapping(local, mesh[1], place.min(axis=0) - reach, place.max(axis=0) + reach)
     order = np.argsort(place[:, 0])
     found = np.full(len(points), -np.inf)
-    heights_above(place[order], (up @ axes)[order], local[mesh[1][near]], deep, TOLERANCE, found)
+    # Points that lie outside a triangle by less than 0.02, in barycentric coordinates, count as inside.
+    heights_above(place[order], (up @ axes)[order], local[mesh[1][near]], deep, 0.02, found)
     out[order] = found
     return out
 
@@ -159,7 +151,9 @@ def surface_samples(points: Array, triangles: npt.NDArray[np.integer], count: in
     a, b, c = (points[triangles[:, k]] for k in range(3))
     area = np.cumsum(double_areas(points, triangles))
     which = np.searchsorted(area, (np.arange(count) + 0.5) / count * area[-1])
-    u, v = ((0.5 + np.arange(count)[:, None] * PLASTIC) % 1.0).T[..., None]
+    # 1 / p and 1 / p^2 of the plastic number p: their multiples fill the square evenly (Roberts 2018).
+    steps = np.array([0.7548776662466927, 0.5698402909980532])
+    u, v = ((0.5 + np.arange(count)[:, None] * steps) % 1.0).T[..., None]
     over = u + v > 1.0
     u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
     return np.asarray(a[which] + u * (b - a)[which] + v * (c - a)[which])
@@ -322,11 +316,12 @@ class BoxTree:
         self._middles = cKDTree((a + b + c) / 3.0, balanced_tree=False, compact_nodes=False)
         order = self._middles.indices  # triangles beside each other are close to each other
         # Boxes of single triangles, then of 8 in a row, of 64, and so on.
+        branches = 8
         boxes = [np.hstack([np.minimum(np.minimum(a, b), c), -np.maximum(np.maximum(a, b), c)])[order]]
         while len(boxes[-1]) > 1:
-            boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), BRANCHES)))
-        starts = np.concatenate([BRANCHES**k * np.arange(len(each)) for k, each in enumerate(boxes)])
-        sizes = np.repeat(BRANCHES ** np.arange(len(boxes)), [len(each) for each in boxes])
+            boxes.append(np.minimum.reduceat(boxes[-1], np.arange(0, len(boxes[-1]), branches)))
+        starts = np.concatenate([branches**k * np.arange(len(each)) for k, each in enumerate(boxes)])
+        sizes = np.repeat(branches ** np.arange(len(boxes)), [len(each) for each in boxes])
         rows = np.lexsort((-sizes, starts))  # each box comes before those in it
         held = np.append(order, np.full(len(rows) - len(order), -1))[rows]
         self._boxes = np.concatenate(boxes)[rows], np.searchsorted(starts[rows], (starts + sizes)[rows]), held

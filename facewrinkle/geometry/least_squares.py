@@ -15,9 +15,6 @@ from .compilation import compiled
 BLOCK = 2**20
 """The largest array holds at most this many numbers at any time."""
 
-LEAST = 1e-12
-"""Smallest weight relative to the largest: even right next to a point, the others still determine the polynomial."""
-
 
 def monomials(offset: Array, degree: int) -> Array:
     """The basis b (..., m) of the polynomials of total degree `degree` at offsets (..., d): m = (d + r)! / (d! r!).
@@ -104,7 +101,8 @@ def _fitted(where: Array, points: Array, values: Array, degree: int, epsilon: fl
     hit = np.asarray((square == 0.0) & (epsilon == 0.0))
     on_point = np.asarray(hit.any(axis=1))
     weight = np.where(on_point[:, None], hit, 1.0) / np.where(hit, 1.0, square + epsilon**2)
-    weight = np.maximum(weight / weight.max(axis=1, keepdims=True), np.where(on_point[:, None], 0.0, LEAST))
+    # Even right next to a point, the others still determine the polynomial.
+    weight = np.maximum(weight / weight.max(axis=1, keepdims=True), np.where(on_point[:, None], 0.0, 1e-12))
     out = (weight * values).sum(axis=1) / weight.sum(axis=1)  # degree 0, and the data themselves
     pending = np.flatnonzero(~on_point)
     scale = np.sqrt(square.max(axis=1))

@@ -14,17 +14,8 @@ from .rigid_alignment import closest_rotations
 LEFT = 0.05
 """The smallest share of a triangle's area that a displacement may leave, seen along its normal."""
 
-ROUNDS = 16
-"""Rounds in which heights become lower; what is still turned over then is not displaced at all."""
-
 LEAST = 0.1
 """Triangles get at least this share of their area at rest, along their normals at rest, turned with the surface."""
-
-LEANING = 0.5
-"""Square of the cosine of the angle by which a triangle, or the surface around it, turns before it is looked at."""
-
-SWEEPS = 100
-"""The most sweeps of a round in which vertices are moved: what one triangle gets, the next one may lack."""
 
 
 class Untangling:
@@ -105,7 +96,8 @@ class Untangling:
         out, free = points.copy(), np.zeros(len(points), np.bool_)
         free[self._triangles[low]] = True
         around = _touching(self._triangles, free)
-        _turn_back(out, self._triangles, around, *self._facing(points, around), free, LEAST, SWEEPS)
+        # In at most 100 sweeps: what one triangle gets, the next one may lack.
+        _turn_back(out, self._triangles, around, *self._facing(points, around), free, LEAST, 100)
         return out
 
     def _smoothed(self, points: Array, low: IntArray) -> Array:
@@ -143,8 +135,9 @@ def _turned(points, triangles, rest, least, marked):
         x, y, z = area_vector(points, triangles[t, 0], triangles[t, 1], triangles[t, 2])
         dot, one = x * rest[t, 0] + y * rest[t, 1] + z * rest[t, 2], x * x + y * y + z * z
         two = rest[t, 0] * rest[t, 0] + rest[t, 1] * rest[t, 1] + rest[t, 2] * rest[t, 2]
-        # Leaning by less, and larger than this, a triangle has more than the share left, seen along where it faced.
-        if (dot <= 0.0 or dot * dot <= LEANING * one * two or LEANING * one < least * least * two) and two > 0.0:
+        # Leaning by less than 45 degrees, as may the surface around it, and larger than this, a triangle has more than
+        # the share left, seen along where it faced.
+        if (dot <= 0.0 or dot * dot <= 0.5 * one * two or 0.5 * one < least * least * two) and two > 0.0:
             marked[triangles[t, 0]] = marked[triangles[t, 1]] = marked[triangles[t, 2]] = True
             count += 1
     return count
@@ -255,15 +248,16 @@ def unfolded_shares(points: Array, heights: Array, directions: Array, triangles:
     """
     ways = np.asarray(heights, np.float64)[:, None] * directions
     shares, factors = np.ones(len(ways)), np.ones(len(ways))
-    for k in range(ROUNDS):
+    rounds = 16
+    for k in range(rounds):
         # What lowers one triangle tilts the next: each round aims at the full share, and demands less of it.
-        demanded = LEFT * (1.0 - k / ROUNDS)
+        demanded = LEFT * (1.0 - k / rounds)
         if not _limit(points, ways, triangles, demanded, factors):
             return shares if k else None
         shares *= factors
         ways *= factors[:, None]
         factors[:] = 1.0
-    while _limit(points, ways, triangles, 0.0, factors):
+    while _limit(points, ways, triangles, 0.0, factors):  # what is still turned over is not displaced at all
         ways[factors < 1.0], shares[factors < 1.0] = 0.0, 0.0
         factors[:] = 1.0
     return shares

@@ -15,16 +15,10 @@ from .least_squares import cholesky_solve
 from .normals import tangent_axes, unit, vertex_normals
 from .topology import unique_edges, vertex_rings
 
-SINGULAR = 0.05
-"""Distance from a node, relative to its radius, within which its weight grows no further."""
-
 DETOUR, DETOUR_FADE = 0.2, 0.2
 """Nodes count in full if the way to them along the edges is longer than the straight line by less than the first share
 of their radius, and not at all from the sum of both on.
 """
-
-RADIUS = 2.1
-"""Distance at which the weight of a node ends, in lengths of the edges between nodes around it."""
 
 
 class VertexInterpolation:
@@ -71,7 +65,8 @@ class VertexInterpolation:
         length = np.linalg.norm(where[edges[:, 0]] - where[edges[:, 1]], axis=1)
         valence = np.maximum(np.bincount(edges.ravel(), minlength=len(where)), 1)
         spacing = np.bincount(edges.ravel(), np.repeat(length, 2), minlength=len(where)) / valence
-        radius = RADIUS * 0.5 * (spacing + neighbor_mean(edges, len(where)) @ spacing)
+        # The weight of a node ends at 2.1 times the length of the edges between nodes around it.
+        radius = 1.05 * (spacing + neighbor_mean(edges, len(where)) @ spacing)
         offsets, ring = self.rings = vertex_rings(triangles, n)
         way = np.linalg.norm(positions[np.repeat(np.arange(n), np.diff(offsets))] - positions[ring], axis=1)
         vertex, node, share = _shares(positions, numbers, radius, offsets, ring, way)
@@ -153,7 +148,7 @@ def _shares(points, nodes, radius, offsets, ring, length):
             t = min(max((way[v] / radius[k] - d - DETOUR) / DETOUR_FADE, 0.0), 1.0)
             way[v] = np.inf  # it may have been met more than once
             share = (1.0 - t * t * (3.0 - 2.0 * t)) * max(1.0 - d, 0.0) ** 4 * (4.0 * d + 1.0)
-            share /= d * d + SINGULAR * SINGULAR  # smooth, 0 at d = 1
+            share /= d * d + 0.05 * 0.05  # smooth, 0 at d = 1, and no larger within a twentieth of the radius
             if share > 1e-9:
                 vertices.append(v)
                 numbers.append(k)
