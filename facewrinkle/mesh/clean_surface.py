@@ -15,9 +15,6 @@ from .formats.reading import MeshLike, surface_in
 from .repair import ROUNDING, RepairedMesh, mended, unfolded, votes_of
 from .surface import Surface
 
-IN_PIECES = 0.5
-"""A surface is in pieces unless one sheet of it is the nearest to this share of the landmarks."""
-
 CONNECT = (
     "Connect them, such as in MeshLab by a screened Poisson reconstruction, or check that the landmarks are those of "
     "this mesh."
@@ -120,7 +117,7 @@ def _chosen_sheet(source: Surface, whole: RepairedMesh, near: np.ndarray | None)
     """Return the sheet that is the skin, and the other parts as they are in the source."""
     label = topology.sheets(whole.triangles)
     votes, reason = _votes(whole, label, near)
-    if near is not None and len(near) >= FEW and votes.max() < IN_PIECES * len(near):
+    if near is not None and len(near) >= FEW and votes.max() < 0.5 * len(near):  # no sheet is the nearest to half
         raise MeshError(f"the surface under the landmarks is in {np.count_nonzero(votes)} pieces. {CONNECT}")
     apart = label != np.argmax(votes)
     skin = whole.only(~apart)

@@ -16,15 +16,8 @@ from ..array_types import Array, BoolArray, IntArray
 from ..errors import MeshError
 from ..geometry import double_areas, topology, triangle_normals, unit
 
-SLIVER = 1e-10
-"""Triangles are degenerate if twice their area is at most this share of their longest side squared; rounding errors
-are about 1e-16."""
-
 ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 """Positions that differ by less than this share of the largest coordinate are the same: files have single precision."""
-
-FOLDED = -0.9
-"""Cosine between the normals of neighbors that lie back to back."""
 
 
 @dataclass(frozen=True)
@@ -88,10 +81,12 @@ def votes_of(points: Array, triangles: IntArray, label: IntArray, places: Array)
 
 
 def degenerate(points: Array, triangles: IntArray) -> BoolArray:
-    """True (m,) for triangles without area."""
+    """True (m,) for triangles without area: twice that is at most 1e-10 of their longest side squared, while rounding
+    errors are about 1e-16 of it.
+    """
     corners = points[triangles]
     longest = ((corners - np.roll(corners, 1, axis=1)) ** 2).sum(axis=2).max(axis=1)
-    return np.asarray(~(double_areas(points, triangles) > SLIVER * longest))
+    return np.asarray(~(double_areas(points, triangles) > 1e-10 * longest))
 
 
 # --- duplicate and degenerate triangles -------------------------------------------------------------
@@ -326,7 +321,7 @@ def turned_over(points: Array, triangles: NDArray[np.integer]) -> BoolArray:
     offsets, around = topology.incident_triangles(sides)
     inner = np.flatnonzero(np.diff(offsets) == 2)
     t, u = around[offsets[inner]], around[offsets[inner] + 1]
-    folded = (normals[t] * normals[u]).sum(axis=1) < FOLDED
+    folded = (normals[t] * normals[u]).sum(axis=1) < -0.9  # they lie back to back
     return np.asarray(np.bincount(np.concatenate([t[folded], u[folded]]), minlength=len(triangles)) >= 2)
 
 

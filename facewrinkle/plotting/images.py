@@ -33,9 +33,6 @@ ENCODED: dict[str, dict[str, Any]] = {
 }
 """How pictures are written, by the ending of the file. JPEG is a step of brightness off in the mean, hairs too."""
 
-TITLE_HEIGHT = 26
-"""Pixels below a figure that its titles take."""
-
 
 def side_by_side(images: Sequence[Image], gap: int = 4) -> Image:
     """Return pictures of one height in a row.
@@ -102,15 +99,14 @@ def figure(image: Image, titles: Sequence[str] = ()) -> Any:
     import matplotlib.pyplot as plt
 
     height, width = picture(image).shape[:2]
-    total = height + (TITLE_HEIGHT if titles else 0)
+    below = 26 if titles else 0  # pixels that titles take
+    total = height + below
     shown = plt.figure(figsize=(width / 100, total / 100), dpi=100)
     axes = shown.add_axes((0.0, 1.0 - height / total, 1.0, height / total))
     axes.imshow(image, aspect="auto", interpolation="nearest")
     axes.set_axis_off()
     for column, title in enumerate(titles):
-        shown.text(
-            (column + 0.5) / len(titles), 0.5 * TITLE_HEIGHT / total, title, ha="center", va="center", fontsize=11
-        )
+        shown.text((column + 0.5) / len(titles), 0.5 * below / total, title, ha="center", va="center", fontsize=11)
     return shown
 
 

@@ -51,9 +51,6 @@ KNOWN = re.compile("KHR_(mesh_quantization|materials_|lights_|texture_)|EXT_text
 AT_ONCE, PER_BYTE = 2**29, 64
 """Bytes that the numbers of a file may take, as doubles, and the further ones for each byte of its buffers."""
 
-MOST_BYTES = 2**30
-"""A part that would be larger, when it is decoded, is taken for damaged."""
-
 
 def read_gltf_file(path: Path) -> list[Surface]:
     """Read the triangles of all meshes in the scene of a glTF or GLB file.
@@ -456,7 +453,7 @@ def meshopt_bytes(meshopt: ModuleType, data: bytes, how: Mapping[str, Any]) -> b
         If the data are damaged.
     """
     count, stride, mode = int(how["count"]), int(how["byteStride"]), how["mode"]
-    if not 0 < count * stride <= MOST_BYTES:
+    if not 0 < count * stride <= 2**30:  # bytes; larger parts are taken for damaged
         raise ValueError(f"{count} entries of {stride} bytes are announced")
     if mode != "ATTRIBUTES":
         decode = {"TRIANGLES": meshopt.decode_index_buffer, "INDICES": meshopt.decode_index_sequence}[mode]

@@ -34,7 +34,6 @@ NUMBERS = {
 }
 ORDERS = {"ascii": None, "binary_little_endian": "<", "binary_big_endian": ">"}
 COORDINATES = (("u", "v"), ("s", "t"), ("texture_u", "texture_v"))
-CHANNELS = ("red", "green", "blue")
 
 LENGTH = " length"
 """Ending of the columns with the lengths of lists; no name of a property has a blank."""
@@ -72,8 +71,8 @@ def read_ply(path: Path) -> Surface:
     lengths, numbers = lengths.astype(np.int64), numbers.astype(np.int64)
     triangles, _ = split_polygons(path, points, lengths, numbers)
     texture = _texture(vertex, face, lengths, numbers, len(points))
-    channels = [vertex[name] for name in (*CHANNELS, "alpha") if name in vertex]
-    colors = {COLORS: np.stack(channels, axis=1)} if vertex.keys() >= set(CHANNELS) else {}
+    channels = [vertex[name] for name in ("red", "green", "blue", "alpha") if name in vertex]
+    colors = {COLORS: np.stack(channels, axis=1)} if vertex.keys() >= {"red", "green", "blue"} else {}
     at_corners = None if texture is None else texture[triangles]
     piece = Piece(image=image_place(path.parent, image))
     return Surface(points, numbers[triangles], at_corners, colors, pieces=(piece,))

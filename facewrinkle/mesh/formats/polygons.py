@@ -19,9 +19,6 @@ from ...files import bytes_of, sibling_file, text_of
 from ..arrays import COLORS
 from ..surface import Piece, Surface
 
-LIBRARIES = 64
-"""The most material libraries of one line that are looked for."""
-
 _COMMENT = re.compile(r"(?:^|(?<=\s))#.*", re.DOTALL)
 _POLYPAINT = re.compile(r"#MRGB (?:[\da-f]{8})+\s*$", re.IGNORECASE)
 """A comment of ZBrush with the mask and the color of points, eight digits each."""
@@ -359,7 +356,8 @@ def _library_files(folder: Path, library: str) -> list[Path | None]:
     """Files of a line `mtllib`: a name with blanks, or several names; None for those that cannot be had."""
     try:
         whole = sibling_file(folder, library)
-        return [whole] if whole else [sibling_file(folder, name) for name in dict.fromkeys(library.split()[:LIBRARIES])]
+        names = dict.fromkeys(library.split()[:64])  # of one line, at most so many are looked for
+        return [whole] if whole else [sibling_file(folder, name) for name in names]
     except MeshError as problem:
         warn(f"materials are left out: {problem}")
         return []

@@ -28,9 +28,6 @@ OF_VTK = {
 }
 """Classes of VTK by the ending of the file, with their modules."""
 
-OF_HDF = (".vtkhdf", ".hdf")
-"""Endings of files that may link to others in ways that only their library sees."""
-
 PROGRAM = """
 import importlib, json, os, sys
 
@@ -106,10 +103,11 @@ def probe(path: Path) -> None:
     """Raise a MeshError if VTK or USD cannot read a file without harm; what else is wrong with it is found later."""
     if not sys.executable or getattr(sys, "frozen", False):
         return
-    size = path.stat().st_size
+    size, ending = path.stat().st_size, path.suffix.lower()
     seconds, memory = SECONDS + size // PER_SECOND, MEMORY + PER_BYTE * size
-    reader = OF_VTK.get(path.suffix.lower())
-    alone = is_inside_only() and path.suffix.lower() in OF_HDF  # whose data may lie in any file
+    reader = OF_VTK.get(ending)
+    # HDF files may link to others in ways that only their library sees.
+    alone = is_inside_only() and ending in (".vtkhdf", ".hdf")
     arguments = json.dumps([str(path), reader, seconds, memory, alone, sys.path])
     try:
         run = subprocess.run(

@@ -16,12 +16,6 @@ import numpy.typing as npt
 from ...array_types import Array
 from ...errors import MeshError
 
-MOST_PIXELS = 2**25
-"""The most pixels of a picture: 8,192 x 4,096."""
-
-PACKED = range(8, 2**15)
-"""Widths of which rows may be packed."""
-
 _SIZE = re.compile(rb"-Y (\d{1,9}) \+X (\d{1,9})\n")
 
 
@@ -46,10 +40,11 @@ def radiance_of(data: bytes, name: str) -> Array:
     if not header.startswith((b"#?RADIANCE", b"#?RGBE")) or b"32-bit_rle_xyze" in header or size is None:
         raise _unread(name, "it has no header of a picture in RGBE whose first row is the uppermost")
     height, width = int(size[1]), int(size[2])
-    if not 0 < height * width <= MOST_PIXELS:
-        raise _unread(name, f"it has {width} x {height} pixels, and at most {MOST_PIXELS} are read")
+    most = 2**25  # pixels: 8,192 x 4,096
+    if not 0 < height * width <= most:
+        raise _unread(name, f"it has {width} x {height} pixels, and at most {most} are read")
     body = rest[size.end() :]
-    packed = width in PACKED and body[:4] == b"\2\2" + width.to_bytes(2, "big")
+    packed = 8 <= width < 2**15 and body[:4] == b"\2\2" + width.to_bytes(2, "big")
     try:
         pixels = _unpacked(body, height, width) if packed else _flat(body, height, width)
     except (IndexError, ValueError):

@@ -28,10 +28,6 @@ LARGEST_SIDE = 16_384
 BORDER = 4
 """Pixels by which each of several images is continued beyond its edges, as renderers blend neighboring pixels."""
 
-SPILL = 0.02
-"""Texture coordinates may go beyond an image by this much without a warning."""
-
-
 _TINTED = re.compile(r"(.+)\*([-+.\de]+,[-+.\de]+,[-+.\de]+)", re.DOTALL)
 
 
@@ -225,7 +221,7 @@ def _side_by_side(
         mine = numbers == number
         place = corners[mine] if number >= 0 else np.full((mine.sum(), 3, 2), 0.5)
         place = place - np.floor(place.mean(axis=1, keepdims=True))  # images repeat: each triangle lies in one tile
-        if len(place) and max(-place.min(), place.max() - 1.0) > SPILL:
+        if len(place) and max(-place.min(), place.max() - 1.0) > 0.02:  # less needs no warning
             repeated.append(_short(names[number]))
         place = np.clip(place, 0.0, 1.0)
         x = left + BORDER + place[..., 0] * (w - 2 * BORDER)
