@@ -76,17 +76,9 @@ class Pattern:
         raise NotImplementedError
 
 
-DISTINCT = 64
-"""Number of different wrinkles, after which they repeat."""
-
 SHIFTS = (0.5, 0.5, 0.6, 0.3)
 """The most, in radians, that the place, slant, bend and waviness of a wrinkle shift its phase. Their sum must be below
 2.09, or neighbors could meet: between them the shift changes by up to twice the sum, at up to 1.5 times the mean rate.
-"""
-
-SHALLOWER, SHORTER, FADE = 0.65, 0.8, 0.6
-"""The most that a wrinkle lacks in depth and at each end, and the length over which an end fades; the last two are
-shares of half the region.
 """
 
 
@@ -120,13 +112,14 @@ def natural_variation(phase: Array, along: Array, amount: float, seed: int) -> t
     >>> [part.tolist() for part in natural_variation(np.zeros(1), np.zeros(1), 0.0, seed=1)]
     [[0.0], [1.0]]
     """
-    drawn = np.random.default_rng(seed).random((DISTINCT, 8))
+    distinct = 64  # wrinkles, after which they repeat
+    drawn = np.random.default_rng(seed).random((distinct, 8))
     number = phase / (2.0 * np.pi) + 0.25
     first = np.floor(number)
     blend = smoothstep(number - first)
     shift, share = np.zeros_like(along), np.zeros_like(along)
     for k, part in ((first, 1.0 - blend), (first + 1.0, blend)):
-        own = drawn[k.astype(np.int64) % DISTINCT].T
+        own = drawn[k.astype(np.int64) % distinct].T
         signed = 2.0 * own[:4] - 1.0
         bends = np.stack([np.ones_like(along), along, along**2, np.sin(4.0 * along + 2.0 * np.pi * own[4])])
         shift += part * np.einsum("i,ik,ik->k", SHIFTS, signed, bends)
@@ -139,10 +132,12 @@ def _depth_along(along: Array, own: Array, amount: float) -> Array:
 
     The depth takes the square of a random number: most wrinkles are nearly as deep as they can be.
     """
-    deep = 1.0 - amount * SHALLOWER * own[0] ** 2
-    begins, ends = amount * SHORTER * own[1], amount * SHORTER * own[2]
-    rises = 1.0 - amount * (1.0 - smoothstep((along + 1.0 - begins) / FADE))
-    falls = 1.0 - amount * (1.0 - smoothstep((1.0 - ends - along) / FADE))
+    deep = 1.0 - amount * 0.65 * own[0] ** 2  # of the depth it lacks 0.65 at most
+    # The most that is lacking at each end, and the length over which an end fades, as shares of half the region.
+    shorter, fade = 0.8, 0.6
+    begins, ends = amount * shorter * own[1], amount * shorter * own[2]
+    rises = 1.0 - amount * (1.0 - smoothstep((along + 1.0 - begins) / fade))
+    falls = 1.0 - amount * (1.0 - smoothstep((1.0 - ends - along) / fade))
     return np.asarray(deep * rises * falls)
 
 
@@ -150,9 +145,6 @@ Furrows = Literal["sharp", "paper"]
 
 SMALLEST_NUMBER, LARGEST_NUMBER = 0.1, 1000.0
 """The fewest and the most wrinkles from border to border."""
-
-STEP = 1e-5
-"""Distance in the plane of a pattern over which the slope of its phase is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -247,13 +239,14 @@ class Waves(Pattern):
 
     def wave_vector(self, x: Array, y: Array, t: float, aspect: float) -> tuple[Array, Array]:
         """See :class:`Pattern`."""
-        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation) / (2.0 * STEP)
+        step = 1e-5  # over which the slope of the phase is measured
+        finer = (1.0 + 0.4 * self.sharpness) * (1.0 + 0.1 * self.variation) / (2.0 * step)
 
         def rise(dx: float, dy: float) -> Array:
             ahead, behind = self.phase(x + dx, y + dy, t, aspect), self.phase(x - dx, y - dy, t, aspect)
             return np.remainder(ahead - behind + np.pi, 2.0 * np.pi) - np.pi  # an angle may jump by whole turns
 
-        return finer * rise(STEP, 0.0), finer * rise(0.0, STEP)
+        return finer * rise(step, 0.0), finer * rise(0.0, step)
 
 
 STYLES: Mapping[str, float] = {"arcs": 1.5, "m": 4.5, "broken": 9.0}

@@ -13,9 +13,6 @@ fallen, fallen_integral = compiled(inline="always")(fall), compiled(inline="alwa
 ONSET, SOFT = 0.025, 0.02
 """Compression at which skin begins to fold, and half the width of the smooth beginning around it."""
 
-CROSSING = 0.3
-"""Share of each other's compression that families take whose lines cross at right angles; parallel ones take all."""
-
 BLUNT_ALPHA, SHARP_ALPHA, SHARP_DEPTH = 0.9, 2.4, 0.15
 """Shape exponents of the faintest and of deep folds, and the depth, in wavelengths, from which folds are sharp."""
 
@@ -55,14 +52,16 @@ def compressions(strain, i, tangents, p):
 
 @compiled
 def share_of(p, first, last, excess, wave):
-    """The compression that is left to family p when it competes with those that cross it."""
+    """The compression that is left to family p when it competes with those that cross it: families take 0.3 of each
+    other's if their lines cross at right angles, and all if they are parallel.
+    """
     e = excess[p]
     for q in range(first, last):
         if q != p and excess[q] > 0.0:
             ours = wave[p, 0] ** 2 + wave[p, 1] ** 2 + wave[p, 2] ** 2
             theirs = wave[q, 0] ** 2 + wave[q, 1] ** 2 + wave[q, 2] ** 2
             both = wave[p, 0] * wave[q, 0] + wave[p, 1] * wave[q, 1] + wave[p, 2] * wave[q, 2]
-            taken = CROSSING + (1.0 - CROSSING) * both * both / (ours * theirs)
+            taken = 0.3 + 0.7 * both * both / (ours * theirs)
             e -= taken * excess[q] * excess[q] / (excess[p] + excess[q])
     return max(e, 0.0)
 

@@ -19,9 +19,6 @@ from .families import FoldShapes, tensors_of
 from .stripes import KEPT, Ground, Stripes, Style, carried, found_stripes, zone_of
 from .tissue import anatomical, firmness, grain, old_depths, scale_of, wavelengths
 
-GONE, WHOLE = 0.12, 0.67
-"""Strength of the sum of waves below which there is no line, and from which it is whole."""
-
 
 @dataclass(frozen=True, eq=False)
 class Waves(Entries):
@@ -222,12 +219,13 @@ class WaveField:
             theta, strength, wave = own.at(vertices, near)
             wave = wave if self._turn is None else wave @ self._turn
             size = np.sqrt((wave * wave).sum(axis=1))
-            some = np.flatnonzero((strength > GONE) & (size > 1e-6))
+            gone, whole = 0.12, 0.67  # strengths of the sum below which there is no line, and from which it is whole
+            some = np.flatnonzero((strength > gone) & (size > 1e-6))
             if not len(some):
                 continue
             window, firm, length, old = values[some].T
             near, theta, strength, wave, size = near[some], theta[some], strength[some], wave[some], size[some]
-            strength = firm * np.clip((strength - GONE) / (WHOLE - GONE), 0.0, 1.0)
+            strength = firm * np.clip((strength - gone) / (whole - gone), 0.0, 1.0)
             # Where directions turn, the sum of waves has too small a wave vector.
             longest = np.minimum(2.0 * np.pi / size, 1.7 * length)
             family = np.full(len(near), number, np.int32)

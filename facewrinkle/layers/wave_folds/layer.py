@@ -236,12 +236,6 @@ class WaveFolds(Layer):
 
 Amount = npt.ArrayLike | Mapping[str | Region, float]
 
-MOST = 10.0
-"""Largest factor that can be asked for."""
-
-AROUND = (0.12, 0.4)
-"""Distances from a landmark, in distances between the pupils, up to which its factor holds, and from which 1 does."""
-
 REGIONS: Mapping[str, tuple[str, ...]] = {
     "forehead": ("forehead_mid", "brow_l_mid", "brow_r_mid"),
     "between the brows": ("glabella",),
@@ -280,8 +274,9 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
     """
     if asked is None:
         return None
+    most = 10.0
     if isinstance(asked, Mapping):
-        given = {at: check_range(f"the amount of folds at {at}", factor, 0.0, MOST) for at, factor in asked.items()}
+        given = {at: check_range(f"the amount of folds at {at}", factor, 0.0, most) for at, factor in asked.items()}
         left, right = given.pop("left", 1.0), given.pop("right", 1.0)
         aside = (face.points - face.frame.origin) @ face.frame.axes[0] / face.frame.pupil_distance
         factors = right + (left - right) * smoothstep(0.5 + 0.5 * aside / 0.15)  # they blend in the middle
@@ -294,8 +289,8 @@ def amounts(asked: Amount | None, face: Face) -> Array | None:
             f"amount must have one factor for each of the {n} vertices of face.mesh, received the shape "
             f"{factors.shape}. Or give a dictionary of landmarks and factors, such as {{'glabella': 0.0}}."
         )
-    if not (factors >= 0.0).all() or not (factors <= MOST).all():
-        raise ParameterError(f"amounts must lie in [0, {MOST:g}], received {factors.min():g} to {factors.max():g}.")
+    if not (factors >= 0.0).all() or not (factors <= most).all():
+        raise ParameterError(f"amounts must lie in [0, {most:g}], received {factors.min():g} to {factors.max():g}.")
     return factors
 
 
@@ -308,4 +303,5 @@ def _near(where: str | Region, face: Face) -> Array:
         return 1.0 - np.prod(away, axis=0) * np.ones(len(face.points))
     check_name("landmark or region of folds", where, [*face.landmarks, *REGIONS, *SIDES])
     away_from = np.linalg.norm(face.points - face.landmarks[where], axis=1) / face.frame.pupil_distance
-    return 1.0 - smoothstep((away_from - AROUND[0]) / (AROUND[1] - AROUND[0]))
+    near, far = 0.12, 0.4  # up to the first distance the factor of a landmark holds, and from the second on 1 does
+    return 1.0 - smoothstep((away_from - near) / (far - near))

@@ -32,33 +32,12 @@ STEPS, ALIGNED = 20, (0.55, 1.3)
 are standard deviations).
 """
 
-UNALIGNED = 0.85
-"""How much less far phases are aligned sideways between the bellies of the frontalis: the two sides of captured
-foreheads are alike by .3 only. With all of it lines would end in knots there.
-"""
-
 STRIATED = (0.40, 2.6)
 """The same of random numbers that are averaged along the lines, so that each line has its own."""
-
-EVEN = 1.0
-"""The same of directions and random numbers that are averaged all around."""
-
-NOISE, SHORTEST = 128, 0.9
-"""Plane waves that a field of random numbers is the sum of, and the least length of these, in wavelengths."""
 
 WANDER, UNEVEN, WIDER = 0.06, 0.38, 0.12
 """At irregularity 1: standard deviations of the angle by which lines leave the direction of the compression, radians,
 and of the logarithm of the wavelength; and the mean of that.
-"""
-
-UNDIRECTED, DIRECTED = 0.05, 0.35
-"""Difference of the principal values of a family's tensor over their sum, below which skin that is compressed in all
-directions has no lines, and from which it has all.
-"""
-
-SWIRLING, ORDERED = 0.45, 0.75
-"""Order of the directions within a wavelength (1 where all are parallel, 0 where they turn round) below which there are
-no lines, and from which there are all.
 """
 
 KEPT = {"compression": np.float64, "wave": np.float32, "phase": np.float32, "share": np.float32}
@@ -348,13 +327,15 @@ def found_stripes(
         values = values - values.mean()
         return np.asarray(np.clip(values / max(float(values.std()), 1e-9), -2.0, 2.0))
 
-    even = smoothing.over(0.25 * EVEN**2 * area * np.eye(3))
+    even = smoothing.over(0.25 * area * np.eye(3))  # all around, as far as a wavelength
     d, share = _directions(even, ground.at(tensor), normals)
     turn = WANDER * style.irregularity * random(even)[:, None]
     d = np.cos(turn) * d + np.sin(turn) * np.cross(normals, d)
     share = share * _left(even(ground.at(under[0])), ground.at(under[1]), d)
 
-    gap = UNALIGNED * ground.at(between_bellies(face))[ground.triangles].mean(axis=1)
+    # Phases are aligned less far sideways between the bellies of the frontalis: the two sides of captured foreheads are
+    # alike by .3 only. With all of it lines would end in knots there.
+    gap = 0.85 * ground.at(between_bellies(face))[ground.triangles].mean(axis=1)
     apart = np.eye(3) - gap[:, None, None] * sideways
 
     def directed(across: float, along: float) -> Array:
@@ -374,19 +355,25 @@ def _noise(places: Array, rng: np.random.Generator) -> Array:
     """Return random numbers (n,) at places (n, 3), in wavelengths: a field in space, so that other vertices on the same
     surface have the same.
     """
-    waves = unit(rng.normal(size=(NOISE, 3))) * (2.0 * np.pi / SHORTEST * np.cbrt(rng.random((NOISE, 1))))
+    count, shortest = 128, 0.9  # plane waves of which it is the sum, and their least length
+    waves = unit(rng.normal(size=(count, 3))) * (2.0 * np.pi / shortest * np.cbrt(rng.random((count, 1))))
     out = np.zeros(len(places))
-    for wave, phase in zip(waves, 2.0 * np.pi * rng.random(NOISE), strict=True):
+    for wave, phase in zip(waves, 2.0 * np.pi * rng.random(count), strict=True):
         out += np.cos(places @ wave + phase)
     return out
 
 
 def _directions(even: Smoother, tensors: Array, normals: Array) -> tuple[Array, Array]:
-    """Return the directions (n, 3) across the lines, and how strong (n,) these can be."""
+    """Return the directions (n, 3) across the lines, and how strong (n,) these can be.
+
+    Skin that is compressed in all directions has no lines: by the difference of the principal values over their sum, 0
+    to 1. Neither has skin whose directions turn round within a wavelength: their order is 1 where all are parallel.
+    """
     d, single = _principal(even(even(tensors)), normals)
     order = _principal(even(even(dyads(d))), normals)[1]
-    share = smoothstep((single - UNDIRECTED) / (DIRECTED - UNDIRECTED))
-    return d, share * smoothstep((order - SWIRLING) / (ORDERED - SWIRLING))
+    undirected, directed, swirling, ordered = 0.05, 0.35, 0.45, 0.75  # from none to all
+    share = smoothstep((single - undirected) / (directed - undirected))
+    return d, share * smoothstep((order - swirling) / (ordered - swirling))
 
 
 def _principal(tensors: Array, normals: Array) -> tuple[Array, Array]:

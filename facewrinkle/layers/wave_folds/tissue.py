@@ -48,14 +48,9 @@ ROLLING, HANGING = 0.9, 0.75
 which hangs before the hollow of the orbit.
 """
 
-GAP, BELLIES_APART = 0.3, 19.0
-"""Share of the lines that skin between the bellies of the frontalis lacks, and half the width of this gap, mm: captured
-foreheads are .7 times as wrinkled over the midline as over the brows.
-"""
-
-BROW, CORNERS = 0.75, 0.1
-"""Share of the way from the corners of the eye up to the brow from which on skin is bound to bone again, fully at the
-brow; and the distance, in distances between the pupils, over which it is beside the inner and before the outer corner.
+GAP = 0.3
+"""Share of the lines that skin between the bellies of the frontalis lacks: captured foreheads are .7 times as wrinkled
+over the midline as over the brows.
 """
 
 
@@ -178,7 +173,7 @@ def between_bellies(face: Face) -> Array:
         return np.zeros(len(face.points))
     where, low = (face.frame.local_mm(places) for places in (face.points, face.landmarks["glabella"]))
     above = smoothstep((where[:, 1] - low[1]) / 10.0)
-    return np.asarray(above * np.exp(-((where[:, 0] / BELLIES_APART) ** 2)))
+    return np.asarray(above * np.exp(-((where[:, 0] / 19.0) ** 2)))  # mm: half the width of the gap
 
 
 def below_brows(face: Face) -> Array:
@@ -206,8 +201,10 @@ def below_brows(face: Face) -> Array:
         xs, ys = outwards * (to_frame @ (np.array([face.landmarks[k] for k in names]) - face.frame.origin).T) / size
         lower, upper = np.interp(x, xs[:2], ys[:2]), np.interp(x, xs[2:], ys[2:])
         rise = (y - lower) / np.maximum(upper - lower, 1e-9)
-        up = smoothstep(rise / (1.0 - BROW)) * smoothstep((1.0 - rise) / (1.0 - BROW))
-        beside = np.maximum(xs[0] - x, x - xs[1] + CORNERS) / CORNERS  # beside the outer corner are crow's feet
+        # From three quarters of the way up to the brow on, skin is bound to bone again. Beside the outer corner are
+        # crow's feet.
+        up = smoothstep(rise / 0.25) * smoothstep((1.0 - rise) / 0.25)
+        beside = np.maximum(xs[0] - x, x - xs[1] + 0.1) / 0.1
         out = np.maximum(out, up * (1.0 - smoothstep(beside)))
     return out
 
